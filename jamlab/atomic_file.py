@@ -1,0 +1,63 @@
+"""Writing a file in one step: readers see the old file or the whole new one, never a part of it."""
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from jamlab.errors import StorageError
+
+
+@contextmanager
+def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary path to write to; it takes the place of `path` when the block ends well.
+
+    The temporary file `.jamlab-*.tmp` lies in the folder of `path` (where a rename is atomic), is flushed to disk
+    before the rename, and is removed if the block raises; the old file then stays as it was. Only a killed process
+    leaves it behind. A symbolic link is followed: the file it points to is replaced.
+
+    Args:
+        path: file to create or replace.
+
+    Yields:
+        Path of the temporary file, which exists and is empty.
+
+    Raises:
+        StorageError: `path` is a folder or write-protected, its folder is missing or not writable, the disk is full.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
+    if not target.parent.is_dir():
+        raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise StorageError(f"cannot write {path}: the file is write-protected; choose another name or `chmod u+w` it")
+
+    temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
+    try:
+        try:
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            yield temporary
+            _flush(temporary)
+            os.replace(temporary, target)
+        except BaseException:
+            with suppress(OSError):
+                temporary.unlink()
+            raise
+    except StorageError:
+        raise
+    except OSError as error:
+        raise StorageError(
+            f"cannot write {path}: {error.strerror or error}; check permissions and free space of {target.parent}"
+        ) from error
+    with suppress(OSError):  # the file is in place; some file systems cannot flush a folder
+        _flush(target.parent)
+
+
+def _flush(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

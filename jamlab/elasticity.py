@@ -1,0 +1,118 @@
+"""Static elastic moduli by linear response: the affine (Born) part minus what non-affine relaxation takes back.
+
+With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.hessian`) the elastic tensor is
+C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.contacts import contacts
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.hessian import Stiffness, stiffness
+from jamlab.packing import Packing
+from jamlab.sparse_solver import SymmetricFactors
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ElasticTensor:
+    """Response of a packing to a homogeneous displacement gradient E.
+
+    Attributes:
+        affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
+        relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
+        displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers.
+    """
+
+    affine: Array
+    relaxed: Array
+    displacements: Array
+
+
+def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
+    """Affine and relaxed elastic tensor, rattlers left out.
+
+    Args:
+        packing: SP or DP at an energy minimum.
+        prestress: see `jamlab.energy_terms.energy_terms`.
+
+    Raises:
+        ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
+    """
+    network, sites = backbone(packing)
+    k = stiffness(network, prestress=prestress)
+    right = k.ue.reshape(-1, 4)
+    held = solve_held(k, right)
+    response = (held.T @ right).reshape(2, 2, 2, 2)
+    displacements = np.zeros((len(packing.positions), 2, 2, 2))
+    displacements[sites] = -held.reshape(-1, 2, 2, 2)
+    return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements)
+
+
+def linear_shear_modulus(
+    packing: Packing, *, affine: bool = False, angle: float = 0.0, average: bool = False, prestress: bool = True
+) -> float:
+    """Shear modulus from the elastic tensor, energy per area and strain squared.
+
+    Simple shear E = a b^T along a = (cos, sin) of `angle` with gradient along b, a turned by 90 degrees. A small packing
+    is anisotropic: G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly.
+
+    Args:
+        packing: at an energy minimum.
+        affine: without non-affine relaxation (Born modulus).
+        angle: radian; 0 is shear along x, as box[1, 0].
+        average: mean over all angles instead.
+        prestress: see `jamlab.energy_terms.energy_terms`.
+    """
+    tensor = elastic_tensor(packing, prestress=prestress)
+    c = tensor.affine if affine else tensor.relaxed
+    angles = np.pi * np.arange(3) / 3 if average else np.array([angle])
+    a = np.column_stack([np.cos(angles), np.sin(angles)])
+    b = np.column_stack([-np.sin(angles), np.cos(angles)])
+    return float(np.mean(np.einsum("ni,nj,ijkl,nk,nl->n", a, b, c, a, b)))
+
+
+def backbone(packing: Packing) -> tuple[Packing, NDArray[np.int64]]:
+    """The packing without its rattlers, and the indices of the sites that remain.
+
+    Raises:
+        ConvergenceError: if every particle rattles: the packing is not jammed.
+    """
+    loose = contacts(packing).rattlers
+    if loose.all():
+        raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
+    sites = np.flatnonzero(~loose[packing.particle])
+    changes: dict[str, Any] = {"positions": packing.positions[sites]}
+    if packing.diameters is not None:
+        changes["diameters"] = packing.diameters[sites]
+    if packing.offsets is not None:
+        changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(packing.offsets)[~loose])])
+        changes["params"] = {**packing.params, "a0": packing.params["a0"][~loose]}
+    return packing.with_state(**changes), sites
+
+
+def solve_held(k: Stiffness, right: Array) -> Array:
+    """Solve K_uu x = right with the first site held, which takes out the two translations.
+
+    Raises:
+        ConvergenceError: K_uu has a negative or another zero mode.
+    """
+    solution = np.zeros_like(right)
+    try:
+        factors = SymmetricFactors(k.uu[2:, 2:])
+    except np.linalg.LinAlgError as error:
+        raise ConvergenceError(f"the packing has a floppy mode besides its rattlers: {error}") from error
+    if factors.negative:
+        raise ConvergenceError(
+            f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), so it is not at an energy minimum"
+        )
+    solution[2:] = factors.solve(right[2:])
+    residual = np.abs(k.uu @ solution - right)[2:].max()
+    if not residual <= 1e-6 * np.abs(right).max():
+        raise InputError(f"the Hessian is too close to singular to give a modulus (relative residual {residual:.2g})")
+    return solution

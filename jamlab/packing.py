@@ -1,0 +1,246 @@
+"""A packing: the state that every other part of jamlab takes and gives.
+
+Two models share the class. SP: soft disks, one position each. DP: deformable polygons, one position per vertex. The
+box is a parallelogram with periodic boundaries; all lengths and energies are in the units of the paper that
+`Packing.units` names.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError
+
+Array = NDArray[np.float64]
+
+MODELS = ("sp", "dp")
+UNITS = ("eps", "k")
+CONTACT_FORMS = ("outline", "segment")
+FORCE_LAW = {  # parameters that each model and unit system needs
+    ("sp", "eps"): ("eps",),
+    ("sp", "k"): ("k",),
+    ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Packing:
+    """Disks or deformable polygons in a periodic parallelogram.
+
+    Attributes:
+        model: "sp" (soft disks) or "dp" (deformable polygons).
+        box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
+        positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
+            counter-clockwise.
+        params: every parameter of the force law. SP: `eps` or `k`. DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
+            `delta` (l), `eta` (l), `contact` ("outline" | "segment") and `a0`, (n,) rest areas (l^2).
+        units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
+            two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
+        diameters: SP (n,) float64, else None.
+        offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
+        onset: phi_J (= rho_J) of the packing that this one was compressed from, or None.
+        provenance: how it was made: seed, versions, protocol, `max_force` reached, `converged`, wall time.
+
+    Raises:
+        InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
+            polygons that are clockwise or cross themselves. The message names the particle and the value.
+    """
+
+    model: str
+    box: Array
+    positions: Array
+    params: dict[str, Any]
+    units: str = "eps"
+    diameters: Array | None = None
+    offsets: NDArray[np.int64] | None = None
+    onset: float | None = None
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.model not in MODELS:
+            raise InputError(f"unknown model {self.model!r}: use one of {', '.join(MODELS)}")
+        if self.units not in UNITS:
+            raise InputError(f"unknown units {self.units!r}: use one of {', '.join(UNITS)}")
+        self._set("box", _finite("box", self.box, (2, 2)))
+        self._set("positions", _finite("positions", self.positions, (None, 2)))
+        _check_box(self.box)
+        _check_params(self.model, self.units, self.params)
+        if self.model == "sp":
+            self._check_disks()
+        else:
+            self._check_polygons()
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    def _check_disks(self) -> None:
+        if self.offsets is not None:
+            raise InputError("offsets belong to model dp, not to sp")
+        if self.diameters is None:
+            raise InputError("model sp needs diameters, one per disk")
+        self._set("diameters", _finite("diameters", self.diameters, (len(self.positions),)))
+        _positive("diameters", self.diameters)
+
+    def _check_polygons(self) -> None:
+        if self.diameters is not None:
+            raise InputError("diameters belong to model sp, not to dp")
+        offsets = np.asarray(self.offsets if self.offsets is not None else [], dtype=np.int64)
+        if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
+            raise InputError(f"offsets must run from 0 to the number of vertices, {len(self.positions)}; got {offsets}")
+        vertices = np.diff(offsets)
+        if vertices.min() < 3:
+            raise InputError(f"polygon {vertices.argmin()} has {vertices.min()} vertices, needs at least 3")
+        self._set("offsets", offsets)
+        a0 = _finite("params['a0']", self.params["a0"], (len(vertices),))
+        _positive("params['a0']", a0)
+        self._set("params", {**self.params, "a0": a0})
+        negative = np.flatnonzero(self.polygon_areas <= 0)
+        if len(negative):
+            m = negative[0]
+            raise InputError(
+                f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise"
+            )
+        crossed = self._crossed()
+        if len(crossed):
+            raise InputError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
+
+    def _crossed(self) -> NDArray[np.int64]:
+        """Polygons whose outline crosses itself; edges shrunk to rounding size do not count."""
+        suspects = np.flatnonzero(~shapely.is_valid(self.outlines()))
+        if not len(suspects):
+            return suspects
+        points = shapely.remove_repeated_points(self.outlines()[suspects], 1e-12 * float(np.sqrt(self.area)))
+        return suspects[~shapely.is_valid(points)]
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return len(self.positions) if self.offsets is None else len(self.offsets) - 1
+
+    @property
+    def area(self) -> float:
+        """Area of the periodic cell."""
+        return float(self.box[0, 0] * self.box[1, 1])
+
+    @property
+    def particle(self) -> NDArray[np.int64]:
+        """(len(positions),) particle that each position belongs to."""
+        if self.offsets is None:
+            return np.arange(self.n)
+        return np.repeat(np.arange(self.n), np.diff(self.offsets))
+
+    @property
+    def successor(self) -> NDArray[np.int64]:
+        """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
+        offsets = self._polygon_offsets
+        following = np.arange(1, offsets[-1] + 1)
+        following[offsets[1:] - 1] = offsets[:-1]
+        return following
+
+    @property
+    def edges(self) -> Array:
+        """DP (n_vertices, 2): vector from each vertex to the next."""
+        return self.positions[self.successor] - self.positions
+
+    @property
+    def polygon_areas(self) -> Array:
+        """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
+        offsets = self._polygon_offsets
+        r = self.positions - np.repeat(self.positions[offsets[:-1]], np.diff(offsets), axis=0)
+        e = self.edges
+        return np.add.reduceat(0.5 * (r[:, 0] * e[:, 1] - r[:, 1] * e[:, 0]), offsets[:-1])
+
+    @property
+    def perimeters(self) -> Array:
+        """DP (n,): perimeter of each polygon without its rim."""
+        return np.add.reduceat(np.hypot(*self.edges.T), self._polygon_offsets[:-1])
+
+    @property
+    def centroids(self) -> Array:
+        """(n, 2): centres of the disks, or area centroids of the polygons without rim."""
+        if self.offsets is None:
+            return self.positions
+        starts = self.offsets[:-1]
+        first = self.positions[starts]
+        r = self.positions - np.repeat(first, np.diff(self.offsets), axis=0)
+        s = r[self.successor]
+        wedge = r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0]
+        moment = np.add.reduceat((r + s) * wedge[:, None], starts)
+        return first + moment / (6.0 * self.polygon_areas[:, None])
+
+    @property
+    def phi(self) -> float:
+        """Nominal packing fraction: area of the undeformed particles, overlaps counted twice, over the cell.
+
+        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim (see `droplet`).
+        """
+        if self.diameters is not None:
+            return float(np.pi / 4 * np.sum(self.diameters**2) / self.area)
+        from jamlab.droplet import free_area
+
+        return float(np.sum(free_area(np.diff(self._polygon_offsets), self.params)) / self.area)
+
+    def outlines(self) -> NDArray[np.object_]:
+        """DP (n,): the polygons without rim as shapely geometries."""
+        corners = self.particle
+        return np.asarray(shapely.polygons(shapely.linearrings(self.positions, indices=corners)))
+
+    def with_state(self, **changes: Any) -> "Packing":
+        """Copy with some attributes replaced; `provenance` entries are merged into the old ones."""
+        if "provenance" in changes:
+            changes["provenance"] = {**self.provenance, **changes["provenance"]}
+        return replace(self, **changes)
+
+    def write(self, path: Any) -> None:
+        """Write this one packing to an HDF5 file, see `jamlab.storage`."""
+        from jamlab.storage import write
+
+        write(path, [self])
+
+    @property
+    def _polygon_offsets(self) -> NDArray[np.int64]:
+        if self.offsets is None:
+            raise InputError("a packing of disks (model sp) has no polygons")
+        return self.offsets
+
+
+def _finite(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
+        wanted = "(" + ", ".join("any" if size is None else str(size) for size in shape) + ")"
+        raise InputError(f"{name} must have shape {wanted}, got {array.shape}")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        where = tuple(int(k) for k in bad[0])
+        raise InputError(f"{name}{list(where)} is {array[where]}: all values must be finite numbers")
+    return array
+
+
+def _positive(name: str, values: Array) -> None:
+    bad = np.flatnonzero(values <= 0)
+    if len(bad):
+        raise InputError(f"{name}[{bad[0]}] is {values[bad[0]]:.6g}: must be positive")
+
+
+def _check_box(box: Array) -> None:
+    if box[0, 1] != 0:
+        raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
+    if box[0, 0] <= 0 or box[1, 1] <= 0:
+        raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
+
+
+def _check_params(model: str, units: str, params: dict[str, Any]) -> None:
+    if (model, units) not in FORCE_LAW:
+        raise InputError(f"model {model} has no units {units!r}")
+    for name in FORCE_LAW[model, units]:
+        if name not in params:
+            raise InputError(f"params of model {model} in units {units} lack {name!r}")
+        value = params[name]
+        if name == "contact":
+            if value not in CONTACT_FORMS:
+                raise InputError(f"unknown contact form {value!r}: use one of {', '.join(CONTACT_FORMS)}")
+        elif name != "a0" and not (np.isfinite(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
+            raise InputError(f"params[{name!r}] is {value}: must be a positive number")

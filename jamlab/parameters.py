@@ -1,0 +1,49 @@
+"""Defaults of the models and the protocol, read from the LAMMPS decks that use them.
+
+`lammps_inputs/*.parameters` hold lines `variable NAME index VALUE`. The decks include these files and this module reads
+them, so each default is written once.
+"""
+
+import re
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from jamlab.errors import EngineError
+
+_DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
+
+
+@cache
+def installed(folder: str) -> Path:
+    """Folder of the installed jamlab package: "plugin" or "lammps_inputs".
+
+    Asks the installed distribution, not this file's place: a checkout on `sys.path` has no compiled plugin.
+    """
+    try:
+        path = Path(str(metadata.distribution("jamlab").locate_file(f"jamlab/{folder}")))
+    except metadata.PackageNotFoundError:
+        raise EngineError("jamlab is not installed in this Python: run `pip install .` in its checkout") from None
+    if not path.is_dir():
+        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
+    return path
+
+
+def deck(name: str) -> Path:
+    """Path of an installed deck or include file, e.g. `deck("sp.force")`."""
+    path = installed("lammps_inputs") / name
+    if not path.is_file():
+        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
+    return path
+
+
+def defaults(name: str) -> dict[str, float | str]:
+    """Values of `lammps_inputs/<name>.parameters`: numbers as float, the rest as str."""
+
+    def parsed(text: str) -> float | str:
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    return {key: parsed(value) for key, value in _DEFAULT.findall(deck(f"{name}.parameters").read_text())}

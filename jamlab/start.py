@@ -1,0 +1,116 @@
+"""Where packings come from: random disks, and polygons put in the place of disks."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.droplet import free_area, free_polygon_area, regular_polygon
+from jamlab.errors import InputError
+from jamlab.packing import CONTACT_FORMS, MODELS, UNITS, Packing
+from jamlab.parameters import defaults
+
+Array = NDArray[np.float64]
+
+
+def check_model(model: str) -> None:
+    """Refuse a model that jamlab does not have.
+
+    Raises:
+        InputError: naming the models there are.
+    """
+    if model not in MODELS:
+        raise InputError(f"unknown model {model!r}: use one of {', '.join(MODELS)}")
+
+
+def check_bidisperse(n: int, seed: int, phi: float) -> None:
+    """Refuse numbers that no half-small, half-large packing can start from.
+
+    Raises:
+        InputError: naming the value.
+    """
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2 or n % 2:
+        raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
+    if not 0 < phi <= 2:
+        raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
+
+
+def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:
+    """Half small, half large disks at uniformly random places in a square box.
+
+    Args:
+        n: even number of disks; the first n/2 are small.
+        seed: of numpy's default generator; one seed gives one packing, bit for bit.
+        phi: nominal packing fraction.
+        units: "eps" or "k"; in both the mean diameter is 1.
+    """
+    check_bidisperse(n, seed, phi)
+    if units not in UNITS:
+        raise InputError(f"unknown units {units!r}: use one of {', '.join(UNITS)}")
+    law = defaults("sp")
+    ratio = float(law["ratio"])
+    small = 2 / (1 + ratio)
+    diameters = np.repeat([small, ratio * small], n // 2)
+    side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
+    positions = side * np.random.default_rng(seed).random((n, 2))
+    return Packing("sp", np.diag([side, side]), positions, {units: float(law[units])}, units, diameters)
+
+
+def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Vertices and force-law parameters of n droplets, half small, half large.
+
+    Args:
+        n: even number of droplets; the first n/2 are small.
+        changes: values that replace those of `lammps_inputs/dp.parameters`.
+
+    Returns:
+        (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
+
+    Raises:
+        InputError: for a parameter that the model does not have.
+    """
+    values = defaults("dp")
+    unknown = set(changes) - set(values)
+    if unknown:
+        raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
+    values |= changes
+    nv = np.repeat([int(values["nv_small"]), int(values["nv_large"])], n // 2)
+    # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
+    a0 = (2 * nv / (nv[0] + nv[-1])) ** 2
+    if values["contact"] not in CONTACT_FORMS:
+        raise InputError(f"unknown contact form {values['contact']!r}: use one of {', '.join(CONTACT_FORMS)}")
+    params: dict[str, Any] = {name: values[name] for name in ("gamma", "ka", "eps", "delta", "eta", "contact")}
+    return nv, params | {"a0": a0.astype(np.float64)}
+
+
+def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
+    """(n,) diameter of the disk that each free droplet with its rim just fits into."""
+    area = free_polygon_area(nv, params)
+    return 2 * np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv))) + params["delta"]
+
+
+def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
+    """Free droplets, regular polygons of random orientation, around given centres.
+
+    Args:
+        centres: (n, 2).
+        box: (2, 2).
+        nv: (n,) vertices.
+        params: as in `Packing.params`.
+        seed: of the orientations.
+    """
+    angles = np.random.default_rng([seed, 1]).random(len(nv))
+    areas = free_polygon_area(nv, params)
+    shapes = [
+        centre + regular_polygon(int(count), area, 2 * np.pi * turn)
+        for centre, count, area, turn in zip(centres, nv, areas, angles, strict=True)
+    ]
+    offsets = np.concatenate([[0], np.cumsum(nv)])
+    return Packing("dp", box, np.concatenate(shapes), params, offsets=offsets)
+
+
+def droplet_cell(nv: NDArray[np.int64], params: dict[str, Any], phi: float) -> float:
+    """Side of the square box in which droplets have nominal packing fraction phi."""
+    return float(np.sqrt(np.sum(free_area(nv, params)) / phi))

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "bond_line_tension.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "neighbor.h"
+#include "utils.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+BondLineTension::BondLineTension(LAMMPS *_lmp) : Bond(_lmp), gamma(nullptr), eta(nullptr)
+{
+  writedata = 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+BondLineTension::~BondLineTension()
+{
+  if (allocated && !copymode) {
+    memory->destroy(setflag);
+    memory->destroy(gamma);
+    memory->destroy(eta);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+
+  const double *const *const x = atom->x;
+  double *const *const f = atom->f;
+  const int *const *const bondlist = neighbor->bondlist;
+  const int nbondlist = neighbor->nbondlist;
+  const int nlocal = atom->nlocal;
+  const int newton_bond = force->newton_bond;
+
+  for (int n = 0; n < nbondlist; n++) {
+    const int i1 = bondlist[n][0];
+    const int i2 = bondlist[n][1];
+    const int type = bondlist[n][2];
+
+    const double delx = x[i1][0] - x[i2][0];
+    const double dely = x[i1][1] - x[i2][1];
+    const double length = sqrt(delx * delx + dely * dely + eta[type] * eta[type]);
+
+    // an edge of zero length has no direction and pulls nowhere
+    const double fbond = length > 0.0 ? -gamma[type] / length : 0.0;
+
+    if (newton_bond || i1 < nlocal) {
+      f[i1][0] += delx * fbond;
+      f[i1][1] += dely * fbond;
+    }
+    if (newton_bond || i2 < nlocal) {
+      f[i2][0] -= delx * fbond;
+      f[i2][1] -= dely * fbond;
+    }
+
+    if (evflag)
+      ev_tally(i1, i2, nlocal, newton_bond, gamma[type] * length, fbond, delx, dely, 0.0);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::allocate()
+{
+  allocated = 1;
+  const int np1 = atom->nbondtypes + 1;
+
+  memory->create(gamma, np1, "bond:gamma");
+  memory->create(eta, np1, "bond:eta");
+  memory->create(setflag, np1, "bond:setflag");
+  for (int i = 1; i < np1; i++) setflag[i] = 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::coeff(int narg, char **arg)
+{
+  if (narg < 2 || narg > 3)
+    error->all(FLERR, "Bond style line/tension needs: bond_coeff type gamma [eta]");
+  if (!allocated) allocate();
+
+  int ilo, ihi;
+  utils::bounds(FLERR, arg[0], 1, atom->nbondtypes, ilo, ihi, error);
+  const double gamma_one = utils::numeric(FLERR, arg[1], false, lmp);
+  const double eta_one = narg == 3 ? utils::numeric(FLERR, arg[2], false, lmp) : 0.0;
+  if (gamma_one < 0.0) error->all(FLERR, "Bond style line/tension: gamma must not be negative");
+  if (eta_one < 0.0) error->all(FLERR, "Bond style line/tension: eta must not be negative");
+
+  for (int i = ilo; i <= ihi; i++) {
+    gamma[i] = gamma_one;
+    eta[i] = eta_one;
+    setflag[i] = 1;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double BondLineTension::equilibrium_distance(int /*type*/)
+{
+  return 0.0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::write_restart(FILE *fp)
+{
+  fwrite(&gamma[1], sizeof(double), atom->nbondtypes, fp);
+  fwrite(&eta[1], sizeof(double), atom->nbondtypes, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::read_restart(FILE *fp)
+{
+  allocate();
+
+  if (comm->me == 0) {
+    utils::sfread(FLERR, &gamma[1], sizeof(double), atom->nbondtypes, fp, nullptr, error);
+    utils::sfread(FLERR, &eta[1], sizeof(double), atom->nbondtypes, fp, nullptr, error);
+  }
+  MPI_Bcast(&gamma[1], atom->nbondtypes, MPI_DOUBLE, 0, world);
+  MPI_Bcast(&eta[1], atom->nbondtypes, MPI_DOUBLE, 0, world);
+  for (int i = 1; i <= atom->nbondtypes; i++) setflag[i] = 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void BondLineTension::write_data(FILE *fp)
+{
+  for (int i = 1; i <= atom->nbondtypes; i++)
+    fprintf(fp, "%d %.17g %.17g\n", i, gamma[i], eta[i]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, double &fforce)
+{
+  const double length = sqrt(rsq + eta[type] * eta[type]);
+  fforce = length > 0.0 ? -gamma[type] / length : 0.0;
+  return gamma[type] * length;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void *BondLineTension::extract(const char *str, int &dim)
+{
+  dim = 1;
+  if (strcmp(str, "gamma") == 0) return (void *) gamma;
+  if (strcmp(str, "eta") == 0) return (void *) eta;
+  return nullptr;
+}

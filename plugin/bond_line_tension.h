@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_BOND_LINE_TENSION_H
+#define JAMLAB_BOND_LINE_TENSION_H
+
+#include "bond.h"
+
+namespace LAMMPS_NS {
+
+/* Line tension of an edge without rest length: E = gamma sqrt(l^2 + eta^2).
+   eta = 0 is the first term of Boromand et al. eq 7; eta > 0 smooths the
+   edge direction as l -> 0. */
+
+class BondLineTension : public Bond {
+ public:
+  BondLineTension(class LAMMPS *);
+  ~BondLineTension() override;
+  void compute(int, int) override;
+  void coeff(int, char **) override;
+  double equilibrium_distance(int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+  void write_data(FILE *) override;
+  double single(int, double, int, int, double &) override;
+  void *extract(const char *, int &) override;
+
+ protected:
+  double *gamma, *eta;
+
+  void allocate();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

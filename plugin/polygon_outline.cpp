@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "polygon_outline.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonOutline::refresh(const char *caller, int groupbit)
+{
+  const tagint *molecule = atom->molecule;
+  const int nlocal = atom->nlocal;
+
+  owned.clear();
+  origin.assign(2 * (count() + 1), 0.0);
+
+  for (int i = 0; i < nlocal; i++) {
+    const tagint m = molecule[i];
+    if (m == 0 || !(atom->mask[i] & groupbit)) continue;
+    const int prev = topology.prev(i), next = topology.next(i);
+    if (prev < 0 || next < 0)
+      error->one(FLERR, std::string(caller) +
+                     ": vertex {} cannot see its neighbors on polygon {}: raise comm_modify cutoff",
+                 atom->tag[i], m);
+    owned.push_back({i, prev, next});
+    if (atom->tag[i] == topology.first_tag(m)) {
+      double xu[3];
+      domain->unmap(atom->x[i], atom->image[i], xu);
+      origin[2 * m] = xu[0];
+      origin[2 * m + 1] = xu[1];
+    }
+  }
+  sum(origin);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonOutline::position(int i, double *r) const
+{
+  const tagint m = atom->molecule[i];
+  domain->unmap(atom->x[i], atom->image[i], r);
+  r[0] -= origin[2 * m];
+  r[1] -= origin[2 * m + 1];
+}
+
+/* ----------------------------------------------------------------------
+   a = (1/2) sum x_i cross x_{i+1}. Any fixed origin gives the same closed sum;
+   one near the polygon keeps its digits.
+------------------------------------------------------------------------- */
+
+void PolygonOutline::areas(std::vector<double> &area) const
+{
+  const double *const *x = atom->x;
+  area.assign(count() + 1, 0.0);
+  for (const auto &vertex : owned) {
+    const int i = vertex.i;
+    double r[3];
+    position(i, r);
+    area[atom->molecule[i]] += 0.5 * (r[0] * (x[vertex.next][1] - x[i][1]) -
+                                      r[1] * (x[vertex.next][0] - x[i][0]));
+  }
+  sum(area);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonOutline::perimeters(std::vector<double> &perimeter) const
+{
+  const double *const *x = atom->x;
+  perimeter.assign(count() + 1, 0.0);
+  for (const auto &vertex : owned)
+    perimeter[atom->molecule[vertex.i]] += std::hypot(x[vertex.next][0] - x[vertex.i][0],
+                                                      x[vertex.next][1] - x[vertex.i][1]);
+  sum(perimeter);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonOutline::sum(std::vector<double> &values) const
+{
+  if (comm->nprocs > 1)
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM,
+                  world);
+}
