@@ -9,8 +9,8 @@ from jamlab.neighbors import periodic_pairs
 from jamlab.packing import Packing
 from jamlab.polygon_contacts import polygon_pairs, vertex_contacts
 
-# A particle held by fewer forces than this cannot be in equilibrium: two forces balance only on one line, so a disk with
-# two contacts is stable only by accident. Boromand et al. say "less than 2", which leaves such disks in.
+# A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
+# et al. say "less than 2", which leaves such disks in.
 LEAST_CONTACTS = 3
 
 
@@ -75,5 +75,5 @@ def _prune(pairs: NDArray[np.int64], n: int) -> tuple[NDArray[np.bool_], NDArray
         degree = np.bincount(pairs[bearing].ravel(), minlength=n)
         loose = (degree < LEAST_CONTACTS) & ~rattlers
         if not loose.any():
-            return rattlers, bearing
+            return rattlers, np.asarray(bearing)
         rattlers |= loose

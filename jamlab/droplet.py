@@ -44,4 +44,4 @@ def regular_polygon(nv: int, area: float, angle: float = 0.0) -> Array:
     """(nv, 2) vertices of a regular polygon around the origin, counter-clockwise, first vertex at `angle`."""
     radius = np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv)))
     turn = angle + 2 * np.pi * np.arange(nv) / nv
-    return radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.asarray(radius * np.column_stack([np.cos(turn), np.sin(turn)]))

@@ -64,7 +64,9 @@ class Session:
     """
 
     def __init__(self, packing: Packing, *, newton: bool = True) -> None:
+        self._packing = packing
         self._newton = newton
+        self._stale = True  # the next evaluation needs a full setup
         self._views: dict[str, tuple[int, NDArray[Any]]] = {}
         self._images: tuple[NDArray[Any], Array, Array] = (np.empty(0), np.empty(0), np.empty(0))
         with _lammps_errors("start"):
@@ -88,7 +90,7 @@ class Session:
 
     @property
     def model(self) -> str:
-        """"sp" or "dp"."""
+        """ "sp" or "dp"."""
         return self._packing.model
 
     def load(self, packing: Packing) -> None:
@@ -188,8 +190,8 @@ class Session:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
             if packing.model == "dp":
-                self.command("fix a0 all property/atom d_a0")
-                self.command(f"read_data {file} fix a0 NULL d_a0")
+                self.command("fix d_a0 all property/atom d_a0")
+                self.command(f"read_data {file} fix d_a0 NULL d_a0")
             else:
                 self.command(f"read_data {file}")
         self.command(f"include {deck(f'{packing.model}.force')}")

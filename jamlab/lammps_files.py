@@ -6,7 +6,7 @@ digits, so they read back as the same doubles.
 
 In a LAMMPS deck, after the commands of `common.settings`:
     SP: atom_style atomic;     read_data FILE
-    DP: atom_style molecular;  fix a0 all property/atom d_a0;  read_data FILE fix a0 NULL d_a0
+    DP: atom_style molecular;  fix d_a0 all property/atom d_a0;  read_data FILE fix d_a0 NULL d_a0
 
 In a triclinic box LAMMPS turns every position it reads into fractions of the box and back, which can change the last
 digit: who needs all digits sets the positions again after read_data.

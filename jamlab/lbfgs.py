@@ -1,9 +1,9 @@
 """Limited-memory BFGS for droplet shapes, preconditioned by a factorised Hessian.
 
-The perimeter leaves vertices almost free to slide along a flat while contacts and areas are stiff, so plain L-BFGS takes
-thousands of force evaluations. Started from the inverse of a Hessian of the same packing, made positive definite by a
-shift, it takes about a hundred. Near the minimum the energy, which holds the whole perimeter, has no digits left for a
-line search: from there on the search watches the force along the step instead.
+Vertices are almost free to slide along a flat while contacts and areas are stiff, so plain L-BFGS takes thousands of
+force evaluations. Started from the inverse of a Hessian of the same packing, made positive definite by a shift, it
+takes about a hundred. Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
+search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the energy.
 """
 
 from collections import deque
@@ -88,7 +88,7 @@ def _two_loops(force: Array, pairs: deque[tuple[Array, Array, float]], solve: Ca
 def _search(
     forces_at: Forces, x: Array, shape: tuple[int, ...], energy: float, force: Array, step: Array
 ) -> tuple[Array, float, Array]:
-    """Go along `step` until the energy falls enough, or, where it has no digits, until the force along it does."""
+    """Go along `step` until the energy falls enough."""
     slope = float(force @ step)
     length = min(1.0, _REACH / float(np.abs(step).max()))
     noise = _ENERGY_DIGITS * abs(energy)
@@ -97,7 +97,9 @@ def _search(
         new_energy, new_force = _flat(forces_at, moved, shape)
         new_slope = float(new_force @ step)
         fall = energy - new_energy
-        if fall > 1e-4 * length * slope if abs(fall) > noise else abs(new_slope) <= 0.9 * slope:
+        if abs(fall) <= noise:
+            fall = 0.5 * length * (slope + new_slope)
+        if fall > 1e-4 * length * slope:
             break
         # secant on the force along the step
         length *= min(0.5, max(0.1, slope / (slope - new_slope))) if new_slope < slope else 0.5

@@ -100,9 +100,7 @@ class Packing:
         negative = np.flatnonzero(self.polygon_areas <= 0)
         if len(negative):
             m = negative[0]
-            raise InputError(
-                f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise"
-            )
+            raise InputError(f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise")
         crossed = self._crossed()
         if len(crossed):
             raise InputError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
@@ -113,7 +111,7 @@ class Packing:
         if not len(suspects):
             return suspects
         points = shapely.remove_repeated_points(self.outlines()[suspects], 1e-12 * float(np.sqrt(self.area)))
-        return suspects[~shapely.is_valid(points)]
+        return np.asarray(suspects[~shapely.is_valid(points)])
 
     @property
     def n(self) -> int:

@@ -42,7 +42,7 @@ class VertexContacts:
     @property
     def distance(self) -> Array:
         """(m,) length of the separation."""
-        return np.hypot(*self.separation.T)
+        return np.asarray(np.hypot(*self.separation.T))
 
 
 def vertex_contacts(packing: Packing) -> VertexContacts:

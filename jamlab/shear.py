@@ -28,8 +28,8 @@ def shear_modulus(
 
     Args:
         packing: SP or DP.
-        method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box by
-            +-strain/2 and minimises; the strain is halved until no contact changes. "affine": without relaxation.
+        method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
+            by +-strain/2 and minimises; the strain is halved until no contact changes. "affine": without relaxation.
         angle: direction of shear, radian; 0 is along x. Not for "finite-strain".
         average: mean over all directions. Not for "finite-strain".
         strain: for "finite-strain", where to start.
@@ -65,4 +65,6 @@ def _finite_strain(packing: Packing, strain: float) -> float:
             if np.array_equal(networks[0], networks[1]):
                 return float((stresses[1] - stresses[0]) / strain)
             strain *= 0.5
-    raise ConvergenceError(f"contacts change even at strain {strain:.2g}: G of this packing is not defined by finite strain")
+    raise ConvergenceError(
+        f"contacts change even at strain {strain:.2g}: G of this packing is not defined by finite strain"
+    )

@@ -88,7 +88,7 @@ def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str,
 def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
     """(n,) diameter of the disk that each free droplet with its rim just fits into."""
     area = free_polygon_area(nv, params)
-    return 2 * np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv))) + params["delta"]
+    return np.asarray(2 * np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv))) + params["delta"])
 
 
 def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:

@@ -50,8 +50,8 @@ def load(lmp, path, model):
         lmp.command(line)
     lmp.command(f"atom_style {'atomic' if model == 'sp' else 'molecular'}")
     if model == "dp":
-        lmp.command("fix a0 all property/atom d_a0")
-        lmp.command(f"read_data {path} fix a0 NULL d_a0")
+        lmp.command("fix d_a0 all property/atom d_a0")
+        lmp.command(f"read_data {path} fix d_a0 NULL d_a0")
         lmp.command("bond_style zero")
         lmp.command("bond_coeff *")
         lmp.command("special_bonds lj/coul 1.0 1.0 1.0")

@@ -1,0 +1,80 @@
+"""Fixtures that several test files share: the independent reference and packings that are made once per run."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+
+DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """The module tests/reference.py."""
+    spec = importlib.util.spec_from_file_location("jamlab_reference", Path(__file__).with_name("reference.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _disks(tilt=0.0, units="eps", seed=0, n=20, phi=0.9):
+    """Overlapping disks on random places, some a little outside a box whose tilt is given in units of its width."""
+    rng = np.random.default_rng(seed)
+    diameters = rng.choice([0.8, 1.0, 1.3], n)
+    side = np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi)
+    box = side * np.array([[1.1, 0.0], [1.1 * tilt, 1 / 1.1]])
+    return jamlab.Packing("sp", box, rng.uniform(-0.2, 1.2, (n, 2)) @ box, {units: 1.7}, units, diameters)
+
+
+def _polygons(tilt=0.0, contact="outline", seed=0, sizes=(12, 7, 9, 17, 12, 5), **params):
+    """Jagged polygons inside disks that do not overlap: rims overlap, outlines do not cross; some leave the box."""
+    rng = np.random.default_rng(seed)
+    a0 = (np.array(sizes) / np.mean(sizes)) ** 2 + 0.3
+    radii = 1.05 * np.sqrt(a0 / np.pi)
+    side = np.sqrt(np.pi * np.sum(radii**2) / 0.78)
+    box = side * np.array([[1.0, 0.0], [tilt, 1.0]])
+    holders = jamlab.Packing("sp", box, rng.random((len(sizes), 2)) @ box, {"eps": 1.0}, diameters=2 * radii)
+    with jamlab.Session(holders) as session:
+        session.minimize(1e-9, style="fire", steps=5000)
+        centres = session.positions()
+    rings = []
+    for centre, nv, radius in zip(centres, sizes, radii, strict=True):
+        turn = 2 * np.pi * (np.arange(nv) + rng.uniform(-0.2, 0.2, nv) + rng.random()) / nv
+        reach = radius * rng.uniform(0.9, 0.999, nv)
+        rings.append(centre + reach[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]))
+    law = DROPLETS | {"contact": contact, "a0": a0} | params
+    return jamlab.Packing("dp", box, np.concatenate(rings), law, offsets=np.cumsum([0, *sizes]))
+
+
+@pytest.fixture(scope="session")
+def random_disks():
+    """Function that makes random overlapping disks, see `_disks`."""
+    return _disks
+
+
+@pytest.fixture(scope="session")
+def random_polygons():
+    """Function that makes random polygons in contact, see `_polygons`."""
+    return _polygons
+
+
+@pytest.fixture(scope="session")
+def sp_jammed():
+    """Disks at pressure 1e-3 k."""
+    return jamlab.pack(n=32, pressure=1e-3, seed=3)
+
+
+@pytest.fixture(scope="session")
+def dp_onset():
+    """Twelve droplets at jamming onset."""
+    return jamlab.jam(model="dp", n=12, seed=1)
+
+
+@pytest.fixture(scope="session")
+def dp_dense(dp_onset):
+    """The same droplets compressed to rho = 0.92."""
+    *_, last = jamlab.compress(dp_onset, to=0.92, step=0.03)
+    return last
