@@ -26,14 +26,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises:
         StorageError: `path` is a folder or write-protected, its folder is missing or not writable, the disk is full.
     """
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
-        raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
-    if not target.parent.is_dir():
-        raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
-    if target.exists() and not os.access(target, os.W_OK):
-        raise StorageError(f"cannot write {path}: the file is write-protected; choose another name or `chmod u+w` it")
-
+    target = check_target(path)
     temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
     try:
         try:
@@ -53,6 +46,27 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         ) from error
     with suppress(OSError):  # the file is in place; some file systems cannot flush a folder
         _flush(target.parent)
+
+
+def check_target(path: str | os.PathLike[str]) -> Path:
+    """Refuse a path that cannot be written, before hours of work go into what should be written there.
+
+    Returns:
+        The file behind all symbolic links.
+
+    Raises:
+        StorageError: `path` is a folder or write-protected, or its folder is missing or not writable.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
+    if not target.parent.is_dir():
+        raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
+    if not os.access(target.parent, os.W_OK):
+        raise StorageError(f"cannot write {path}: the folder {target.parent} is write-protected; choose another")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise StorageError(f"cannot write {path}: the file is write-protected; choose another name or `chmod u+w` it")
+    return target
 
 
 def _flush(path: Path) -> None:

@@ -8,20 +8,25 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from jamlab.atomic_file import check_target
 from jamlab.errors import InputError, JamlabError
 
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="Jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum.",
     epilog="Start with: jamlab demo",
 )
-out_console, err_console = Console(), Console(stderr=True)
+# a file or a pipe has no width of its own; tables must not be cut there
+out_console = Console(width=None if sys.stdout.isatty() else 140)
+err_console = Console(stderr=True)
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
 N = Annotated[int, typer.Option("--n", help="Number of particles, even.")]
@@ -75,6 +80,7 @@ def jam(
     """A packing at jamming onset, Boromand et al. 2.3."""
     from jamlab.protocol import jam as run
 
+    check_target(out)
     with _bars({model: "to onset"}, 0.84) as tell:
         choice: dict[str, Any] = {} if contact is None else {"contact": contact}
         packing = run(model, n, seed, progress=lambda *a: tell(model, *a), **choice)
@@ -92,6 +98,7 @@ def pack(
     """An SP packing at a target pressure, law and units of Baumgarten & Tighe."""
     from jamlab.pressure import pack as run
 
+    check_target(out)
     with _bars({"sp": "to pressure"}, 1.0) as tell:
         packing = run(n, pressure, seed, progress=lambda *a: tell("sp", *a))
     _report([packing], out, as_json)
@@ -111,6 +118,7 @@ def compress(
     from jamlab.protocol import compress as run
     from jamlab.storage import read
 
+    check_target(out)
     start = read(file, frame)
     with _bars({start.model: "compress"}, to) as tell:
         packings = [start, *run(start, to, step, by=by, progress=lambda *a: tell(start.model, *a))]
@@ -150,6 +158,8 @@ def gstar(
 
     if not 0 < omega_min < omega_max or points < 2:
         raise InputError(f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max and 2 points")
+    if out is not None:
+        check_target(out)
     packing = read(file, frame)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
     s = complex_modulus(packing, np.geomspace(omega_min, omega_max, points), law, prestress)
@@ -198,7 +208,8 @@ def main() -> None:
 def _bars(names: dict[str, str], to: float) -> Iterator[Any]:
     """Progress bars on stderr, one per model, from phi = 0.2 to the last packing fraction."""
     columns = (TextColumn("{task.description:28s}"), BarColumn(), TextColumn("{task.fields[at]}"), TimeElapsedColumn())
-    with Progress(*columns, console=err_console, transient=True) as progress:
+    quiet = not err_console.is_terminal
+    with Progress(*columns, console=err_console, transient=True, disable=quiet) as progress:
         tasks = {model: progress.add_task(name, total=to - 0.2, at="") for model, name in names.items()}
 
         def tell(model: str, stage: str, fraction: float) -> None:
@@ -231,9 +242,9 @@ def _report(packings: list[Any], out: Path | None, as_json: bool) -> None:
 
 
 def _print_table(title: str, columns: list[str], lines: list[list[str]]) -> None:
-    table = Table(title=title, title_justify="left")
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
     for name in columns:
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", no_wrap=True)
     for line in lines:
         table.add_row(*line)
     out_console.print(table)

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab import figures, report
-from jamlab.errors import InputError
+from jamlab.atomic_file import check_target
+from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.measure import table
 from jamlab.packing import Packing
 from jamlab.protocol import compress, jam, versions
@@ -27,7 +28,7 @@ from jamlab.storage import write
 STEP = 0.01  # in rho, between stored states
 OMEGA = np.logspace(-6, 2, 41)
 HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
-FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".3e", "g": ".4f", "shape": ".4f"}
+FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".2e", "g": ".4f", "shape": ".4f"}
 
 Progress = Callable[[str, str, float], None]  # model, stage, packing fraction
 
@@ -64,12 +65,27 @@ def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tup
 
     Raises:
         InputError, ConvergenceError: from the protocol.
+        StorageError: the folder cannot be written.
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file: name a folder")
+    missing = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        check_target(out / "index.html")
+        return _run_into(out, n, seed, to, progress)
+    except FileExistsError:
+        raise InputError(f"{out} is a file: name a folder") from None
+    except JamlabError:
+        raise
+    except OSError as error:
+        raise StorageError(f"cannot write into {out}: {error.strerror or error}; name another folder") from error
+    finally:
+        if missing and out.is_dir() and not any(out.iterdir()):
+            out.rmdir()
+
+
+def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tuple[dict[str, Run], ComplexModulus]:
     runs = _run_both(n, seed, to, progress)
     spectrum = complex_modulus(runs["sp"].packings[-1], OMEGA)
-    out.mkdir(parents=True, exist_ok=True)
     for run in runs.values():
         write(out / f"{run.model}.h5", run.packings, run.measured)
     _draw(runs, spectrum, out, {"n": str(n), "seed": str(seed)})
@@ -130,7 +146,8 @@ def _draw(runs: dict[str, Run], spectrum: ComplexModulus, out: Path, facts: dict
     unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon_r/l^2$ (DP)"
     pictures = {
         "Packings in their periodic cell: large particles blue, small ones pink, rattlers grey; black lines join "
-        "particles in contact. DP: the fill is the bare polygon, the line its outline with the rim of circulo-lines.": (
+        "particles in contact. DP: the fill is the outline with the rim of the circulo-lines, the line inside it the "
+        "bare polygon.": (
             "packings.png",
             figures.packings_figure(densest, titles),
         ),

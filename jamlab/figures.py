@@ -33,8 +33,8 @@ _ARC = 48  # corners that draw a disk
 def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     """One periodic cell with its particles, as fig 2 of Boromand et al.: large blue, small pink, rattlers grey.
 
-    DP: the bare polygon is filled, the line around it is the outline with the rim of width delta/2. Black lines join
-    the centroids of particles in contact.
+    DP: the fill is the outline with its rim of width delta/2, the line inside it the bare polygon. Black lines join the
+    centroids of particles in contact.
     """
     shapes, edges = _shapes(packing)
     rattlers = contacts(packing).rattlers
@@ -118,7 +118,7 @@ def _shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[NDArray[n
         np.asarray(outline.exterior.coords) + centre
         for outline, centre in zip(rims(packing).outlines, packing.centroids, strict=True)
     ]
-    return polygons, grown
+    return grown, [np.concatenate([polygon, polygon[:1]]) for polygon in polygons]
 
 
 def _contact_lines(packing: Packing, home: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -66,6 +66,10 @@ class Packing:
             raise InputError(f"unknown units {self.units!r}: use one of {', '.join(UNITS)}")
         self._set("box", _finite("box", self.box, (2, 2)))
         self._set("positions", _finite("positions", self.positions, (None, 2)))
+        if not len(self.positions):
+            raise InputError("a packing needs at least one particle")
+        if self.onset is not None and not _positive_number(self.onset):
+            raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
         _check_box(self.box)
         _check_params(self.model, self.units, self.params)
         if self.model == "sp":
@@ -87,7 +91,10 @@ class Packing:
     def _check_polygons(self) -> None:
         if self.diameters is not None:
             raise InputError("diameters belong to model sp, not to dp")
-        offsets = np.asarray(self.offsets if self.offsets is not None else [], dtype=np.int64)
+        offsets = np.asarray(self.offsets if self.offsets is not None else [])
+        if not np.issubdtype(offsets.dtype, np.integer):
+            raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {self.offsets!r}")
+        offsets = offsets.astype(np.int64)
         if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
             raise InputError(f"offsets must run from 0 to the number of vertices, {len(self.positions)}; got {offsets}")
         vertices = np.diff(offsets)
@@ -206,7 +213,10 @@ class Packing:
 
 
 def _finite(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Array:
-    array = np.array(values, dtype=np.float64)
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must hold numbers only, in rows of one length") from None
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
         wanted = "(" + ", ".join("any" if size is None else str(size) for size in shape) + ")"
         raise InputError(f"{name} must have shape {wanted}, got {array.shape}")
@@ -221,6 +231,12 @@ def _positive(name: str, values: Array) -> None:
     bad = np.flatnonzero(values <= 0)
     if len(bad):
         raise InputError(f"{name}[{bad[0]}] is {values[bad[0]]:.6g}: must be positive")
+
+
+def _positive_number(value: Any, *, or_zero: bool = False) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return False
+    return bool(np.isfinite(value) and (value > 0 or (or_zero and value == 0)))
 
 
 def _check_box(box: Array) -> None:
@@ -240,5 +256,5 @@ def _check_params(model: str, units: str, params: dict[str, Any]) -> None:
         if name == "contact":
             if value not in CONTACT_FORMS:
                 raise InputError(f"unknown contact form {value!r}: use one of {', '.join(CONTACT_FORMS)}")
-        elif name != "a0" and not (np.isfinite(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
-            raise InputError(f"params[{name!r}] is {value}: must be a positive number")
+        elif name != "a0" and not _positive_number(value, or_zero=name in ("eta", "gamma")):
+            raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")

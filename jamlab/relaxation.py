@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in units of the packing
 
 _FIRE_STEPS = 300
-_LBFGS_STEPS = 700
+_LBFGS_STEPS = 5000
+_SETTLE_STEPS = 700
 _LBFGS_FORCE = 1e-6  # here Newton takes over; a tenth of it in every further round
 _LBFGS_SHIFT = 1e-2  # added to the Hessian's diagonal, eps/l^2
 _NEWTON_STEPS = 150
@@ -52,7 +53,7 @@ def settle(session: Session, tolerance: float) -> Evaluation:
     """First-order minimisation only: enough to tell a jammed packing from a loose one, whose last digits cost most."""
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0)
-    return _descend_polygons(session, tolerance)
+    return _descend_polygons(session, tolerance, _SETTLE_STEPS)
 
 
 def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, near: bool = False) -> Relaxed:
@@ -82,7 +83,7 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, 
         if session.model == "sp":
             state = _descend_disks(session, tolerance, round_)
         else:
-            state = _descend_polygons(session, max(_LBFGS_FORCE * 0.1**round_, tolerance))
+            state = _descend_polygons(session, max(_LBFGS_FORCE * 0.1**round_, tolerance), _LBFGS_STEPS)
         if state.max_force > tolerance:
             newton_steps += _newton(session, tolerance)
             state = session.evaluate()
@@ -97,7 +98,7 @@ def _descend_disks(session: Session, tolerance: float, round_: int) -> Evaluatio
     return session.minimize(0.5 * tolerance, style=style, steps=20000)
 
 
-def _descend_polygons(session: Session, target: float) -> Evaluation:
+def _descend_polygons(session: Session, target: float, steps: int) -> Evaluation:
     session.minimize(target, style="fire", steps=_FIRE_STEPS)
     packing = session.packing()
 
@@ -105,9 +106,7 @@ def _descend_polygons(session: Session, target: float) -> Evaluation:
         return _factorise(hessian(packing.with_state(positions=positions)), _LBFGS_SHIFT)[0].solve
 
     try:
-        positions, _ = descend(
-            session.forces_at, packing.positions, preconditioner, tolerance=target, steps=_LBFGS_STEPS
-        )
+        positions, _ = descend(session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps)
         session.set_positions(positions)
     except InputError:  # outlines crossed on the way: no Hessian there
         session.set_positions(packing.positions)

@@ -181,7 +181,8 @@ def test_a_reused_session_equals_a_fresh_one(make, kind):
     sizes = {"n": 14} if kind in ("eps", "k") else {"sizes": (6, 12, 8, 10)}
     first = make(kind, 0.3, 0)
     moved = first.with_state(positions=first.positions + 0.01 * np.sin(np.arange(first.positions.size)).reshape(-1, 2))
-    states = [first, moved, sheared(first, 0.02), make(kind, -0.4, 1), make(other, 0.2, 1), make(kind, 0.1, 2, **sizes)]
+    box = first.with_state(box=1.01 * first.box, positions=1.01 * first.positions)
+    states = [first, moved, sheared(first, 0.02), box, make(other, 0.2, 1), make(kind, 0.1, 2, **sizes)]
     with jamlab.Session(states[-1]) as session:
         for p in [*states, first]:
             session.load(p)
@@ -189,6 +190,18 @@ def test_a_reused_session_equals_a_fresh_one(make, kind):
             assert_same(e, fresh, 1e-13)
             assert np.array_equal(session.packing().box, p.box)
             assert np.allclose(session.positions(), p.positions, rtol=0, atol=1e-13 * p.box[0, 0])
+
+
+@pytest.mark.xfail(reason="LAMMPS wraps by one box length only and loses what lies farther away")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_session_takes_the_same_particles_some_boxes_away(make, kind):
+    """Image flags of the state before must not matter."""
+    p = make(kind, 0.3, 0)
+    shifts = np.random.default_rng(0).integers(-5, 6, (p.n, 2)) @ p.box
+    with jamlab.Session(p) as session:
+        session.evaluate()
+        session.load(p.with_state(positions=p.positions + shifts[p.particle]))
+        assert_same(session.evaluate(), jamlab.evaluate(p))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -199,7 +212,10 @@ def test_minimisation_lowers_the_energy_to_vanishing_forces(make, kind):
         before = session.evaluate()
         after = session.minimize(1e-5, style="fire", steps=200)
         assert after.energy < before.energy and after.max_force < before.max_force
-        assert_same(jamlab.evaluate(session.packing()), after)  # FIRE's velocities must not count in the stress
+        fresh = jamlab.evaluate(session.packing())
+    assert fresh.energy == pytest.approx(after.energy, rel=1e-12)
+    assert differ(fresh.stress, after.stress) < 1e-10  # FIRE leaves velocities: they must not count
+    assert np.abs(fresh.forces - after.forces).max() < 1e-10 * after.pressure
 
 
 # invariance -----------------------------------------------------------------------------------------------------------

@@ -1,0 +1,118 @@
+"""The command line as a user meets it: processes, exit codes, one-line errors, nothing half-written."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+import jamlab
+
+JAMLAB = [sys.executable, "-m", "jamlab.cli"]
+
+
+def call(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    return subprocess.run([*JAMLAB, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("packed")
+    done = call(folder, "pack", "--n", "32", "--pressure", "0.02", "--seed", "3", "--json")
+    assert done.returncode == 0, done.stderr
+    return folder / "packing.h5", json.loads(done.stdout)
+
+
+def test_pack_writes_what_it_prints(packed):
+    path, printed = packed
+    packing = jamlab.read(path)
+    assert abs(printed["pressure"][0] / 0.02 - 1) < 1e-6
+    assert printed["rho"][0] == jamlab.packing_fraction(packing)
+    assert printed["converged"] == [True]
+
+
+def test_gstar_limits_and_picture(packed, tmp_path):
+    path, _ = packed
+    done = call(tmp_path, "gstar", str(path), "--points", "5", "--out", "gstar.png", "--json")
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert printed["storage"][0] == pytest.approx(printed["g0"], rel=1e-6)
+    assert (tmp_path / "gstar.png").stat().st_size > 10_000
+
+
+def test_compress_and_analyze_agree(packed, tmp_path):
+    path, _ = packed
+    done = call(tmp_path, "compress", str(path), "--to", "0.9", "--step", "0.02", "--out", "sweep.h5", "--json")
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert abs(printed["rho"][-1] - 0.9) < 1e-6
+    again = json.loads(call(tmp_path, "analyze", "sweep.h5", "--json").stdout)
+    assert again["z"] == printed["z"] and again["rho"] == printed["rho"]
+    assert "NO" not in call(tmp_path, "analyze", "sweep.h5").stdout
+
+
+BAD = [
+    (("jam", "--n", "1"), "n = 1"),
+    (("jam", "--n", "7"), "n = 7"),
+    (("jam", "--n", "few"), "--n"),
+    (("jam", "--model", "foam"), "foam"),
+    (("jam", "--seed", "-2"), "seed = -2"),
+    (("jam", "--model", "dp", "--n", "8", "--contact", "round"), "round"),
+    (("pack", "--n", "32", "--pressure", "-0.1"), "-0.1"),
+    (("compress", "{packed}", "--to", "2.5", "--by", "phi"), "2.5"),
+    (("compress", "{packed}", "--to", "0.9", "--by", "mass"), "mass"),
+    (("compress", "absent.h5", "--to", "0.9"), "absent.h5"),
+    (("analyze", "foreign.h5"), "foreign.h5"),
+    (("gstar", "{packed}", "--beta", "-1"), "-1"),
+    (("jam", "--n", "8", "--out", "nowhere/x.h5"), "nowhere"),
+    (("demo", "--n", "3"), "n = 3"),
+    (("demo", "--n", "8", "--out", "foreign.h5"), "foreign.h5"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "named"), BAD, ids=[" ".join(a) for a, _ in BAD])
+def test_bad_input_names_the_value_and_writes_nothing(packed, tmp_path, arguments, named):
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = 1
+    before = sorted(tmp_path.iterdir())
+    done = call(tmp_path, *(a.format(packed=packed[0]) for a in arguments))
+    assert done.returncode != 0
+    assert "Traceback" not in done.stderr
+    errors = [line for line in done.stderr.splitlines() if line.lower().startswith("error")]
+    assert len(errors) == 1 and named in errors[0]
+    assert done.stdout == ""
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_doctor_finds_this_installation_right():
+    done = call(Path.cwd(), "doctor", "--json")
+    findings = json.loads(done.stdout)
+    assert done.returncode == 0, findings
+    assert {"LAMMPS", "plugin", "MPI run"} <= set(findings)
+
+
+def test_every_command_shows_an_example():
+    for command in ("demo", "jam", "pack", "compress", "analyze", "gstar", "doctor"):
+        assert f"Example: jamlab {command}" in call(Path.cwd(), command, "--help").stdout
+
+
+def test_demo_small(tmp_path):
+    """The main job on few particles: all files there, page self-contained, every state converged."""
+    done = call(tmp_path, "demo", "--n", "8", "--to", "0.88", "--json")
+    assert done.returncode == 0, done.stderr
+    assert "not converged" not in done.stderr
+    out = tmp_path / "jamlab-demo"
+    names = {"sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png", "index.html"}
+    assert {p.name for p in out.iterdir()} == names
+    page = (out / "index.html").read_text()
+    assert page.count("data:image/png;base64,") == 4 and 'src="http' not in page
+    printed = json.loads(done.stdout)
+    for model in ("sp", "dp"):
+        packings = jamlab.read_all(out / f"{model}.h5")
+        assert packings[0].onset == printed["onset"][model]
+        assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
+        limit = 1e-12 if model == "sp" else 1e-8
+        assert all(p.provenance["max_force"] <= limit for p in packings)
+        assert list(jamlab.read_observables(out / f"{model}.h5")["rho"]) == printed[model]["rho"]

@@ -1,0 +1,137 @@
+"""Plain `lmp` under MPI: one state gives the same energy, forces and virial on any number of ranks, newton on or off."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.deformation import sheared
+from jamlab.parameters import installed
+
+THERMO = ("pe", "evdwl", "pxx", "pyy", "pxy")
+
+START = """
+clear
+newton {newton}
+include {decks}/common.settings
+atom_style {style}
+{variables}
+"""
+READ = {
+    "sp": "read_data {data}\n",
+    "dp": "fix d_a0 all property/atom d_a0\nread_data {data} fix d_a0 NULL d_a0\n",
+}
+RUN = """
+include {decks}/{model}.force
+include {decks}/common.output
+{more}
+run 0
+write_dump all custom {name}.dump id fx fy modify sort id format float %.17g
+print """ + '"{name} ' + " ".join(f"$({key}:%.17g)" for key in THERMO) + '"\n'
+SHAPES = """
+compute shape all polygon
+fix shape all ave/time 1 1 1 c_shape[1] c_shape[2] mode vector file {name}.shape format " %.17g"
+"""
+RESUME = """
+special_bonds lj/coul 1.0 1.0 1.0
+neigh_modify exclude molecule/intra all
+fix area all polygon/area {ka:.17g} d_a0
+"""
+
+
+def law(packing):
+    """Variables that the force decks need."""
+    values = {key: value for key, value in packing.params.items() if key != "a0"}
+    values |= {"law": packing.units, "skin": 0.1, "longest_edge": 1.5}
+    if packing.model == "sp":
+        sizes = np.unique(packing.diameters)
+        values |= {"ntypes": len(sizes)} | {f"d{k}": size for k, size in enumerate(sizes, start=1)}
+    texts = {key: f"{value:.17g}" if isinstance(value, float) else value for key, value in values.items()}
+    return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
+
+
+def run(folder, deck, ranks):
+    """Names and numbers that `print` left behind; the deck runs in `folder`."""
+    programs = Path(sys.executable).parent
+    (folder / "in.test").write_text(deck)
+    line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
+    done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    rows = [row.split() for row in done.stdout.splitlines() if row.startswith("state-")]
+    return {row[0]: np.array(row[1:], dtype=float) for row in rows}
+
+
+def columns(path, header):
+    """Numbers of a LAMMPS text file, without the first column."""
+    return np.loadtxt(path, skiprows=header, ndmin=2)[:, 1:]
+
+
+def deck_for(packing, name, *, newton="on", data="", read=None, more=""):
+    """Evaluate one state; `read` replaces the commands that read the data file."""
+    fields = {"decks": installed("lammps_inputs"), "newton": newton, "model": packing.model, "data": data, "name": name}
+    fields |= {"style": "atomic" if packing.model == "sp" else "molecular", "variables": law(packing)}
+    text = START + (READ[packing.model] if read is None else read) + RUN
+    return text.format(more=more.format(name=name), **fields)
+
+
+@pytest.fixture(scope="module")
+def states(random_disks, random_polygons, sp_jammed, dp_dense):
+    """Random states of every kind, and jammed ones a little sheared, so that forces are not mere rounding."""
+    dense = sheared(dp_dense, 0.01)
+    return {
+        "eps": random_disks(0.3, "eps", 1, n=40),
+        "k": random_disks(0.7, "k", 2),
+        "jammed-sp": sheared(sp_jammed, 0.01),
+        "outline": random_polygons(0.3, "outline", 1),
+        "segment": random_polygons(0.7, "segment", 2),
+        "jammed-outline": dense,
+        "jammed-segment": dense.with_state(params=dense.params | {"contact": "segment"}),
+    }
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
+    """Energy, virial and forces against jamlab's own session, which has one rank; areas and perimeters too."""
+    deck = ""
+    if ranks == 4:  # slow where there are fewer cores
+        states = {kind: states[kind] for kind in ("k", "outline", "jammed-segment")}
+    for kind, p in states.items():
+        jamlab.write_data(tmp_path / f"{kind}.data", p)
+        more = SHAPES if p.model == "dp" else ""
+        for newton in ("on", "off"):
+            deck += deck_for(p, f"state-{kind}-{newton}", newton=newton, data=f"{kind}.data", more=more)
+    printed = run(tmp_path, deck, ranks)
+    assert len(printed) == 2 * len(states)
+    for name, values in printed.items():
+        p = states[name.removeprefix("state-").rpartition("-")[0]]
+        e = jamlab.evaluate(p)
+        assert values[:2] == pytest.approx([e.energy, e.contact_energy], rel=1e-10), name
+        assert np.abs(values[2:] - e.stress[[0, 1, 0], [0, 1, 1]]).max() < 1e-10 * e.pressure, name
+        forces = columns(tmp_path / f"{name}.dump", 9)
+        assert np.abs(forces - e.forces).max() < 1e-10 * e.max_force, name
+        if p.model == "dp":
+            areas, perimeters = columns(tmp_path / f"{name}.shape", 4).T
+            assert areas == pytest.approx(p.polygon_areas, rel=1e-12), name
+            assert perimeters == pytest.approx(p.perimeters, rel=1e-12), name
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_restart_gives_the_same_forces(states, tmp_path, ranks):
+    """Coefficients and contact form of pair and bond styles come from the restart file, rest areas too."""
+    deck = ""
+    force = f"include {installed('lammps_inputs')}/dp.force\n"
+    for kind in ("outline", "segment"):
+        p = states[kind]
+        jamlab.write_data(tmp_path / f"{kind}.data", p)
+        deck += deck_for(p, f"state-{kind}", data=f"{kind}.data") + f"write_restart {kind}.restart\n"
+        resumed = deck_for(p, f"state-{kind}-again", read=f"read_restart {kind}.restart\nfix d_a0 all property/atom d_a0\n")
+        assert force in resumed
+        deck += resumed.replace(force, RESUME.format(**p.params))
+    printed = run(tmp_path, deck, ranks)
+    for kind in ("outline", "segment"):
+        assert printed[f"state-{kind}-again"] == pytest.approx(printed[f"state-{kind}"], rel=1e-12)
+        before, after = (columns(tmp_path / f"state-{kind}{end}.dump", 9) for end in ("", "-again"))
+        assert np.abs(after - before).max() < 1e-12 * np.abs(before).max()
