@@ -57,13 +57,11 @@ def demo(
         for model, run in runs.items():
             title = f"{MODEL_STYLE[model]['label']}: onset at rho_J = {run.packings[0].onset:.5f}, {run.seconds:.0f} s"
             _print_table(title, HEADINGS, rows(run))
-        picked = range(0, len(spectrum.omega), 5)
-        _print_table(
-            f"G*(omega) of the densest SP packing: G0 = {spectrum.g0:.4g}, eta0 = {spectrum.eta0:.4g}",
-            ["ω τ1", "G'", "G''"],
-            [[f"{values[k]:.4g}" for values in (spectrum.omega, spectrum.storage, spectrum.loss)] for k in picked],
-        )
+        if spectrum is not None:
+            _print_spectrum("G*(omega) of the densest SP packing", spectrum, every=5)
         out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)
+    if spectrum is None:
+        err_console.print("G*(omega) left out: the densest SP packing is not stable", soft_wrap=True)
     for line in unconverged(runs):
         err_console.print(f"not converged: {line}", soft_wrap=True)
 
@@ -170,9 +168,7 @@ def gstar(
         curves = {"omega": s.omega, "storage": s.storage, "loss": s.loss, "error": s.error}
         _print_json(limits | {name: values.tolist() for name, values in curves.items()})
         return
-    title = f"{law}: G0 = {s.g0:.5g}, eta0 = {s.eta0:.5g}, eta_inf = {s.eta_inf:.5g}"
-    columns = [s.omega, s.storage, s.loss, s.error]
-    _print_table(title, ["ω τ1", "G'", "G''", "error"], [[f"{v[k]:.4g}" for v in columns] for k in range(len(s.omega))])
+    _print_spectrum(str(law), s, every=1)
 
 
 @app.command(epilog="Example: jamlab doctor")
@@ -241,8 +237,14 @@ def _report(packings: list[Any], out: Path | None, as_json: bool) -> None:
         out_console.print(f"wrote {out}", soft_wrap=True)
 
 
+def _print_spectrum(name: str, s: Any, every: int) -> None:
+    title = f"{name}: G0 = {s.g0:.5g}, eta0 = {s.eta0:.5g}, eta_inf = {s.eta_inf:.5g}"
+    rows = zip(s.omega, s.storage, s.loss, s.error, strict=True)
+    _print_table(title, ["ω τ1", "G'", "G''", "error"], [[f"{value:.4g}" for value in row] for row in [*rows][::every]])
+
+
 def _print_table(title: str, columns: list[str], lines: list[list[str]]) -> None:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1))
+    table = Table(title=title, title_justify="left", min_width=min(len(title), 100), box=SIMPLE_HEAD, padding=(0, 1))
     for name in columns:
         table.add_column(name, justify="right", no_wrap=True)
     for line in lines:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from jamlab import figures, report
 from jamlab.atomic_file import check_target
-from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.measure import table
 from jamlab.packing import Packing
 from jamlab.protocol import compress, jam, versions
@@ -50,7 +50,9 @@ class Run:
     seconds: float
 
 
-def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tuple[dict[str, Run], ComplexModulus]:
+def run_demo(
+    n: int, seed: int, to: float, out: Path, progress: Progress
+) -> tuple[dict[str, Run], ComplexModulus | None]:
     """Run both models, write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
 
     Args:
@@ -61,7 +63,7 @@ def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tup
         progress: called with the model, stage and packing fraction reached.
 
     Returns:
-        Runs by model, and G*(omega) of the densest SP packing.
+        Runs by model, and G*(omega) of the densest SP packing, or None if that packing is not stable.
 
     Raises:
         InputError, ConvergenceError: from the protocol.
@@ -83,9 +85,14 @@ def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tup
             out.rmdir()
 
 
-def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tuple[dict[str, Run], ComplexModulus]:
+def _run_into(
+    out: Path, n: int, seed: int, to: float, progress: Progress
+) -> tuple[dict[str, Run], ComplexModulus | None]:
     runs = _run_both(n, seed, to, progress)
-    spectrum = complex_modulus(runs["sp"].packings[-1], OMEGA)
+    try:
+        spectrum: ComplexModulus | None = complex_modulus(runs["sp"].packings[-1], OMEGA)
+    except ConvergenceError:
+        spectrum = None
     for run in runs.values():
         write(out / f"{run.model}.h5", run.packings, run.measured)
     _draw(runs, spectrum, out, {"n": str(n), "seed": str(seed)})
@@ -112,6 +119,8 @@ def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str
         queue.put((model, stage, fraction))
 
     onset = jam(model, n, seed, progress=tell)
+    if to <= onset.phi:
+        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     packings = [onset, *compress(onset, to, STEP, progress=tell)]
     return Run(model, packings, table(packings), time.perf_counter() - began)
 
@@ -134,7 +143,7 @@ def _queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
     return queue
 
 
-def _draw(runs: dict[str, Run], spectrum: ComplexModulus, out: Path, facts: dict[str, str]) -> None:
+def _draw(runs: dict[str, Run], spectrum: ComplexModulus | None, out: Path, facts: dict[str, str]) -> None:
     densest = {model: run.packings[-1] for model, run in runs.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
@@ -156,11 +165,16 @@ def _draw(runs: dict[str, Run], spectrum: ComplexModulus, out: Path, facts: dict
             "g.png",
             figures.curve_figure(tables, "g", f"shear modulus $G$  [{unit}]"),
         ),
-        "Complex shear modulus of the densest SP packing, balanced contact damping (β = 1), with pre-stress.": (
+    }
+    if spectrum is None:
+        facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
+    else:
+        pictures[
+            "Complex shear modulus of the densest SP packing, balanced contact damping (β = 1), with pre-stress."
+        ] = (
             "gstar.png",
             figures.modulus_figure({f"SP, ρ = {tables['sp']['rho'][-1]:.3f}": spectrum}, r"$\epsilon/\sigma^2$"),
-        ),
-    }
+        )
     images = {caption: report.save(figure, out / name) for caption, (name, figure) in pictures.items()}
     times = {f"wall time {model.upper()}": f"{run.seconds:.1f} s" for model, run in runs.items()}
     parameters = {k: v for k, v in densest["dp"].params.items() if k != "a0"}

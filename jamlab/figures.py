@@ -46,7 +46,7 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     for move in moves:
         offset = home + move
         fills = [shape + shift for shape, shift in zip(shapes, offset, strict=True)]
-        axes.add_collection(PolyCollection(fills, facecolors=colours, edgecolors="none", alpha=0.55))
+        axes.add_collection(PolyCollection(fills, facecolors=colours, edgecolors="white", linewidths=0.8, alpha=0.55))
         rings = [edge + shift for edge, shift in zip(edges, offset, strict=True)]
         axes.add_collection(LineCollection(rings, colors="#333333", linewidths=0.6))
     segments = _contact_lines(packing, home)

@@ -71,7 +71,7 @@ class Packing:
         if self.onset is not None and not _positive_number(self.onset):
             raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
         _check_box(self.box)
-        _check_params(self.model, self.units, self.params)
+        check_params(self.model, self.units, self.params)
         if self.model == "sp":
             self._check_disks()
         else:
@@ -246,7 +246,12 @@ def _check_box(box: Array) -> None:
         raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
 
 
-def _check_params(model: str, units: str, params: dict[str, Any]) -> None:
+def check_params(model: str, units: str, params: dict[str, Any]) -> None:
+    """Refuse force-law parameters that are missing, unknown by name or no positive numbers.
+
+    Raises:
+        InputError: naming the parameter and its value.
+    """
     if (model, units) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {units!r}")
     for name in FORCE_LAW[model, units]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from jamlab.droplet import free_area, free_polygon_area, regular_polygon
 from jamlab.errors import InputError
-from jamlab.packing import CONTACT_FORMS, MODELS, UNITS, Packing
+from jamlab.packing import MODELS, UNITS, Packing, check_params
 from jamlab.parameters import defaults
 
 Array = NDArray[np.float64]
@@ -71,18 +71,22 @@ def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str,
     Raises:
         InputError: for a parameter that the model does not have.
     """
-    values = defaults("dp")
+    values = {name: value for name, value in defaults("dp").items() if name != "longest_edge"}
     unknown = set(changes) - set(values)
     if unknown:
         raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
     values |= changes
-    nv = np.repeat([int(values["nv_small"]), int(values["nv_large"])], n // 2)
+    vertices = [values.pop("nv_small"), values.pop("nv_large")]
+    for count in vertices:
+        if isinstance(count, str | bool) or count != int(count) or count < 3:
+            raise InputError(
+                f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3"
+            )
+    nv = np.repeat(np.array(vertices, dtype=np.int64), n // 2)
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
-    a0 = (2 * nv / (nv[0] + nv[-1])) ** 2
-    if values["contact"] not in CONTACT_FORMS:
-        raise InputError(f"unknown contact form {values['contact']!r}: use one of {', '.join(CONTACT_FORMS)}")
-    params: dict[str, Any] = {name: values[name] for name in ("gamma", "ka", "eps", "delta", "eta", "contact")}
-    return nv, params | {"a0": a0.astype(np.float64)}
+    params: dict[str, Any] = {**values, "a0": (2 * nv / (nv[0] + nv[-1])) ** 2}
+    check_params("dp", "eps", params)
+    return nv, params
 
 
 def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
