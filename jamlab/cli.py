@@ -52,7 +52,8 @@ def demo(
         runs, spectrum = run_demo(n, seed, to, out, tell)
     if as_json:
         tables = {m: {k: v.tolist() for k, v in run.measured.items()} for m, run in runs.items()}
-        _print_json({"out": str(out), "onset": {m: r.packings[0].onset for m, r in runs.items()}, **tables})
+        onset = {m: r.packings[0].onset for m, r in runs.items()}
+        _print_json({"out": str(out), "onset": onset, "not_converged": unconverged(runs), **tables})
     else:
         for model, run in runs.items():
             title = f"{MODEL_STYLE[model]['label']}: onset at rho_J = {run.packings[0].onset:.5f}, {run.seconds:.0f} s"
@@ -163,12 +164,13 @@ def gstar(
     s = complex_modulus(packing, np.geomspace(omega_min, omega_max, points), law, prestress)
     if out is not None:
         report.save(modulus_figure({str(law): s}, "k" if packing.units == "k" else r"$\epsilon/\sigma^2$"), out)
+    converged = bool(packing.provenance.get("converged", False))
     if as_json:
-        limits = {"g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf, "method": s.method}
+        limits = {"converged": converged, "g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf, "method": s.method}
         curves = {"omega": s.omega, "storage": s.storage, "loss": s.loss, "error": s.error}
         _print_json(limits | {name: values.tolist() for name, values in curves.items()})
         return
-    _print_spectrum(str(law), s, every=1)
+    _print_spectrum(str(law) + ("" if converged else " of a packing that is NOT CONVERGED"), s, every=1)
 
 
 @app.command(epilog="Example: jamlab doctor")
@@ -222,7 +224,7 @@ def _report(packings: list[Any], out: Path | None, as_json: bool) -> None:
     measured = table(packings)
     if out is not None:
         write(out, packings, measured)
-    marks = [bool(p.provenance.get("converged", False)) for p in packings]
+    marks = [bool(p.provenance.get("converged", False) and p.provenance.get("on_target", True)) for p in packings]
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         _print_json({"out": out and str(out), "onset": packings[-1].onset, "converged": marks, **columns})

@@ -19,8 +19,8 @@ class Contacts:
     """Force-bearing contacts of a packing.
 
     Attributes:
-        pairs: (m, 2) int64, particles i < j that touch; several circulo-line contacts, or several periodic images, of
-            one pair of polygons are one contact.
+        pairs: (m, 2) int64, particles i < j that touch. Several circulo-line contacts of one pair of polygons are one
+            contact; contacts with two periodic images of one particle, in very small boxes, are two.
         rattlers: (n,) bool, particles with fewer than three contacts, found recursively.
         bearing: (m,) bool, contacts between two particles that are not rattlers.
         count: N_c, number of bearing contacts.
@@ -59,8 +59,7 @@ def contacts(packing: Packing) -> Contacts:
     if packing.diameters is not None:
         near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
         pairs = np.column_stack([near.i, near.j])
-        touching = np.hypot(*near.r.T) < 0.5 * packing.diameters[pairs].sum(axis=1)
-        pairs = np.unique(pairs[touching & (near.i != near.j)], axis=0)
+        pairs = pairs[np.hypot(*near.r.T) < 0.5 * packing.diameters[pairs].sum(axis=1)]
     else:
         pairs = polygon_pairs(packing, vertex_contacts(packing))
     rattlers, bearing = _prune(pairs, packing.n)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from jamlab.contacts import contacts
 from jamlab.deformation import at_phi
 from jamlab.errors import ConvergenceError
-from jamlab.hessian import Stiffness, stiffness
+from jamlab.hessian import Stiffness, forces, stiffness, stress
 from jamlab.packing import Packing
 from jamlab.sparse_solver import SymmetricFactors
 
@@ -46,6 +46,11 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
     """
     network, sites = backbone(packing)
+    imbalance, pressure = np.hypot(*forces(network).T).max(), 0.5 * np.trace(stress(network))
+    if imbalance > 0.01 * pressure:
+        raise ConvergenceError(
+            f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure {pressure:.2g}"
+        )
     k = stiffness(network, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     held = solve_held(k, right)
@@ -71,7 +76,11 @@ def linear_shear_modulus(
         prestress: see `jamlab.energy_terms.energy_terms`.
     """
     tensor = elastic_tensor(packing, prestress=prestress)
-    c = tensor.affine if affine else tensor.relaxed
+    return modulus_along(tensor.affine if affine else tensor.relaxed, angle=angle, average=average)
+
+
+def modulus_along(c: Array, *, angle: float = 0.0, average: bool = False) -> float:
+    """Shear modulus of an elastic tensor c, (2, 2, 2, 2), see `linear_shear_modulus`."""
     angles = np.pi * np.arange(3) / 3 if average else np.array([angle])
     a = np.column_stack([np.cos(angles), np.sin(angles)])
     b = np.column_stack([-np.sin(angles), np.cos(angles)])
@@ -123,10 +132,7 @@ def solve_held(k: Stiffness, right: Array) -> Array:
         ConvergenceError: K_uu has a negative or another zero mode.
     """
     solution = np.zeros_like(right)
-    try:
-        factors = SymmetricFactors(k.uu[2:, 2:])
-    except np.linalg.LinAlgError as error:
-        raise ConvergenceError(f"the packing has a floppy mode besides its rattlers: {error}") from error
+    factors = SymmetricFactors(k.uu[2:, 2:])
     if factors.negative:
         raise ConvergenceError(
             f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), it is not at a minimum"

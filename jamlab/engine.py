@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import EngineError, InputError
 from jamlab.installation import check_lammps, lammps_class
-from jamlab.lammps_files import types, write_data
+from jamlab.lammps_files import types, wrap, write_data
 from jamlab.packing import Packing
 from jamlab.parameters import deck
 
@@ -108,7 +108,7 @@ class Session:
             return
         self._packing = packing
         self._set_box(packing.box)
-        self.set_positions(packing.positions)
+        self._place(packing)
         self._stale = True
 
     def command(self, line: str) -> None:
@@ -138,7 +138,7 @@ class Session:
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
-        self.command(f"include {deck(f'minimize.{style}')}")
+        self._include(f"minimize.{style}")
         self.command(f"minimize 0.0 {_text(force)} {steps} {evaluations or 10 * steps}")
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
@@ -181,7 +181,7 @@ class Session:
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
-        self.command(f"include {deck('common.settings')}")
+        self._include("common.settings")
         self.command(f"atom_style {'atomic' if packing.model == 'sp' else 'molecular'}")
         for name, value in settings.items():
             self.command(f"variable {name} delete")
@@ -191,15 +191,25 @@ class Session:
             write_data(file, packing)
             if packing.model == "dp":
                 self.command("fix d_a0 all property/atom d_a0")
-                self.command(f"read_data {file} fix d_a0 NULL d_a0")
+                self.command(f'read_data "{file}" fix d_a0 NULL d_a0')
             else:
-                self.command(f"read_data {file}")
-        self.command(f"include {deck(f'{packing.model}.force')}")
-        self.command(f"include {deck('common.output')}")
+                self.command(f'read_data "{file}"')
+        self._include(f"{packing.model}.force")
+        self._include("common.output")
         self.command("thermo 1")  # so that energy and virial are summed at every step
-        # the data file rounds wrapped positions; these are exact
-        self.set_positions(packing.positions)
+        self._place(packing)  # in a triclinic box read_data changes the last digits
         self._stale = True
+
+    def _place(self, packing: Packing) -> None:
+        """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
+        order = self._order()
+        inside, images = wrap(packing)
+        counts = (images + _IMAGE_ZERO)[order]
+        self._local("image", 0)[:] = counts[:, 0] | counts[:, 1] << _IMAGE_BITS | _IMAGE_ZERO << 2 * _IMAGE_BITS
+        self._local("x", 2)[:] = inside[order]
+
+    def _include(self, name: str) -> None:
+        self.command(f'include "{deck(name)}"')
 
     def _set_box(self, box: Array) -> None:
         lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))

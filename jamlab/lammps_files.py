@@ -135,7 +135,7 @@ def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     yield from (f"{k} 1 # {size} {value:.17g}" for k, value in enumerate(table.values, start=1))
 
     particle = packing.particle
-    wrapped, image = _wrap(packing)
+    wrapped, image = wrap(packing)
     rows = enumerate(zip(particle, table.types[particle], wrapped, image, strict=True), start=1)
     if polygons:
         yield "\nAtoms # molecular\n"
@@ -165,7 +165,7 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
         yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {radius[t - 1]:.17g}" for i, (m, t, (x, y)) in rows)
 
 
-def _wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:
+def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:
     """Positions inside the box and the (len(positions), 2) counts of lattice vectors taken off them.
 
     The counts are the floors of the fractional coordinates s, with x = s_x lx + s_y xy and y = s_y ly.

@@ -55,7 +55,13 @@ def descend(
         if step @ force <= 0:
             pairs.clear()
             step = solve(force)
-        moved, new_energy, new_force = _search(forces_at, x, shape, energy, force, step)
+        found = _search(forces_at, x, shape, energy, force, step)
+        if found is None:
+            if age == 1:  # not even a fresh Hessian shows the way down
+                break
+            age = _REFRESH
+            continue
+        moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
         curvature = float(change @ bend)
         if curvature > 1e-10 * np.linalg.norm(change) * np.linalg.norm(bend):
@@ -87,8 +93,8 @@ def _two_loops(force: Array, pairs: deque[tuple[Array, Array, float]], solve: Ca
 
 def _search(
     forces_at: Forces, x: Array, shape: tuple[int, ...], energy: float, force: Array, step: Array
-) -> tuple[Array, float, Array]:
-    """Go along `step` until the energy falls enough."""
+) -> tuple[Array, float, Array] | None:
+    """Go along `step` until the energy falls enough; None if it does not."""
     slope = float(force @ step)
     length = min(1.0, _REACH / float(np.abs(step).max()))
     noise = _ENERGY_DIGITS * abs(energy)
@@ -100,7 +106,7 @@ def _search(
         if abs(fall) <= noise:
             fall = 0.5 * length * (slope + new_slope)
         if fall > 1e-4 * length * slope:
-            break
+            return moved, new_energy, new_force
         # secant on the force along the step
         length *= min(0.5, max(0.1, slope / (slope - new_slope))) if new_slope < slope else 0.5
-    return moved, new_energy, new_force
+    return None

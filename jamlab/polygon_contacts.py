@@ -49,11 +49,13 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
     """Contacts of a DP packing in its own contact form.
 
     Raises:
-        InputError: with contact form "segment" if edges of two polygons cross: eq 8 has no force there.
+        InputError: if edges of two polygons cross. Eq 8 has no force there, and the outline form would pull a vertex
+            that has come inside further in.
     """
     delta = packing.params["delta"]
     if packing.params["contact"] == "outline":
         found = _meetings(packing, delta)
+        _refuse_crossing(packing, found.vertex, found)
         particle = packing.particle
         image = np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
         return _closest(found, (found.vertex, particle[found.tail], image[:, 0], image[:, 1]))
@@ -61,10 +63,17 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
 
 
 def polygon_pairs(packing: Packing, contacts: VertexContacts) -> Indices:
-    """(m, 2) pairs of polygons i < j in contact, each once however many vertices and images meet."""
+    """(m, 2) pairs of polygons i < j in contact, each once however many vertices meet.
+
+    A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it.
+    """
     particle = packing.particle
-    pairs = np.sort(np.column_stack([particle[contacts.vertex], particle[contacts.tail]]), axis=1)
-    return np.unique(pairs, axis=0)
+    i, j = particle[contacts.vertex], particle[contacts.tail]
+    image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
+    swapped = i > j
+    image = np.where(swapped[:, None], -image, image)
+    rows = np.column_stack([np.minimum(i, j), np.maximum(i, j), image])
+    return np.unique(rows, axis=0)[:, :2]
 
 
 def _meetings(packing: Packing, reach: float) -> VertexContacts:
@@ -127,7 +136,7 @@ def _refuse_crossing(packing: Packing, own: Indices, meetings: VertexContacts) -
     crossed = np.flatnonzero((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0))
     if len(crossed):
         m, n = packing.particle[own[crossed[0]]], packing.particle[meetings.tail[crossed[0]]]
-        raise InputError(f"outlines of polygons {m} and {n} cross: contact form 'segment' has no force there")
+        raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
 
 
 def _take(contacts: VertexContacts, rows: Indices) -> VertexContacts:

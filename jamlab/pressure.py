@@ -8,12 +8,13 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing import Packing
 from jamlab.protocol import Progress, record, versions
 from jamlab.relaxation import Relaxed, relax
-from jamlab.start import check_bidisperse, random_disks
+from jamlab.start import check_bidisperse, check_number, random_disks
 
 _PRESSURE_TOLERANCE = 1e-6  # relative
 _PHI_START = 0.86  # safely jammed
 _BULK_MODULUS = 0.4  # dp/dphi of a random packing, k: first guess of the secant
 _SEARCHES = 60
+_LOWEST_PRESSURE = 1e-8  # 1e4 times the force tolerance
 
 
 def pack(n: int, pressure: float, seed: int = 1, *, progress: Progress | None = None) -> Packing:
@@ -23,7 +24,7 @@ def pack(n: int, pressure: float, seed: int = 1, *, progress: Progress | None = 
 
     Args:
         n: even number of disks.
-        pressure: target, k; above 0 and at most 0.3.
+        pressure: target, k; from 1e-8 to 0.3.
         seed: of the random start.
         progress: called with the stage and phi after each minimisation.
 
@@ -34,8 +35,9 @@ def pack(n: int, pressure: float, seed: int = 1, *, progress: Progress | None = 
         InputError: a value that no run can start from.
         ConvergenceError: the pressure was not met.
     """
-    if not 0 < pressure <= 0.3:
-        raise InputError(f"pressure = {pressure}: must lie above 0 and be at most 0.3 k")
+    check_number("pressure", pressure, 0.3)
+    if pressure < _LOWEST_PRESSURE:
+        raise InputError(f"pressure = {pressure}: below {_LOWEST_PRESSURE:g} k the force tolerance is no longer small")
     check_bidisperse(n, seed, _PHI_START)
     began = time.perf_counter()
     phi = _PHI_START + 2 * pressure

@@ -25,6 +25,7 @@ from jamlab.relaxation import FORCE_TOLERANCE, Relaxed, relax, settle
 from jamlab.start import (
     check_bidisperse,
     check_model,
+    check_number,
     droplet_cell,
     droplet_params,
     free_diameters,
@@ -36,6 +37,7 @@ Progress = Callable[[str, float], None]  # stage and packing fraction reached
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
 _DECOMPRESSIONS = 80
+_SECANT_STEPS = 15
 _LARGEST_FALL = 0.03  # of sqrt(U) in one decompression, as a fraction of what it was
 
 
@@ -70,8 +72,7 @@ def jam(
     check_model(model)
     protocol = {name: float(value) for name, value in defaults("protocol").items()}
     first_step = protocol["step"] if step is None else step
-    if not 0 < first_step < 0.5:
-        raise InputError(f"step = {first_step}: must be a packing fraction between 0 and 0.5")
+    check_number("step", first_step, 0.5)
     if model == "sp" and parameters:
         raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
     check_bidisperse(n, seed, protocol["phi_start"])
@@ -104,18 +105,16 @@ def compress(
         progress: called with the stage and the packing fraction after each minimisation.
 
     Yields:
-        One Packing per state. A state that did not converge has `provenance["converged"]` False.
+        One Packing per state. A state that did not converge has `provenance["converged"]` False, one that misses its
+        packing fraction, because it jumps there, has `provenance["on_target"]` False.
 
     Raises:
         InputError: `to` or `step` out of range.
     """
     if by not in ("rho", "phi"):
         raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")
-    if not step > 0:
-        raise InputError(f"step = {step}: must be positive; whether to compress or decompress follows from `to`")
-    highest = 1.0 if by == "rho" else 2.0
-    if not 0 < to <= highest:
-        raise InputError(f"to = {to}: {by} must lie between 0 and {highest:g}")
+    check_number("step", step, 1.0)
+    check_number("to", to, 1.0 if by == "rho" else 2.0)
     return _sweep(packing, to, step, by, progress)
 
 
@@ -131,7 +130,7 @@ def _sweep(packing: Packing, to: float, step: float, by: str, progress: Progress
             began = time.perf_counter()
             tolerance = 1e-6 if target == to else 0.01 * step
             # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
-            for _ in range(6):
+            for _ in range(_SECANT_STEPS):
                 trial = at_phi(packing, packing.phi + (target - value) / slope)
                 session.load(trial)
                 found = relax(session)
@@ -143,7 +142,17 @@ def _sweep(packing: Packing, to: float, step: float, by: str, progress: Progress
                     slope = (reached - value) / (state.phi - packing.phi)
                 packing, value = state, reached
             wall_time = time.perf_counter() - began
-            packing, value = record(state, found, by=by, target=float(target), wall_time=wall_time), reached
+            packing, value = (
+                record(
+                    state,
+                    found,
+                    by=by,
+                    target=float(target),
+                    on_target=abs(reached - target) <= tolerance,
+                    wall_time=wall_time,
+                ),
+                reached,
+            )
             if progress is not None:
                 progress("compress", value)
             yield packing
@@ -200,7 +209,10 @@ def _find_onset(
             packing = trial.packing
         if jammed is not None and jammed.phi - packing.phi <= protocol["step_fine"]:
             return _decompress_to_onset(followed_to, packing.phi, jammed, protocol)
-    raise ConvergenceError(f"no contacts up to phi = {packing.phi:.3f}: these particles do not jam")
+    raise ConvergenceError(
+        f"no jammed state up to phi = {packing.phi:.3f}: the last minimisation ended at contact energy "
+        f"{trial.energy:.2g} per site and max force {trial.found.evaluation.max_force:.2g}"
+    )
 
 
 def _decompress_to_onset(

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from jamlab.engine import Evaluation, Session
-from jamlab.errors import InputError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.hessian import hessian
 from jamlab.lbfgs import descend
+from jamlab.polygon_contacts import vertex_contacts
 from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, 
         taken = _newton(session, tolerance)
         newton_steps += taken
         state = session.evaluate()
-        if state.max_force <= tolerance:
+        if state.max_force <= tolerance and not _entangled(session):
             return Relaxed(state, True, newton_steps)
         if taken < _NEWTON_STEPS // 2:
             break
@@ -88,8 +89,19 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, 
             newton_steps += _newton(session, tolerance)
             state = session.evaluate()
         if state.max_force <= tolerance:
-            return Relaxed(state, True, newton_steps)
-    return Relaxed(state, False, newton_steps)
+            break
+    return Relaxed(state, state.max_force <= tolerance and not _entangled(session), newton_steps)
+
+
+def _entangled(session: Session) -> bool:
+    """Whether polygons have come through each other's outline, where the contact energy pulls instead of pushing."""
+    if session.model == "sp":
+        return False
+    try:
+        vertex_contacts(session.packing())
+    except InputError:
+        return True
+    return False
 
 
 def _descend_disks(session: Session, tolerance: float, round_: int) -> Evaluation:
@@ -130,7 +142,10 @@ def _newton(session: Session, tolerance: float) -> int:
         if np.hypot(*forces.T).max() <= tolerance or shift > _NEWTON_GIVES_UP:
             break
         if matrix is None:
-            matrix = hessian(packing)
+            try:
+                matrix = hessian(packing)
+            except InputError:  # outlines of two polygons cross: no minimum that way
+                break
         factors, shift = _factorise(matrix, shift)
         step = factors.solve(forces.ravel())
         step *= min(1.0, _NEWTON_REACH / float(np.abs(step).max()))
@@ -141,7 +156,7 @@ def _newton(session: Session, tolerance: float) -> int:
         if gained > 1e-3:
             try:
                 packing = packing.with_state(positions=positions)
-            except InputError:  # outlines crossed
+            except InputError:  # a polygon crosses itself
                 gained = -1.0
             else:
                 forces, matrix = trial, None
@@ -162,6 +177,6 @@ def _factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors
             factors = SymmetricFactors(matrix + shift * identity)
             if factors.negative == 0:
                 return factors, shift
-        except np.linalg.LinAlgError:
+        except ConvergenceError:
             pass
         shift *= 4.0

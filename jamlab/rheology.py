@@ -98,7 +98,12 @@ def complex_modulus(
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}: use one of {', '.join(METHODS)}")
     damping = damping or ContactDamping()
-    frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    try:
+        frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"omega = {omega!r}: frequencies must be numbers") from None
+    if frequencies.ndim != 1:
+        raise InputError(f"omega has shape {frequencies.shape}: give one number or one row of frequencies")
     bad = frequencies[~(np.isfinite(frequencies) & (frequencies > 0))]
     if len(bad):
         raise InputError(f"omega = {bad[0]}: frequencies must be positive and finite")

@@ -9,6 +9,7 @@ from jamlab.engine import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing import Packing
 from jamlab.relaxation import relax
+from jamlab.start import check_number
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
@@ -47,8 +48,7 @@ def shear_modulus(
         return linear_shear_modulus(packing, affine=method == "affine", angle=angle, average=average)
     if angle or average:
         raise InputError("finite-strain shears the box along x only: use linear-response for other directions")
-    if not 0 < strain < 0.1:
-        raise InputError(f"strain = {strain}: must be positive and below 0.1")
+    check_number("strain", strain, 0.1)
     return _finite_strain(packing, strain)
 
 

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
+from jamlab.errors import ConvergenceError
+
 Array = NDArray[np.float64]
 
 
@@ -20,7 +22,7 @@ class SymmetricFactors:
         matrix: (n, n) sparse, symmetric; real or complex.
 
     Raises:
-        numpy.linalg.LinAlgError: if the matrix is exactly singular.
+        ConvergenceError: the matrix is exactly singular.
     """
 
     def __init__(self, matrix: sparse.csc_array) -> None:
@@ -32,7 +34,7 @@ class SymmetricFactors:
                 options={"SymmetricMode": True},
             )
         except RuntimeError as error:
-            raise np.linalg.LinAlgError(f"sparse matrix is singular: {error}") from error
+            raise ConvergenceError(f"a matrix is singular, the packing has a floppy mode: {error}") from error
 
     @property
     def negative(self) -> int:

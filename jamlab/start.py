@@ -23,6 +23,17 @@ def check_model(model: str) -> None:
         raise InputError(f"unknown model {model!r}: use one of {', '.join(MODELS)}")
 
 
+def check_number(name: str, value: float, highest: float) -> None:
+    """Refuse what is no number above 0 and up to `highest`.
+
+    Raises:
+        InputError: naming the value.
+    """
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not number or not 0 < value <= highest:
+        raise InputError(f"{name} = {value!r}: must be a number above 0 and at most {highest:g}")
+
+
 def check_bidisperse(n: int, seed: int, phi: float) -> None:
     """Refuse numbers that no half-small, half-large packing can start from.
 
@@ -33,8 +44,7 @@ def check_bidisperse(n: int, seed: int, phi: float) -> None:
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
-    if not 0 < phi <= 2:
-        raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
+    check_number("phi", phi, 2.0)
 
 
 def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:

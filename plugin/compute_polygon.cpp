@@ -22,7 +22,7 @@ ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) :
   array_flag = 1;
   extarray = 0;
   size_array_cols = 3;
-  outline.init(WHO);
+  outline.init(WHO, groupbit);
   size_array_rows = static_cast<int>(outline.count());
   memory->create(array, size_array_rows, size_array_cols, "polygon:array");
 }
@@ -38,7 +38,7 @@ ComputePolygon::~ComputePolygon()
 
 void ComputePolygon::init()
 {
-  outline.init(WHO);
+  outline.init(WHO, groupbit);
   if (outline.count() != size_array_rows)
     error->all(FLERR, "Compute polygon: there are {} molecules now and were {} when it was defined",
                outline.count(), size_array_rows);

@@ -4,13 +4,14 @@
 #include "fix_polygon_area.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "neighbor.h"
 #include "update.h"
 #include "utils.h"
 
+#include <algorithm>
 #include <cstring>
+#include <vector>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -52,7 +53,7 @@ int FixPolygonArea::setmask()
 
 void FixPolygonArea::init()
 {
-  outline.init(WHO);
+  outline.init(WHO, groupbit);
 
   int is_double, columns;
   const int index = atom->find_custom(property.c_str(), is_double, columns);
@@ -61,16 +62,23 @@ void FixPolygonArea::init()
 
   const double *a0 = atom->dvector[index];
   rest_area.assign(outline.count() + 1, 0.0);
+  std::vector<double> smallest(outline.count() + 1, 1.0e300);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit) || atom->molecule[i] == 0) continue;
     if (a0[i] <= 0.0)
       error->one(FLERR, "Fix polygon/area: rest area d_{} of atom {} is {}, must be positive",
                  property, atom->tag[i], a0[i]);
-    rest_area[atom->molecule[i]] = a0[i];
+    const tagint m = atom->molecule[i];
+    rest_area[m] = std::max(rest_area[m], a0[i]);
+    smallest[m] = std::min(smallest[m], a0[i]);
   }
-  if (comm->nprocs > 1)
-    MPI_Allreduce(MPI_IN_PLACE, rest_area.data(), static_cast<int>(rest_area.size()), MPI_DOUBLE,
-                  MPI_MAX, world);
+  const int size = static_cast<int>(rest_area.size());
+  MPI_Allreduce(MPI_IN_PLACE, rest_area.data(), size, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(MPI_IN_PLACE, smallest.data(), size, MPI_DOUBLE, MPI_MIN, world);
+  for (int m = 1; m < size; m++)
+    if (rest_area[m] > 0.0 && smallest[m] != rest_area[m])
+      error->all(FLERR, "Fix polygon/area: d_{} differs between the vertices of polygon {}: {} and {}",
+                 property, m, smallest[m], rest_area[m]);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -280,7 +280,8 @@ void PairCirculoline::find_facings()
       if (contact == OUTLINE) {
         for (int k = begin_i; k < static_cast<int>(facings.size()); k++) {
           const int other = edges[facings[k].begin].tail;
-          if (molecule[other] == molecule[j] && domain->closest_image(j, other) == other) home = k;
+          if (molecule[other] == molecule[j] && domain->closest_image(j, atom->map(tag[other])) == other)
+            home = k;
         }
       }
       if (home < 0) {

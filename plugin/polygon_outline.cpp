@@ -14,6 +14,22 @@ using namespace LAMMPS_NS;
 
 /* ---------------------------------------------------------------------- */
 
+void PolygonOutline::init(const char *caller, int groupbit)
+{
+  topology.build(caller);
+
+  std::vector<double> in_group(count() + 1, 0.0);
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbit) in_group[atom->molecule[i]] += 1.0;
+  sum(in_group);
+  for (tagint m = 1; m <= count(); m++)
+    if (in_group[m] > 0.0 && in_group[m] != static_cast<double>(topology.size(m)))
+      error->all(FLERR, std::string(caller) + ": the group holds {:.0f} of the {} vertices of polygon {}, needs all or none",
+                 in_group[m], topology.size(m), m);
+}
+
+/* ---------------------------------------------------------------------- */
+
 void PolygonOutline::refresh(const char *caller, int groupbit)
 {
   const tagint *molecule = atom->molecule;

@@ -22,7 +22,7 @@ class PolygonOutline : protected Pointers {
     int i, prev, next;    // local or ghost indices
   };
 
-  void init(const char *caller) { topology.build(caller); }
+  void init(const char *caller, int groupbit);       // collective, refuses a group that cuts a polygon
   void refresh(const char *caller, int groupbit);    // collective, after each neighbor build
   void areas(std::vector<double> &) const;           // collective, indexed by molecule ID
   void perimeters(std::vector<double> &) const;      // collective, indexed by molecule ID

@@ -28,7 +28,11 @@ void PolygonTopology::build(const char *caller)
   const int nlocal = atom->nlocal;
 
   tagint highest = 0, nmolecules;
-  for (int i = 0; i < nlocal; i++) highest = std::max(highest, molecule[i]);
+  for (int i = 0; i < nlocal; i++) {
+    if (molecule[i] < 0)
+      error->one(FLERR, who + ": molecule ID of atom " + std::to_string(tag[i]) + " is negative");
+    highest = std::max(highest, molecule[i]);
+  }
   MPI_Allreduce(&highest, &nmolecules, 1, MPI_LMP_TAGINT, MPI_MAX, world);
 
   std::vector<tagint> low(nmolecules + 1, MAXTAGINT), high(nmolecules + 1, 0), size(nmolecules + 1, 0);

@@ -49,6 +49,23 @@ def _polygons(tilt=0.0, contact="outline", seed=0, sizes=(12, 7, 9, 17, 12, 5), 
     return jamlab.Packing("dp", box, np.concatenate(rings), law, offsets=np.cumsum([0, *sizes]))
 
 
+def _wedge(width, gap, delta):
+    """A square of 12 vertices in a box so narrow that the tip of a triangle lies between it and its own image."""
+    steps = np.linspace(0, 1, 3, endpoint=False)
+    side = np.column_stack([steps, 0 * steps])
+    square = np.concatenate([side, side[:, ::-1] + [1, 0], 1 - side, -side[:, ::-1] + [0, 1]]) * [width, 1.0]
+    tip = np.array([[0.0, 0.6], [gap / 8, 1.8], [-gap / 8, 1.8]]) + np.array([width + 0.45 * gap, 0.0])
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline", "a0": [1.0, 0.1]}
+    box = [[width + gap, 0.0], [0.0, 3.0]]
+    return jamlab.Packing("dp", box, np.concatenate([square, tip]) + 0.1, law, offsets=[0, 12, 15])
+
+
+@pytest.fixture(scope="session")
+def wedge():
+    """Function that makes a triangle between two images of a square, see `_wedge`."""
+    return _wedge
+
+
 @pytest.fixture(scope="session")
 def random_disks():
     """Function that makes random overlapping disks, see `_disks`."""

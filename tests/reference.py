@@ -1,4 +1,4 @@
-"""Energy, forces and stress of a packing from plain loops: shares no code with jamlab, only reads Packing attributes."""
+"""Energy, forces and stress of a packing from plain loops; of jamlab it uses nothing but Packing attributes."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Plain `lmp` under MPI: one state gives the same energy, forces and virial on any number of ranks, newton on or off."""
+"""Plain `lmp` under MPI: the same energy, forces and virial on any number of ranks, newton on or off."""
 
 import subprocess
 import sys
@@ -24,17 +24,20 @@ READ = {
     "sp": "read_data {data}\n",
     "dp": "fix d_a0 all property/atom d_a0\nread_data {data} fix d_a0 NULL d_a0\n",
 }
+PRINT = " ".join(f"$({key}:%.17g)" for key in THERMO)
 RUN = """
 include {decks}/{model}.force
 include {decks}/common.output
 {more}
 run 0
 write_dump all custom {name}.dump id fx fy modify sort id format float %.17g
-print """ + '"{name} ' + " ".join(f"$({key}:%.17g)" for key in THERMO) + '"\n'
+print "{name} {printed}"
+"""
 SHAPES = """
 compute shape all polygon
 fix shape all ave/time 1 1 1 c_shape[1] c_shape[2] mode vector file {name}.shape format " %.17g"
 """
+RESTART = "read_restart {kind}.restart\nfix d_a0 all property/atom d_a0\n"
 RESUME = """
 special_bonds lj/coul 1.0 1.0 1.0
 neigh_modify exclude molecule/intra all
@@ -72,7 +75,7 @@ def columns(path, header):
 def deck_for(packing, name, *, newton="on", data="", read=None, more=""):
     """Evaluate one state; `read` replaces the commands that read the data file."""
     fields = {"decks": installed("lammps_inputs"), "newton": newton, "model": packing.model, "data": data, "name": name}
-    fields |= {"style": "atomic" if packing.model == "sp" else "molecular", "variables": law(packing)}
+    fields |= {"printed": PRINT, "style": "atomic" if packing.model == "sp" else "molecular", "variables": law(packing)}
     text = START + (READ[packing.model] if read is None else read) + RUN
     return text.format(more=more.format(name=name), **fields)
 
@@ -127,7 +130,7 @@ def test_a_restart_gives_the_same_forces(states, tmp_path, ranks):
         p = states[kind]
         jamlab.write_data(tmp_path / f"{kind}.data", p)
         deck += deck_for(p, f"state-{kind}", data=f"{kind}.data") + f"write_restart {kind}.restart\n"
-        resumed = deck_for(p, f"state-{kind}-again", read=f"read_restart {kind}.restart\nfix d_a0 all property/atom d_a0\n")
+        resumed = deck_for(p, f"state-{kind}-again", read=RESTART.format(kind=kind))
         assert force in resumed
         deck += resumed.replace(force, RESUME.format(**p.params))
     printed = run(tmp_path, deck, ranks)

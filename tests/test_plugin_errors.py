@@ -138,7 +138,9 @@ def test_fix_polygon_area(refuses, arguments, message):
 
 def test_a_missing_property_is_named(refuses):
     """The rest area was never defined."""
-    refuses(FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0", "no per-atom property d_rest: use fix property/atom")
+    refuses(
+        FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0", "no per-atom property d_rest: use fix property/atom"
+    )
 
 
 def test_a_rest_area_of_zero_names_the_atom(refuses):
