@@ -226,7 +226,7 @@ def _decompress_to_onset(
     aim = np.sqrt(np.sqrt(protocol["u_contact"] * protocol["u_jammed"]))
     jammed = followed_to(jammed.packing, jammed.phi)
     gap = 0.5 * (jammed.phi - lowest)
-    loose = lowest - protocol["step"]  # below here it is not jammed; a jammed packing stays so a little below `lowest`
+    loose = -np.inf  # below here it is not jammed; compressed from below it may have jammed later than it unjams
     stride = 1.0
     for _ in range(_DECOMPRESSIONS):
         root = np.sqrt(jammed.energy)

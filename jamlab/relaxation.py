@@ -51,10 +51,14 @@ class Relaxed:
 
 
 def settle(session: Session, tolerance: float) -> Evaluation:
-    """First-order minimisation only: enough to tell a jammed packing from a loose one, whose last digits cost most."""
+    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most."""
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0)
-    return _descend_polygons(session, tolerance, _SETTLE_STEPS)
+    state = _descend_polygons(session, tolerance, _SETTLE_STEPS)
+    if state.max_force > tolerance:
+        _newton(session, tolerance)
+        state = session.evaluate()
+    return state
 
 
 def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, near: bool = False) -> Relaxed:
