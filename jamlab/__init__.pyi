@@ -1,3 +1,4 @@
+from .compression import compress as compress
 from .contacts import Contacts as Contacts
 from .contacts import contacts as contacts
 from .damping import ContactDamping as ContactDamping
@@ -16,17 +17,17 @@ from .hessian import hessian as hessian
 from .lammps_files import write_data as write_data
 from .lammps_files import write_dump as write_dump
 from .measure import measure as measure
+from .moduli import bulk_modulus as bulk_modulus
+from .moduli import shear_modulus as shear_modulus
+from .onset import jam as jam
 from .packing import Packing as Packing
 from .packing_fraction import packing_fraction as packing_fraction
 from .pressure import pack as pack
-from .protocol import compress as compress
-from .protocol import jam as jam
 from .rheology import ComplexModulus as ComplexModulus
 from .rheology import complex_modulus as complex_modulus
 from .rheology import dynamical_matrices as dynamical_matrices
 from .shape import particle_areas as particle_areas
 from .shape import shape_factors as shape_factors
-from .shear import shear_modulus as shear_modulus
 from .storage import read as read
 from .storage import read_all as read_all
 from .storage import read_observables as read_observables

@@ -77,7 +77,7 @@ def jam(
     as_json: Json = False,
 ) -> None:
     """A packing at jamming onset, Boromand et al. 2.3."""
-    from jamlab.protocol import jam as run
+    from jamlab.onset import jam as run
 
     check_target(out)
     with _bars({model: "to onset"}, 0.84) as tell:
@@ -114,7 +114,7 @@ def compress(
     as_json: Json = False,
 ) -> None:
     """Compress or decompress a packing in steps; the first frame written is the start."""
-    from jamlab.protocol import compress as run
+    from jamlab.compression import compress as run
     from jamlab.storage import read
 
     check_target(out)

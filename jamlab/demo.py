@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 
 from jamlab import figures, report
 from jamlab.atomic_file import check_target
+from jamlab.compression import compress
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.measure import table
+from jamlab.onset import jam
 from jamlab.packing import Packing
-from jamlab.protocol import compress, jam, versions
+from jamlab.provenance import versions
 from jamlab.rheology import ComplexModulus, complex_modulus
 from jamlab.storage import write
 

@@ -11,13 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.contacts import contacts
-from jamlab.deformation import at_phi
+from jamlab.deformation import at_phi, deformed
 from jamlab.errors import ConvergenceError
 from jamlab.hessian import Stiffness, forces, stiffness, stress
 from jamlab.packing import Packing
 from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]
+
+
+# G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
+AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 
 
 @dataclass(frozen=True)
@@ -60,31 +64,19 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
     return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements)
 
 
-def linear_shear_modulus(
-    packing: Packing, *, affine: bool = False, angle: float = 0.0, average: bool = False, prestress: bool = True
-) -> float:
-    """Shear modulus from the elastic tensor, energy per area and strain squared.
-
-    Simple shear E = a b^T along a = (cos, sin) of `angle` with gradient along b, a turned by 90 degrees. A small
-    packing is anisotropic: G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly.
-
-    Args:
-        packing: at an energy minimum.
-        affine: without non-affine relaxation (Born modulus).
-        angle: radian; 0 is shear along x, as box[1, 0].
-        average: mean over all angles instead.
-        prestress: see `jamlab.energy_terms.energy_terms`.
-    """
-    tensor = elastic_tensor(packing, prestress=prestress)
-    return modulus_along(tensor.affine if affine else tensor.relaxed, angle=angle, average=average)
-
-
-def modulus_along(c: Array, *, angle: float = 0.0, average: bool = False) -> float:
-    """Shear modulus of an elastic tensor c, (2, 2, 2, 2), see `linear_shear_modulus`."""
-    angles = np.pi * np.arange(3) / 3 if average else np.array([angle])
+def modulus_along(c: Array, angles: Array) -> Array:
+    """(m,) shear moduli of an elastic tensor c, (2, 2, 2, 2), for shear along m directions, radian."""
     a = np.column_stack([np.cos(angles), np.sin(angles)])
     b = np.column_stack([-np.sin(angles), np.cos(angles)])
-    return float(np.mean(np.einsum("ni,nj,ijkl,nk,nl->n", a, b, c, a, b)))
+    return np.asarray(np.einsum("ni,nj,ijkl,nk,nl->n", a, b, c, a, b))
+
+
+def compression_modulus(c: Array, pressure: float) -> float:
+    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4.
+
+    C is the curvature of U in the displacement gradient; the area is quadratic in it, which brings in the pressure.
+    """
+    return float(0.25 * np.einsum("iikk->", c) + 0.5 * pressure)
 
 
 def follow(packing: Packing, phi: float) -> Packing:
@@ -104,6 +96,23 @@ def follow(packing: Packing, phi: float) -> Packing:
     positions = moved.positions.copy()
     positions[held] = ((1 + strain) * packing.positions + strain * response)[held]
     return moved.with_state(positions=positions)
+
+
+def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
+    """The packing after a small shear at constant area, sites displaced as linear response predicts.
+
+    Args:
+        packing: at an energy minimum.
+        strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
+        tensor: `elastic_tensor(packing)`.
+    """
+    size = float(np.sqrt(-np.linalg.det(strain)))
+    if size == 0:
+        return packing
+    gradient = np.cosh(size) * np.eye(2) + np.sinh(size) / size * strain
+    moved, rotation = deformed(packing, gradient)
+    response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
+    return moved.with_state(positions=moved.positions + response @ rotation.T)
 
 
 def backbone(packing: Packing) -> tuple[Packing, NDArray[np.int64]]:

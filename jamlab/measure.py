@@ -3,7 +3,7 @@
 import numpy as np
 
 from jamlab.contacts import contacts
-from jamlab.elasticity import elastic_tensor, modulus_along
+from jamlab.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.energy_terms import energy_terms
 from jamlab.errors import ConvergenceError
 from jamlab.hessian import forces, stress
@@ -11,7 +11,7 @@ from jamlab.packing import Packing
 from jamlab.packing_fraction import packing_fraction
 from jamlab.shape import shape_factors
 
-COLUMNS = ("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "shape", "max_force")
+COLUMNS = ("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "max_force")
 
 
 def measure(packing: Packing) -> dict[str, float]:
@@ -20,26 +20,27 @@ def measure(packing: Packing) -> dict[str, float]:
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
         rattlers: their number; pressure; energy: total; contact_energy: per disk or vertex; g: relaxed shear modulus by
-        linear response, mean over directions; g_x: the same for shear along x; shape: mean shape factor (SP: disks cut
-        by their power cells; DP: bare polygons without rim); max_force: largest force left, which says how near to a
-        minimum the packing is. z is nan without a backbone, g and g_x are nan where the
+        linear response, mean over directions; g_x: the same for shear along x; b: relaxed bulk modulus; shape: mean
+        shape factor (SP: disks cut by their power cells; DP: bare polygons without rim); max_force: largest force left,
+        which says how near to a minimum the packing is. z is nan without a backbone, g, g_x and b are nan where the
         packing is not jammed, not stable or not at a minimum: `jamlab.shear_modulus` then says why.
     """
     network = contacts(packing)
     terms = energy_terms(packing)
-    s = stress(packing)
-    g, g_x = _moduli(packing)
+    pressure = float(0.5 * np.trace(stress(packing)))
+    g, g_x, b = _moduli(packing, pressure)
     bearing = [t for t in terms if t.name in ("spring", "contact")]
     return {
         "rho": packing_fraction(packing),
         "phi": packing.phi,
         "z": network.z,
         "rattlers": float(network.rattlers.sum()),
-        "pressure": float(0.5 * (s[0, 0] + s[1, 1])),
+        "pressure": pressure,
         "energy": float(sum(t.energy.sum() for t in terms)),
         "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(packing.positions)),
         "g": g,
         "g_x": g_x,
+        "b": b,
         "shape": float(np.nanmean(shape_factors(packing))),
         "max_force": float(np.hypot(*forces(packing).T).max()),
     }
@@ -51,9 +52,10 @@ def table(packings: list[Packing]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
 
 
-def _moduli(packing: Packing) -> tuple[float, float]:
+def _moduli(packing: Packing, pressure: float) -> tuple[float, float, float]:
     try:
         c = elastic_tensor(packing).relaxed
     except ConvergenceError:
-        return float("nan"), float("nan")
-    return modulus_along(c, average=True), modulus_along(c)
+        return float("nan"), float("nan"), float("nan")
+    along_x = float(modulus_along(c, np.zeros(1))[0])
+    return float(modulus_along(c, AVERAGING_ANGLES).mean()), along_x, compression_modulus(c, pressure)

@@ -2,34 +2,54 @@
 
 import time
 
+from jamlab.box_shear import minimizer
 from jamlab.deformation import at_phi
+from jamlab.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.engine import Session
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.onset import Progress
 from jamlab.packing import Packing
-from jamlab.protocol import Progress, record, versions
-from jamlab.relaxation import Relaxed, relax
+from jamlab.provenance import record, versions
+from jamlab.relaxation import Relaxed, quench
 from jamlab.start import check_bidisperse, check_number, random_disks
 
 _PRESSURE_TOLERANCE = 1e-6  # relative
 _PHI_START = 0.86  # safely jammed
-_BULK_MODULUS = 0.4  # dp/dphi of a random packing, k: first guess of the secant
-_SEARCHES = 60
+_STIFFNESS = 0.5  # dp/dphi of a random packing, k: first guess of the secant
+_ROUGH = 1e-2  # force over pressure on the way to the target
+_NEAR = 0.3  # relative distance to the target pressure that linear response may bridge
+_CLOSE = 2.0  # factor to the target pressure from which on states are relaxed to the end
+_LOOSE = 0.1  # of the target pressure: below, a packing counts as not jammed
+_WALK = 100
+_REFINEMENTS = 30
 _LOWEST_PRESSURE = 1e-8  # 1e4 times the force tolerance
 
 
-def pack(n: int, pressure: float, seed: int = 1, *, progress: Progress | None = None) -> Packing:
+def pack(
+    n: int,
+    pressure: float,
+    seed: int = 1,
+    *,
+    ensemble: str = "fixed-box",
+    ranks: int = 1,
+    progress: Progress | None = None,
+) -> Packing:
     """An SP packing at a target pressure, units "k" (stiffness k, mean diameter d).
 
-    Random disks are quenched above onset; then phi is moved until p = (S_xx + S_yy)/2 meets the target.
+    Random disks are quenched above onset and decompressed with forces known only to a few per cent of the pressure,
+    until that is within a factor of two of the target. Then states are relaxed to the end, and phi follows from the
+    bulk modulus until p = (S_xx + S_yy)/2 meets the target.
 
     Args:
         n: even number of disks.
         pressure: target, k; from 1e-8 to 0.3.
         seed: of the random start.
+        ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
+        ranks: MPI ranks for first-order minimisation; pays from about 10 000 disks.
         progress: called with the stage and phi after each minimisation.
 
     Returns:
-        Packing with p met to 1e-6 relative; `provenance["pressure"]` holds the value reached.
+        Packing with p met to 1e-6 relative and largest force below 1e-12; `provenance["pressure"]` holds the value.
 
     Raises:
         InputError: a value that no run can start from.
@@ -39,38 +59,72 @@ def pack(n: int, pressure: float, seed: int = 1, *, progress: Progress | None = 
     if pressure < _LOWEST_PRESSURE:
         raise InputError(f"pressure = {pressure}: below {_LOWEST_PRESSURE:g} k the force tolerance is no longer small")
     check_bidisperse(n, seed, _PHI_START)
+    relax_state = minimizer(ensemble)
     began = time.perf_counter()
-    phi = _PHI_START + 2 * pressure
-    packing = random_disks(n, seed, phi=phi, units="k")
-    slope = _BULK_MODULUS
-    previous: tuple[float, float] | None = None
-    with Session(packing) as session:
-        for _ in range(_SEARCHES):
-            session.load(at_phi(packing, phi))
-            found = relax(session)
-            packing = session.packing()
-            reached = found.evaluation.pressure
+    with Session(random_disks(n, seed, phi=_PHI_START + 2 * pressure, units="k"), ranks=ranks) as session:
+        packing = _walk(session, pressure, progress)
+        rise = pressure
+        near = False
+        for _ in range(_REFINEMENTS):
+            session.load(packing)
+            found = relax_state(session, near=near, least_pressure=_LOOSE * pressure)
+            packing, reached = session.packing(), found.evaluation.pressure
             if progress is not None:
-                progress("pressure", phi)
-            if abs(reached / pressure - 1) <= _PRESSURE_TOLERANCE:
-                return _finished(packing, found, seed, time.perf_counter() - began)
-            if previous is not None and reached > 0 and phi != previous[0]:
-                secant = (reached - previous[1]) / (phi - previous[0])
-                slope = secant if secant > 0.05 else _BULK_MODULUS
-            previous = (phi, reached)
-            # far above the target stay jammed: p ~ phi - phi_J, so at most halve the distance to onset in one go
-            phi += max((pressure - reached) / slope, -0.7 * reached / slope) if reached > 0 else 0.3 * pressure / slope
+                progress("pressure", packing.phi)
+            if found.converged and abs(reached / pressure - 1) <= _PRESSURE_TOLERANCE:
+                return _finished(packing, found, seed, ensemble, time.perf_counter() - began)
+            near = abs(reached / pressure - 1) < _NEAR
+            if reached < _LOOSE * pressure:
+                packing, rise = at_phi(packing, packing.phi + rise), 2 * rise
+            else:
+                packing, rise = _nearer(packing, reached, pressure), pressure
     raise ConvergenceError(
         f"pressure {pressure:g} not met with n = {n}, seed = {seed}: the search ended at {reached:g}; try another seed"
     )
 
 
-def _finished(packing: Packing, found: Relaxed, seed: int, wall_time: float) -> Packing:
+def _walk(session: Session, pressure: float, progress: Progress | None) -> Packing:
+    """Quench and decompress until the pressure is within a factor of the target."""
+    slope, rise = _STIFFNESS, pressure
+    above: tuple[float, float] | None = None
+    for _ in range(_WALK):
+        state = quench(session, _ROUGH, floor=_LOOSE * pressure)
+        packing, reached = session.packing(), state.pressure
+        if progress is not None:
+            progress("pressure", packing.phi)
+        if pressure / _CLOSE <= reached <= pressure * _CLOSE:
+            return packing
+        if reached < _LOOSE * pressure:  # too far down, or it found a denser basin: up again by growing steps
+            phi, rise, above = packing.phi + rise, 2 * rise, None
+        else:
+            if above is not None:
+                slope = min(max((reached - above[1]) / (packing.phi - above[0]), 0.2), 0.6)
+            above = (packing.phi, reached)
+            rise = pressure
+            # p ~ phi - phi_J: never aim at less than a fifth of the pressure in one go
+            phi = packing.phi + max(pressure - reached, -0.8 * reached) / slope
+        session.load(at_phi(packing, phi))
+    raise ConvergenceError(
+        f"pressure {pressure:g} not met with n = {packing.n}: the walk ended at {reached:g}; try another seed"
+    )
+
+
+def _nearer(packing: Packing, reached: float, pressure: float) -> Packing:
+    """The packing at the phi that its bulk modulus promises the target pressure for."""
+    try:
+        modulus = compression_modulus(elastic_tensor(packing).relaxed, reached)
+    except ConvergenceError:  # not at a stable minimum
+        modulus = _STIFFNESS * packing.phi
+    change = max(pressure - reached, -0.7 * reached) / max(modulus, 0.1 * _STIFFNESS)
+    return follow(packing, packing.phi * (1 + change))
+
+
+def _finished(packing: Packing, found: Relaxed, seed: int, ensemble: str, wall_time: float) -> Packing:
     return record(
         packing,
         found,
         protocol="pressure",
-        ensemble="fixed square box",
+        ensemble=ensemble,
         seed=seed,
         pressure=found.evaluation.pressure,
         wall_time=wall_time,

@@ -1,8 +1,9 @@
 """From any state to a minimum of the potential energy: first-order steps into the basin, Newton steps to the bottom.
 
-SP: conjugate gradients in LAMMPS reach 1e-12 by themselves; FIRE and Newton help where they stall. DP: vertices slide
-along flats almost freely, so first-order methods crawl: FIRE steps in LAMMPS lead into the basin, preconditioned L-BFGS
-on LAMMPS forces follows, and Newton steps on the analytic Hessian end it.
+SP: conjugate gradients in LAMMPS reach 1e-12 by themselves; FIRE and Newton help where they stall, and Newton ends the
+minimisation of large packings. DP: vertices slide along flats almost freely, so first-order methods crawl: FIRE steps
+in LAMMPS lead into the basin, preconditioned L-BFGS on LAMMPS forces follows, and Newton steps on the analytic Hessian
+end it.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,12 @@ Array = NDArray[np.float64]
 
 FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in units of the packing
 
-_FIRE_STEPS = 300
+_MANY_DISKS = 1000  # from here on Newton steps end a minimisation sooner than conjugate gradients
+_NEWTON_NOISE = 1e-5  # force over pressure at which they take over; started earlier they stall
+_FIRST_NOISE = 1e-2
+_STAGES = 12
+_CG_STEPS = 20_000
+_FIRE_STEPS = {"sp": 20_000, "dp": 300}
 _LBFGS_STEPS = 5000
 _SETTLE_STEPS = 700
 _LBFGS_FORCE = 1e-6  # here Newton takes over; a tenth of it in every further round
@@ -53,7 +59,7 @@ class Relaxed:
 def settle(session: Session, tolerance: float) -> Evaluation:
     """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most."""
     if session.model == "sp":
-        return _descend_disks(session, tolerance, 0)
+        return _descend_disks(session, tolerance, 0, 0.0)
     state = _descend_polygons(session, tolerance, _SETTLE_STEPS)
     if state.max_force > tolerance:
         _newton(session, tolerance)
@@ -61,7 +67,14 @@ def settle(session: Session, tolerance: float) -> Evaluation:
     return state
 
 
-def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, near: bool = False) -> Relaxed:
+def relax(
+    session: Session,
+    tolerance: float | None = None,
+    *,
+    rounds: int = 3,
+    near: bool = False,
+    least_pressure: float = 0.0,
+) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box.
 
     Args:
@@ -69,6 +82,8 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, 
         tolerance: on the largest force; default `FORCE_TOLERANCE` of the model.
         rounds: how often to start again with first-order steps when Newton leaves its basin.
         near: the state is a good guess of the minimum: try Newton steps before anything else.
+        least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
+            just loses its contacts cost most.
 
     Returns:
         The state reached; `converged` is False if no round met the tolerance.
@@ -86,7 +101,9 @@ def relax(session: Session, tolerance: float | None = None, *, rounds: int = 3, 
             break
     for round_ in range(rounds):
         if session.model == "sp":
-            state = _descend_disks(session, tolerance, round_)
+            state = _descend_disks(session, tolerance, round_, least_pressure)
+            if state.pressure < least_pressure:
+                return Relaxed(state, state.max_force <= tolerance, newton_steps)
         else:
             state = _descend_polygons(session, max(_LBFGS_FORCE * 0.1**round_, tolerance), _LBFGS_STEPS)
         if state.max_force > tolerance:
@@ -108,14 +125,59 @@ def _entangled(session: Session) -> bool:
     return False
 
 
-def _descend_disks(session: Session, tolerance: float, round_: int) -> Evaluation:
-    # LAMMPS compares components, jamlab compares norms
+def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
+    lowest = 0.5 * tolerance  # LAMMPS compares components, jamlab compares norms
+    if session.size >= _MANY_DISKS:
+        return _descend_many_disks(session, _NEWTON_NOISE * 0.1**round_, lowest, least_pressure)
     style = "cg" if round_ % 2 == 0 else "fire"
-    return session.minimize(0.5 * tolerance, style=style, steps=20000)
+    if not least_pressure:
+        return session.minimize(lowest, style=style, steps=_CG_STEPS)
+    state = session.evaluate()
+    for noise in _FIRST_NOISE * 0.1 ** np.arange(_STAGES):
+        target = max(noise * state.pressure, lowest)
+        if state.max_force > target:
+            state = session.minimize(target, style=style, steps=_CG_STEPS)
+        if state.pressure < least_pressure or state.max_force <= lowest:
+            break
+    return state
+
+
+def _descend_many_disks(session: Session, noise: float, lowest: float, least_pressure: float) -> Evaluation:
+    """FIRE while many contacts open and close at once, L-BFGS where the packing slides along a soft direction."""
+    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=_FIRE_STEPS["sp"])
+    target = max(noise * state.pressure, lowest)
+    if state.max_force <= target or state.pressure < least_pressure:
+        return state
+    return _descend_preconditioned(session, target, _LBFGS_STEPS)
+
+
+def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000) -> Evaluation:
+    """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
+
+    Args:
+        session: SP; is left in the state reached.
+        noise: largest force over pressure.
+        floor: pressure below which a packing counts as loose, and need not be relaxed any further.
+        steps: at most, in each of a few stages.
+    """
+    state = session.evaluate()
+    for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
+        target = noise * max(state.pressure, floor)
+        if state.max_force <= target:
+            break
+        before = state.pressure
+        state = session.minimize(target, style="fire", steps=steps)
+        if state.max_force > target and state.pressure > 0.5 * before:
+            break
+    return state
 
 
 def _descend_polygons(session: Session, target: float, steps: int) -> Evaluation:
-    session.minimize(target, style="fire", steps=_FIRE_STEPS)
+    session.minimize(target, style="fire", steps=_FIRE_STEPS["dp"])
+    return _descend_preconditioned(session, target, steps)
+
+
+def _descend_preconditioned(session: Session, target: float, steps: int) -> Evaluation:
     packing = session.packing()
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:

@@ -133,9 +133,9 @@ def test_what_has_no_modulus_is_refused(random_disks, packings):
         jamlab.shear_modulus(loose)
     with pytest.raises(jamlab.InputError, match="unknown method 'guess': use one of linear-response"):
         jamlab.shear_modulus(packings["near"], "guess")
-    for options in ({"angle": 0.1}, {"average": True}):
-        with pytest.raises(jamlab.InputError, match="shears the box along x only"):
-            jamlab.shear_modulus(packings["near"], "finite-strain", **options)
+    for angle in ("x", np.nan, [[0.0]]):
+        with pytest.raises(jamlab.InputError, match="give one direction in radian"):
+            jamlab.shear_modulus(packings["near"], angle=angle)
 
 
 # matrices -------------------------------------------------------------------------------------------------------------
