@@ -7,6 +7,7 @@ from .elasticity import elastic_tensor as elastic_tensor
 from .engine import Evaluation as Evaluation
 from .engine import Session as Session
 from .engine import evaluate as evaluate
+from .errors import BoundaryError as BoundaryError
 from .errors import ConvergenceError as ConvergenceError
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
@@ -17,6 +18,7 @@ from .lammps_files import write_data as write_data
 from .lammps_files import write_dump as write_dump
 from .measure import measure as measure
 from .packing import Packing as Packing
+from .packing_fraction import exact_method as exact_method
 from .packing_fraction import packing_fraction as packing_fraction
 from .pressure import pack as pack
 from .protocol import compress as compress
@@ -31,3 +33,8 @@ from .storage import read as read
 from .storage import read_all as read_all
 from .storage import read_observables as read_observables
 from .storage import write as write
+from .void_statistics import VoidStatistics as VoidStatistics
+from .void_statistics import void_statistics as void_statistics
+from .void_statistics import without_rattlers as without_rattlers
+from .voids import Voids as Voids
+from .voids import voids as voids

@@ -167,14 +167,11 @@ def test_overlapping_droplets_cover_less_than_apart_and_never_more_than_the_cell
 # errors ---------------------------------------------------------------------------------------------------------------
 
 
-def test_triples_are_refused_for_now():
-    with pytest.raises(InputError, match="'triples' is not available yet: use 'exact'"):
-        packing_fraction(random_disks(0), "triples")
-
-
 @pytest.mark.parametrize("method", ["union", "", None])
 def test_unknown_method_names_the_choices(method):
-    with pytest.raises(InputError, match=rf"{method!r}.*exact, pairs, triples, nominal"):
+    with pytest.raises(
+        InputError, match=rf"{method!r}.*exact, pairs, triples, cells, paper-pairs, paper-triples, nominal"
+    ):
         packing_fraction(random_disks(0), method)
 
 
