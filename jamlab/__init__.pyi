@@ -13,6 +13,7 @@ from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
 from .errors import StorageError as StorageError
+from .geometry_figures import geometry_figure as geometry_figure
 from .hessian import hessian as hessian
 from .lammps_files import write_data as write_data
 from .lammps_files import write_dump as write_dump
@@ -33,6 +34,9 @@ from .storage import read as read
 from .storage import read_all as read_all
 from .storage import read_observables as read_observables
 from .storage import write as write
+from .tessellation import Tessellation as Tessellation
+from .tessellation import local_packing_fraction as local_packing_fraction
+from .tessellation import tessellation as tessellation
 from .void_statistics import VoidStatistics as VoidStatistics
 from .void_statistics import void_statistics as void_statistics
 from .void_statistics import without_rattlers as without_rattlers

@@ -151,7 +151,7 @@ def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[In
         (k,) int64, start that belongs to each end, and (k, 2) int64, which periodic image of it.
 
     Raises:
-        BoundaryError: if some end has no start to itself, because more boundaries meet there than rounding can tell apart.
+        BoundaryError: if some end has no start to itself, where boundaries meet that rounding cannot tell apart.
     """
     near = periodic_neighbors(ends, starts, box, tolerance)
     result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)
