@@ -96,8 +96,8 @@ def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
 
     Args:
         packing: SP.
-        touch: disks apart by no more than this part of R_i + R_j are joined by a chord of length zero, which ends an
-            arc on either disk where they touch. Areas and perimeters do not change.
+        touch: disks that overlap or stand apart by no more than this part of R_i + R_j are joined by a chord of length
+            zero, which ends an arc on either disk where they touch.
 
     Raises:
         InputError: for a DP packing; if disks reach over more periodic images than fit in memory.
@@ -179,7 +179,7 @@ def _chords(near: Pairs, radius: Array, swallowed: NDArray[np.bool_], touch: flo
     reach = radius[i] + radius[j]
     cut = (distance < reach) & (np.abs(height) < radius[i]) & (np.abs(height_j) < radius[j])
     if touch > 0:
-        touching = ~cut & (np.abs(distance - reach) <= touch * reach)
+        touching = np.abs(distance - reach) <= touch * reach
         height, height_j = np.where(touching, radius[i], height), np.where(touching, radius[j], height_j)
         cut |= touching
     i, j, r, shift = i[cut], j[cut], r[cut], shift[cut]
