@@ -18,12 +18,15 @@ from .hessian import hessian as hessian
 from .lammps_files import write_data as write_data
 from .lammps_files import write_dump as write_dump
 from .measure import measure as measure
+from .micrograph import Micrograph as Micrograph
+from .micrograph import micrograph as micrograph
 from .packing import Packing as Packing
 from .packing_fraction import exact_method as exact_method
 from .packing_fraction import packing_fraction as packing_fraction
 from .pressure import pack as pack
 from .protocol import compress as compress
 from .protocol import jam as jam
+from .published import read_points as read_points
 from .rheology import ComplexModulus as ComplexModulus
 from .rheology import complex_modulus as complex_modulus
 from .rheology import dynamical_matrices as dynamical_matrices

@@ -150,7 +150,7 @@ def test_compressed_droplets(dp_onset, dp_dense):
 
 def test_outlines_that_cross_are_refused():
     with pytest.raises(BoundaryError, match="polygons 0 and 1 cross"):
-        voids(polygons([SQUARE + 3, SQUARE + [3.5, 3.5]], 0.1))
+        voids(polygons([SQUARE + 3, SQUARE + 3.5], 0.1))
 
 
 def test_outline_that_crosses_itself_is_refused():

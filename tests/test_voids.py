@@ -1,4 +1,4 @@
-"""Voids between disks: closed forms, the torus, degenerate input, a raster and an integral that know nothing of loops."""
+"""Voids between disks: closed forms, the torus, degenerate input; a raster and an integral know nothing of loops."""
 
 import numpy as np
 import pytest
@@ -162,7 +162,7 @@ def test_rattler_that_touches_one_particle_is_one_more_side():
 
 
 def test_clusters_with_voids_inside_float_in_a_void():
-    packing = disks(np.concatenate([TRIANGLE + 3, TRIANGLE + [12, 4]]), 1.05)
+    packing = disks(np.concatenate([TRIANGLE + 3, TRIANGLE + 12]), 1.05)
     found = voids(packing)
     order = np.argsort(found.area)
     np.testing.assert_array_equal(found.sides[order], [3, 3, 6])
