@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+from scipy.sparse.csgraph import connected_components, min_weight_full_bipartite_matching
 
 from jamlab.errors import BoundaryError
-from jamlab.lattice_graph import components
+from jamlab.lattice_graph import summed_images
 from jamlab.neighbors import periodic_neighbors
 from jamlab.packing import Packing
 from jamlab.power_cells import disk_cells
@@ -96,13 +96,16 @@ def chained(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
         shift: (k, 2) int64, which periodic image of it.
     """
     k = len(following)
-    found = components(k, np.arange(k), following, shift)
-    winding = np.zeros((found.count, 2), dtype=np.int64)
-    origin = np.unique(found.label, return_index=True)[1]
-    closing = np.flatnonzero(found.winding.any(axis=1))  # at most one link of a loop
-    winding[found.label[closing]] = found.winding[closing]
-    origin[found.label[closing]] = following[closing]
-    return Boundary(pieces, following, found.label, found.image, winding, origin)
+    pieces_in_turn = np.arange(k)
+    count, loop = connected_components(csr_array((np.ones(k), (pieces_in_turn, following)), shape=(k, k)))
+    origin = np.full(count, k)
+    np.minimum.at(origin, loop, pieces_in_turn)
+    before, image = np.empty(k, dtype=np.int64), np.empty((k, 2), dtype=np.int64)
+    before[following], image[following] = pieces_in_turn, shift
+    last = before[origin]
+    before[origin], image[origin] = origin, 0
+    image = summed_images(before, image)
+    return Boundary(pieces, following, loop.astype(np.int64), image, image[last] + shift[last], origin)
 
 
 def disk_boundary(packing: Packing) -> Boundary:
@@ -132,10 +135,17 @@ def disk_boundary(packing: Packing) -> Boundary:
     # where three circles meet in one point, rounding may end an arc at one disk and begin the next at another
     loose = np.flatnonzero(following < 0)
     if len(loose):
-        free = np.setdiff1d(arcs, following[following >= 0])
+        free = not_in(following, len(arcs))
         after, shift[loose] = joined(end[loose], start[free], packing.box, JOINT * radius.max())
         following[loose] = free[after]
     return chained(pieces, following, shift)
+
+
+def not_in(taken: Indices, count: int) -> Indices:
+    """Numbers below count that do not occur, ascending; negative entries do not matter."""
+    left = np.ones(count, dtype=bool)
+    left[taken[taken >= 0]] = False
+    return np.flatnonzero(left)
 
 
 def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
@@ -163,7 +173,7 @@ def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[In
     if not len(crowded):
         return result, shift
     i, j, r, image = near.i[~alone], near.j[~alone], near.r[~alone], near.shift[~alone]
-    free = np.setdiff1d(np.arange(len(starts)), result[result >= 0])
+    free = not_in(result, len(starts))
     weight = np.hypot(*r.T) + 1e-3 * tolerance  # a sparse matrix would lose zeros
     rows, columns = np.searchsorted(crowded, i), np.searchsorted(free, j)
     try:

@@ -56,9 +56,19 @@ def components(n: int, tail: Indices, head: Indices, shift: Indices) -> Componen
     image = np.zeros((n, 2), dtype=np.int64)
     image[grown] = steps[index[np.searchsorted(key, before[grown] * n + grown)]]
     before[before == n] = np.flatnonzero(before == n)
+    image = summed_images(before, image)
+    return Components(int(count), label.astype(np.int64), image, image[tail] + shift - image[head])
+
+
+def summed_images(before: Indices, step: Indices) -> Indices:
+    """(n, 2) sum of the steps from the root of a tree to each node.
+
+    Args:
+        before: (n,) int64, node that leads to each node; roots lead to themselves.
+        step: (n, 2) int64, step from there; zero for roots.
+    """
     while True:  # each node looks twice as far back every time
         further = before[before]
         if np.array_equal(further, before):
-            break
-        image, before = image + image[before], further
-    return Components(int(count), label.astype(np.int64), image, image[tail] + shift - image[head])
+            return step
+        step, before = step + step[before], further

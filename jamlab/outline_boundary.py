@@ -10,11 +10,12 @@ capsule hides one interval of an element. What no capsule hides is free boundary
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from jamlab.boundary import JOINT, Boundary, Pieces, chained, joined
+from jamlab.boundary import JOINT, Boundary, Pieces, chained, joined, not_in
 from jamlab.errors import BoundaryError, InputError
-from jamlab.neighbors import periodic_neighbors
+from jamlab.neighbors import periodic_copies
 from jamlab.packing import Packing
 from jamlab.rims import SHORTEST
 
@@ -72,7 +73,7 @@ def outline_boundary(packing: Packing) -> Boundary:
     shift = np.zeros((len(element), 2), dtype=np.int64)
     loose = np.flatnonzero(following < 0)
     if len(loose):
-        free = np.setdiff1d(np.arange(len(element)), following[following >= 0])
+        free = not_in(following, len(element))
         after, shift[loose] = joined(pieces.end[loose], pieces.start[free], packing.box, JOINT * edges.width)
         following[loose] = free[after]
     return chained(pieces, following, shift)
@@ -96,24 +97,34 @@ def _edges(packing: Packing) -> _Edges:
 
 def _meetings(packing: Packing, edges: _Edges) -> _Meetings:
     """Edges nearer than delta, as far as one may hide the outline of the other."""
+    i, j, shift = _near_edges(packing, edges)
+    own = (edges.particle[i] == edges.particle[j]) & ~shift.any(axis=1)
+    r = edges.tail[j] - edges.tail[i] + shift @ packing.box
     half = 0.5 * edges.length
-    middle = edges.tail + half[:, None] * edges.along
-    near = periodic_neighbors(middle, middle, packing.box, 2 * (edges.width + float(half.max())))
-    reach = 2 * edges.width + half[near.i] + half[near.j]
-    own = (edges.particle[near.i] == edges.particle[near.j]) & ~near.shift.any(axis=1)
-    dented = np.zeros(packing.n, dtype=bool)
-    dented[edges.particle[edges.turn < 0]] = True
-    kept = (np.einsum("ij,ij->i", near.r, near.r) < reach**2) & ((near.i != near.j) | near.shift.any(axis=1))
-    kept &= ~own | dented[edges.particle[near.i]]
-    i, j, r, own = near.i[kept], near.j[kept], near.r[kept], own[kept]
-    r = r + half[i][:, None] * edges.along[i] - half[j][:, None] * edges.along[j]
-
     a, b = half[i][:, None] * 2 * edges.along[i], half[j][:, None] * 2 * edges.along[j]
     crossed = (_cross(a, r) * _cross(a, r + b) < 0) & (_cross(b, -r) * _cross(b, a - r) < 0) & ~own
     if crossed.any():
         m, n = edges.particle[i[crossed][0]], edges.particle[j[crossed][0]]
         raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
     return _Meetings(i, j, r)
+
+
+def _near_edges(packing: Packing, edges: _Edges) -> tuple[Indices, Indices, Indices]:
+    """Pairs of edges whose bounding boxes are nearer than delta, from both sides, and which image of the second."""
+    reach = 2 * edges.width
+    half = 0.5 * edges.length[:, None] * edges.along
+    source, shift = periodic_copies(edges.tail + half, packing.box, reach + float(edges.length.max()))
+    middle, size = (edges.tail + half)[source] + shift @ packing.box, np.abs(half)[source]
+    low, high = middle - size, middle + size
+    tree, m = shapely.STRtree(shapely.box(*low.T, *high.T)), len(half)
+    i, copy = tree.query(shapely.box(*(low[:m] - reach).T, *(high[:m] + reach).T))
+    j, shift = source[copy], shift[copy] - shift[i]
+    moved = shift.any(axis=1)
+    dented = np.zeros(packing.n, dtype=bool)
+    dented[edges.particle[edges.turn < 0]] = True
+    own = (edges.particle[i] == edges.particle[j]) & ~moved
+    kept = (~own | dented[edges.particle[i]]) & ((i != j) | moved)
+    return i[kept], j[kept], shift[kept]
 
 
 def _on_lines(edges: _Edges, meetings: _Meetings) -> tuple[Indices, Array, Array]:

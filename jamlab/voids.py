@@ -100,8 +100,11 @@ def voids(packing: Packing) -> Voids:
     k = k[length[k] > SLIVER * np.sqrt(packing.area / packing.n)]
     open_void = percolating[void[k]] > 0
     corners = np.column_stack([void[k], boundary.pieces.particle[k], np.where(open_void[:, None], 0, image[k])])
-    corners = np.unique(corners[open_void | around[boundary.loop[k]]], axis=0)
-    sides = np.bincount(corners[:, 0], minlength=count)
+    corners = corners[open_void | around[boundary.loop[k]]]
+    corners = corners[np.lexsort(corners.T)]
+    different = np.ones(len(corners), dtype=bool)
+    different[1:] = (corners[1:] != corners[:-1]).any(axis=1)
+    sides = np.bincount(corners[different, 0], minlength=count)
     centroid = _centroids(boundary, packing.box, void, image, area)
     centroid[percolating > 0] = np.nan
     return Voids(sides, area, perimeter, centroid, percolating, islands, boundary, void, image)
