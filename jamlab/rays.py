@@ -16,8 +16,10 @@ from jamlab.neighbors import periodic_neighbors
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 JOINT = 1e-7  # how far beyond its ends a piece stops a ray, so that none slips through a joint (radians, half lengths)
+GRAZING = 1e-3  # cosine with the outward normal, from which on a ray comes from inside
 GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it
 LONGEST = 1e4  # ray, in lengths of the cell
 
@@ -35,7 +37,7 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
         (c,) int64, loop that is hit, and (c, 2) int64, in which image relative to the loop that cast the ray.
 
     Raises:
-        BoundaryError: if a ray hits nothing.
+        BoundaryError: if a ray hits nothing, or meets a polygon from inside.
     """
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):
@@ -60,12 +62,16 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
         other = ~_same_curve(boundary, casting[ray], loop, image)
         i, piece, loop, image = near.i[other], piece[other], loop[other], image[other]
         centre = near.r[other] + 0.5 * length * d[i]
-        distance, away = _meetings(pieces, piece, centre, d[i])
+        distance, away, behind = _meetings(pieces, piece, centre, d[i])
         nearest = np.full(len(open_rays), np.inf)
         np.minimum.at(nearest, i, distance)
         seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + JOINT * reach))
         order = seen[np.lexsort((distance[seen], away[seen], i[seen]))]
         first = order[np.unique(i[order], return_index=True)[1]]
+        inner = first[behind[first]]
+        if len(inner):
+            a, b = pieces.particle[source[open_rays[i[inner[0]]]]], pieces.particle[piece[inner[0]]]
+            raise BoundaryError(f"particle {a} lies inside particle {b}: move it out, or leave it out")
         hit[open_rays[i[first]]], shift[open_rays[i[first]]] = loop[first], image[first]
         open_rays = np.delete(open_rays, i[first])
         length *= 2
@@ -107,15 +113,17 @@ def _same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Indice
     return np.asarray((loop == other) & along)
 
 
-def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array]:
+def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
     """Where rays from the origin along unit vectors d meet pieces, moved to `centre`.
 
     Returns:
         (m,) distance, inf for a miss, and (m,) how much the piece leads away from the origin of the ray: -1 where the
         ray meets its inside, else the component along d of its direction from the end that the ray meets. Of the voids
-        on both sides of a point where two disks touch this tells the one that the ray comes through.
+        on both sides of a point where two disks touch this tells the one that the ray comes through. (m,) bool, whether
+        the ray comes from inside the particle.
     """
     distance, away = np.full(len(piece), np.inf), np.full(len(piece), -1.0)
+    behind = np.zeros(len(piece), dtype=bool)
     ahead = np.einsum("ij,ij->i", centre, d)
     aside = d[:, 0] * centre[:, 1] - d[:, 1] * centre[:, 0]
     radius, angle = pieces.radius[piece], pieces.angle[piece]
@@ -126,6 +134,7 @@ def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[
         meets = (radius > 0) & (np.abs(aside) <= (1 + GRAZE) * radius) & (turn <= angle + JOINT) & (t > -JOINT * radius)
         forward = (x * d[:, 1] - y * d[:, 0]) / np.where(radius > 0, radius, 1.0)
         distance[meets] = t[meets]
+        behind[meets] = (x * d[:, 0] + y * d[:, 1] > GRAZING * radius)[meets]
         away[meets] = np.where(turn < JOINT, forward, np.where(turn > angle - JOINT, -forward, -1.0))[meets]
     e = 0.5 * (pieces.end - pieces.start)[piece]
     sine = d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0]
@@ -135,5 +144,6 @@ def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[
     meets = crosses & (np.abs(u) <= 1 + JOINT) & (t > -JOINT)
     forward = np.einsum("ij,ij->i", e, d) / np.where(sine != 0, np.hypot(*e.T), 1.0)
     distance[meets] = t[meets]
+    behind[meets] = (sine > GRAZING * np.hypot(*e.T))[meets]
     away[meets] = np.where(u < JOINT - 1, forward, np.where(u > 1 - JOINT, -forward, -1.0))[meets]
-    return distance, away
+    return distance, away, behind

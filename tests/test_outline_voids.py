@@ -153,6 +153,13 @@ def test_outlines_that_cross_are_refused():
         voids(polygons([SQUARE + 3, SQUARE + 3.5], 0.1))
 
 
+def test_polygon_inside_another_is_refused():
+    packing = polygons([4 * SQUARE, SQUARE + 1.5], 0.1)
+    with pytest.raises(BoundaryError, match="particle 1 lies inside particle 0"):
+        voids(packing)
+    np.testing.assert_allclose(packing_fraction(packing), (16 + 16 * 0.05 + np.pi * 0.0025) / 400, rtol=1e-2)
+
+
 def test_outline_that_crosses_itself_is_refused():
     with pytest.raises(InputError, match="polygon 0 cross"):
         polygons([np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [1.0, -1.0]])], 0.1)
