@@ -127,13 +127,15 @@ def test_row_of_touching_disks_leaves_a_strip():
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3, 1.0, -2.0])
-def test_two_rows_divide_the_torus_in_two_strips(tilt):
+@pytest.mark.parametrize("d", [1.0, 1.1])
+def test_two_rows_divide_the_torus_in_two_strips(tilt, d):
+    """Where disks just touch, the strip of either side comes to the same point, which lies opposite to a disk."""
     box = [[1.0, 0.0], [tilt, 3.0]]
-    found = voids(disks([[0.3, 0.9], [0.8, 2.0]], 1.1, box))
+    found = voids(disks([[0.3, 0.9], [0.8, 2.0]], d, box))
     assert found.percolating.tolist() == [1, 1]
     between = np.sort(found.area)
-    half_lens = 0.55**2 * np.arccos(1 / 1.1) - 0.25 * np.sqrt(1.1**2 - 1)
-    np.testing.assert_allclose(between.sum(), 3 - 2 * (np.pi * 0.55**2 - 2 * half_lens), rtol=1e-13)
+    half_lens = 0.25 * d**2 * np.arccos(1 / d) - 0.25 * np.sqrt(d**2 - 1)
+    np.testing.assert_allclose(between.sum(), 3 - 2 * (np.pi * 0.25 * d**2 - 2 * half_lens), rtol=1e-13)
     np.testing.assert_allclose(np.diff(between), 0.8, rtol=1e-12)  # rows 1.1 and 1.9 apart, otherwise alike
 
 
