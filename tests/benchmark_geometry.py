@@ -26,7 +26,7 @@ def report(name, columns, rows, **more):
     print(f"\n{name}\n" + "  ".join(f"{c:>13}" for c in columns))
     for row in rows:
         print("  ".join(f"{v:>13.6g}" if isinstance(v, int | float) else f"{v:>13}" for v in row))
-    print(json.dumps({"table": name, "columns": columns, "rows": rows, **more}))
+    print(json.dumps({"table": name, "columns": columns, "rows": rows, **more}), flush=True)
 
 
 def onsets(seeds, n=64):
@@ -53,11 +53,12 @@ def tiled(packing, times):
 
 
 def seconds(function, packing, repeat):
+    """Least processor time of several runs, which other work on the machine does not lengthen."""
     best = np.inf
     for _ in range(repeat):
-        begin = time.perf_counter()
+        begin = time.process_time()
         function(packing)
-        best = min(best, time.perf_counter() - begin)
+        best = min(best, time.process_time() - begin)
     return best
 
 
@@ -77,6 +78,7 @@ def test_speed():
     droplets = jamlab.jam(model="dp", n=12, seed=1)
     *_, droplets = jamlab.compress(droplets, to=0.93, step=0.03)
     functions = {"rho": packing_fraction, "shapes": shape_factors, "voids": voids, "cells": tessellation}
+    largest_cells = {"sp": np.inf, "dp": 5000}  # set-Voronoi cells take 100 points a droplet
     rows, totals = [], {}
     for name, state, sizes in (
         ("sp onset", onset, (4, 8, 16, 23)),
@@ -85,21 +87,28 @@ def test_speed():
     ):
         for times in sizes:
             packing = tiled(state, times)
-            spent = [seconds(f, packing, 5 if packing.n < 5000 else 2) for f in functions.values()]
+            repeat = 5 if packing.n < 5000 else 2
+            spent = [
+                seconds(f, packing, repeat) if f is not tessellation or packing.n < largest_cells[packing.model] else -1
+                for f in functions.values()
+            ]
             totals.setdefault(name, []).append((packing.n, sum(spent[:3])))
-            rows.append([name, packing.n, *(1e3 * s for s in spent), 1e3 * sum(spent[:3])])
+            rows.append([name, packing.n, *(1e3 * s if s >= 0 else "-" for s in spent), 1e3 * sum(spent[:3])])
     exponents = {k: float(np.polyfit(*np.log(np.array(v)).T, 1)[0]) for k, v in totals.items()}
     report("speed, ms", ["state", "n", *functions, "rho+shape+void"], rows, exponents=exponents)
 
-    begin = time.perf_counter()
-    made = jamlab.pack(n=1024, pressure=1e-3, seed=1)
-    making = time.perf_counter() - begin
-    spent = sum(seconds(f, made, 5) for f in (packing_fraction, shape_factors, voids))
-    report(
-        "share of the time to make a packing",
-        ["n", "made, s", "geometry, s", "share"],
-        [[1024, making, spent, spent / making]],
-    )
+    shares = []
+    for make in (
+        lambda: jamlab.jam(model="sp", n=64, seed=1),
+        lambda: jamlab.pack(n=1024, pressure=1e-3, seed=1),
+        lambda: jamlab.jam(model="dp", n=12, seed=1),
+    ):
+        begin = time.process_time()
+        made = make()
+        making = time.process_time() - begin
+        spent = sum(seconds(f, made, 5) for f in (packing_fraction, shape_factors, voids))
+        shares.append([made.model, made.n, making, spent, spent / making])
+    report("share of the time to make a packing", ["model", "n", "made, s", "geometry, s", "share"], shares)
     for name in ("sp onset", "sp phi = 1"):
         assert totals[name][0][1] < 0.05 and totals[name][-1][1] < 2.0
         assert exponents[name] < 1.25
@@ -160,6 +169,7 @@ def test_scaling_laws():
                 ]
             )
     data = np.array(rows)
+    data = data[data[:, 4] > 1e-13]  # some packings come loose again just above onset
     _, d_phi, d_rho, *_ = data.T
 
     def slope(x, y, low, high, by):
@@ -199,6 +209,8 @@ def test_sides_of_voids():
         for excess in excesses:
             if excess:
                 *_, state = jamlab.compress(state, to=start.phi + excess, step=0.02, by="phi")
+            if jamlab.contacts(state).rattlers.all():  # come loose again just above onset
+                continue
             v = voids(without_rattlers(state))
             found[excess].append(v)
             held[excess].append(voids(state))
@@ -219,3 +231,32 @@ def test_sides_of_voids():
     with_rattlers = dict(zip(kept.sides.tolist(), kept.probability.tolist(), strict=True))
     report("sides of voids, SP, N = 64, without rattlers", columns, rows, onset_with_rattlers=with_rattlers)
     assert abs(rows[0][1] - 0.36) < 0.05 and abs(rows[0][6] - 4.03) < 0.05
+
+
+def test_sides_of_voids_against_the_true_packing_fraction():
+    """Droplets end with three-sided voids alone; disks keep others."""
+    levels = (0.86, 0.88, 0.9, 0.92, 0.94, 0.96, 0.97, 0.985)
+    found = {model: {rho: [] for rho in levels} for model in ("sp", "dp")}
+    for model, seeds, n in (("sp", range(1, 13), 64), ("dp", range(1, 6), 12)):
+        for seed in seeds:
+            try:
+                state = jamlab.jam(model=model, n=n, seed=seed)
+                for rho in levels:
+                    *_, state = jamlab.compress(state, to=rho, step=0.02)
+                    found[model][rho].append(voids(without_rattlers(state)))
+            except ConvergenceError as error:
+                print(f"{model} seed {seed} stops: {error}")
+    rows = []
+    for rho in levels:
+        row = [rho]
+        for model in ("sp", "dp"):
+            if not found[model][rho]:
+                row += ["-"] * 5
+                continue
+            statistics = void_statistics(*found[model][rho])
+            p = dict(zip(statistics.sides.tolist(), statistics.probability.tolist(), strict=True))
+            row += [*(p.get(k, 0.0) for k in (3, 4, 5)), statistics.plateau, len(found[model][rho])]
+        rows.append(row)
+    columns = ["rho", *(f"{m} {c}" for m in ("sp", "dp") for c in ("P3", "P4", "P5", "A3/A_p", "packings"))]
+    report("sides of voids against rho", columns, rows)
+    assert rows[-1][6] == "-" or rows[-1][6] > rows[-1][1]
