@@ -12,6 +12,10 @@ class InputError(JamlabError, ValueError):
     """A value that no run can start from."""
 
 
+class BoundaryError(InputError):
+    """Outlines that cross, or meet in one point in a way that rounding cannot tell apart."""
+
+
 class EngineError(JamlabError, RuntimeError):
     """LAMMPS refused or is not usable."""
 

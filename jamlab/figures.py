@@ -36,12 +36,11 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     DP: the fill is the outline with its rim of width delta/2, the line inside it the bare polygon. Black lines join the
     centroids of particles in contact.
     """
-    shapes, edges = _shapes(packing)
+    shapes, edges = particle_shapes(packing)
     rattlers = contacts(packing).rattlers
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
     colours = np.where(rattlers, RATTLER, np.where(sizes > sizes.mean(), LARGE, SMALL))
-    corner = packing.box.sum(axis=0)
-    moves = np.array(list(product((-1, 0, 1), repeat=2))) @ packing.box
+    moves = periodic_moves(packing)
     home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
     for move in moves:
         offset = home + move
@@ -51,10 +50,20 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
         axes.add_collection(LineCollection(rings, colors="#333333", linewidths=0.6))
     segments = _contact_lines(packing, home)
     axes.add_collection(LineCollection(segments, colors="black", linewidths=1.1))
+    frame_cell(axes, packing, title)
+
+
+def periodic_moves(packing: Packing) -> NDArray[np.float64]:
+    """(9, 2) translations of the cell to itself and its neighbours."""
+    return np.asarray(np.array(list(product((-1, 0, 1), repeat=2))) @ packing.box)
+
+
+def frame_cell(axes: Any, packing: Packing, title: str) -> None:
+    """The outline of the periodic cell, a margin around it, no ticks."""
+    corner, margin = packing.box.sum(axis=0), 0.35
     cell = np.array([[0, 0], packing.box[0], corner, packing.box[1], [0, 0]])
     axes.plot(*cell.T, color="black", linewidth=1.4)
-    margin = 0.35
-    axes.set_xlim(min(0, packing.box[1, 0]) - margin, corner[0] + margin)
+    axes.set_xlim(min(0, packing.box[1, 0]) - margin, max(corner[0], packing.box[0, 0]) + margin)
     axes.set_ylim(-margin, corner[1] + margin)
     axes.set_aspect("equal")
     axes.set_xticks([])
@@ -105,7 +114,7 @@ def modulus_figure(spectra: Mapping[str, ComplexModulus], unit: str) -> Figure:
     return figure
 
 
-def _shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+def particle_shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
     """What to fill and what to outline, for each particle where it is stored."""
     if packing.diameters is not None:
         turn = 2 * np.pi * np.arange(_ARC + 1) / _ARC

@@ -75,6 +75,30 @@ def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: flo
     return _within(points_a, points_b, box, cutoff, *_search(points_a, points_b, box, cutoff))
 
 
+def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, Indices]:
+    """Points of the primitive cell and all their copies within reach of it.
+
+    Args:
+        points: (n, 2), anywhere.
+        box: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0].
+        reach: distance, in the unit of the points.
+
+    Returns:
+        (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
+        rows are the points 0 .. n - 1 moved into one cell.
+
+    Raises:
+        InputError: if the reach takes in more periodic images than fit in memory.
+    """
+    cell, combination = _shortest_vectors(box)
+    wrapped, wrap = _wrap(points, cell)
+    source, image = _images(wrapped, cell, reach)
+    moved = image.any(axis=1)
+    home = np.arange(len(points))
+    source, image = np.concatenate([home, source[moved]]), np.concatenate([np.zeros_like(wrap), image[moved]])
+    return source, (image - wrap[source]) @ combination
+
+
 def _search(points_a: Array, points_b: Array, box: Array, cutoff: float) -> tuple[Indices, Indices, Indices]:
     """i, j and shift of all neighbours, plus perhaps a few that lie beyond the cutoff by rounding."""
     if not (np.isfinite(cutoff) and cutoff > 0):

@@ -51,6 +51,8 @@ class DiskCells:
         chord_height: (m,) h, distance of the chord from the centre of i along the normal; negative if the centre is cut
             off.
         chord_length: (m,) l, length of the part of the chord that bounds the cell; 0 if other disks hide it.
+        chord_pair: (m,) int64, row of the same chord seen from disk j.
+        chord_shift: (m, 2) int64, which image of disk j: multiples of the two rows of the box.
         arc_i: (k,) int64, disk that each free arc belongs to.
         arc_start: (k,) angle at which the arc begins; it runs counter-clockwise.
         arc_angle: (k,) angle that the arc spans.
@@ -65,6 +67,8 @@ class DiskCells:
     chord_normal: Array
     chord_height: Array
     chord_length: Array
+    chord_pair: Indices
+    chord_shift: Indices
     arc_i: Indices
     arc_start: Array
     arc_angle: Array
@@ -82,24 +86,35 @@ class _Chords:
     distance: Array
     height: Array
     half: Array
+    pair: Indices
+    shift: Indices
     first: Indices
 
 
-def disk_cells(packing: Packing) -> DiskCells:
+def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
     """Cut every disk of an SP packing by its power cell.
+
+    Args:
+        packing: SP.
+        touch: disks that overlap or stand apart by no more than this part of R_i + R_j are joined by a chord of length
+            zero, which ends an arc on either disk where they touch.
 
     Raises:
         InputError: for a DP packing; if disks reach over more periodic images than fit in memory.
     """
     if packing.diameters is None:
         raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
-    radius = 0.5 * packing.diameters
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
+    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()) * (1 + touch))
+    return cut_disks(near, 0.5 * packing.diameters, touch)
+
+
+def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
+    """Cut disks of the given radii, (n,), of which all pairs that overlap (or touch) are listed; see `disk_cells`."""
     swallowed = _swallowed(near, radius)
-    chords = _chords(near, radius, swallowed)
+    chords = _chords(near, radius, swallowed, touch)
     length = _clipped(chords)
     arc_i, arc_start, arc_angle, arc_from, arc_to = _free_arcs(chords, np.flatnonzero(~swallowed))
-    n = packing.n
+    n = len(radius)
     free = _sum_by_disk(arc_i, arc_angle, n)
     area = 0.5 * (radius**2 * free + _sum_by_disk(chords.i, chords.height * length, n))
     perimeter = radius * free + _sum_by_disk(chords.i, length, n)
@@ -107,9 +122,29 @@ def disk_cells(packing: Packing) -> DiskCells:
     area[empty] = perimeter[empty] = 0.0
     length[empty[chords.i]] = 0.0
     return DiskCells(
-        area, perimeter, free, chords.i, chords.j, chords.normal, chords.height, length,
+        area, perimeter, free, chords.i, chords.j, chords.normal, chords.height, length, chords.pair, chords.shift,
         arc_i, arc_start, arc_angle, arc_from, arc_to,
     )  # fmt: skip
+
+
+def cuts_overlap(near: Pairs, radius: Array) -> bool:
+    """Whether a point lies inside three disks, or a disk inside another.
+
+    What three disks share is bounded by arcs that lie in two other disks, so that two cuts of a circle overlap.
+    """
+    swallowed = _swallowed(near, radius)
+    if swallowed.any():
+        return True
+    chords = _chords(near, radius, swallowed, 0.0)
+    theta = np.arctan2(chords.normal[:, 1], chords.normal[:, 0])
+    alpha = np.arctan2(chords.half, chords.height)
+    order = np.lexsort((theta, chords.i))
+    disk, theta, alpha = chords.i[order], theta[order], alpha[order]
+    first = np.searchsorted(disk, disk)
+    last = np.append(disk, -1)[1:] != disk
+    after = np.where(last, first, np.arange(1, len(disk) + 1))
+    room = theta[after] - theta + np.where(last, 2 * np.pi, 0.0)
+    return bool((room < alpha + alpha[after]).any())
 
 
 def radical_height(distance: Array, radius: Array, other: Array) -> Array:
@@ -136,18 +171,26 @@ def _swallowed(near: Pairs, radius: Array) -> NDArray[np.bool_]:
     return swallowed
 
 
-def _chords(near: Pairs, radius: Array, swallowed: NDArray[np.bool_]) -> _Chords:
+def _chords(near: Pairs, radius: Array, swallowed: NDArray[np.bool_], touch: float) -> _Chords:
     kept = ~(swallowed[near.i] | swallowed[near.j])
-    i, j, r = near.i[kept], near.j[kept], near.r[kept]
+    i, j, r, shift = near.i[kept], near.j[kept], near.r[kept], near.shift[kept]
     distance = np.hypot(*r.T)
     height, height_j = (radical_height(distance, radius[a], radius[b]) for a, b in ((i, j), (j, i)))
-    cut = (distance < radius[i] + radius[j]) & (np.abs(height) < radius[i]) & (np.abs(height_j) < radius[j])
-    i, j, r, distance, height, height_j = i[cut], j[cut], r[cut], distance[cut], height[cut], height_j[cut]
+    reach = radius[i] + radius[j]
+    cut = (distance < reach) & (np.abs(height) < radius[i]) & (np.abs(height_j) < radius[j])
+    if touch > 0:
+        touching = np.abs(distance - reach) <= touch * reach
+        height, height_j = np.where(touching, radius[i], height), np.where(touching, radius[j], height_j)
+        cut |= touching
+    i, j, r, shift = i[cut], j[cut], r[cut], shift[cut]
+    distance, height, height_j = distance[cut], height[cut], height_j[cut]
     half = np.sqrt((radius[i] - height) * (radius[i] + height))
     normal = r / distance[:, None]
 
     both = np.concatenate([i, j])
     order = np.argsort(both, kind="stable")
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
     first = np.concatenate([[0], np.cumsum(np.bincount(both, minlength=len(radius)))])
     return _Chords(
         both[order],
@@ -156,6 +199,8 @@ def _chords(near: Pairs, radius: Array, swallowed: NDArray[np.bool_]) -> _Chords
         np.tile(distance, 2)[order],
         np.concatenate([height, height_j])[order],
         np.tile(half, 2)[order],
+        np.roll(place, -len(i))[order],
+        np.concatenate([shift, -shift])[order],
         first,
     )
 

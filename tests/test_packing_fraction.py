@@ -10,8 +10,8 @@ from jamlab.droplet import free_area, regular_polygon
 from jamlab.errors import InputError
 from jamlab.neighbors import periodic_pairs
 from jamlab.packing import Packing
-from jamlab.packing_fraction import lens_area, packing_fraction
-from jamlab.shape import shape_factors
+from jamlab.packing_fraction import exact_method, lens_area, packing_fraction
+from jamlab.shape import particle_areas, shape_factors
 
 HEXAGONAL = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
 
@@ -114,6 +114,64 @@ def test_pairs_lack_the_triangle_that_three_disks_share():
     np.testing.assert_allclose(lack, reuleaux / 25, rtol=1e-12)
 
 
+TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
+
+
+def test_triples_add_the_reuleaux_triangle_once_and_the_paper_twice():
+    packing = disks(TRIANGLE, [2.0, 2.0, 2.0], np.diag([5.0, 5.0]))
+    pairs, reuleaux = packing_fraction(packing, "pairs"), (np.pi - np.sqrt(3)) / 2 / 25
+    np.testing.assert_allclose(packing_fraction(packing, "triples"), pairs + reuleaux, rtol=1e-13)
+    np.testing.assert_allclose(packing_fraction(packing, "paper-triples"), pairs + 2 * reuleaux, rtol=1e-13)
+    np.testing.assert_allclose(packing_fraction(packing), pairs + reuleaux, rtol=1e-13)
+
+
+def test_triples_of_images_in_a_small_cell():
+    """A hexagonal crystal of one disk, compressed until its holes have closed: only triples meet, at every hole."""
+    radius = 0.6
+    packing = disks([[0.2, 0.1]], [2 * radius], HEXAGONAL)
+    np.testing.assert_allclose(packing_fraction(packing, "triples"), 1.0, rtol=1e-13)
+    repeated = disks(np.array([[0, 0], [1, 0], [0, 1], [1, 1]]) @ HEXAGONAL, np.full(4, 2 * radius), 2 * HEXAGONAL)
+    np.testing.assert_allclose(packing_fraction(repeated, "triples"), 1.0, rtol=1e-13)
+
+
+def test_nested_disks_as_triples():
+    packing = disks([[1.0, 1.0], [1.1, 1.0], [1.2, 1.05], [2.2, 1.0]], [2.0, 0.8, 0.2, 1.0], np.diag([6.0, 6.0]))
+    np.testing.assert_allclose(packing_fraction(packing, "triples"), packing_fraction(packing, "cells"), rtol=1e-13)
+    coincident = disks([[1.0, 1.0]] * 3, [2.0] * 3, np.diag([6.0, 6.0]))
+    np.testing.assert_allclose(packing_fraction(coincident, "triples"), np.pi / 36, rtol=1e-13)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.2, 0.35]))
+@settings(max_examples=25, deadline=None)
+def test_bonferroni(seed, scale):
+    packing = random_disks(seed, scale=scale)
+    pairs, triples, exact = (packing_fraction(packing, m) for m in ("pairs", "triples", "cells"))
+    assert pairs <= exact + 1e-12 and exact <= triples + 1e-12
+    np.testing.assert_allclose(packing_fraction(packing), exact, rtol=1e-12)
+    if exact_method(packing) == "pairs":
+        np.testing.assert_allclose([pairs, triples], exact, rtol=1e-12)
+
+
+def test_lens_as_printed_lacks_its_arcs():
+    packing = disks([[1.0, 1.0], [2.0, 1.0]], [2.0, 2.0], np.diag([5.0, 5.0]))
+    expected = (2 * np.pi - 0.5 * np.sqrt(3)) / 25  # (1/2) sqrt((2 - 1)(1 - 0)(1 + 0)(1 + 2))
+    np.testing.assert_allclose(packing_fraction(packing, "paper-pairs"), expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("r", "method"), [(1.2, "pairs"), (0.7, "pairs"), (0.6, "pairs"), (0.57, "cells"), (0.3, "cells")]
+)
+def test_pairs_are_used_as_long_as_they_are_exact(r, method):
+    """Three disks of radius R share a point from R = r/sqrt(3) on."""
+    packing = disks(TRIANGLE * r + 2, [2 * 0.34] * 3, np.diag([5.0, 5.0]))
+    assert exact_method(packing) == method
+    np.testing.assert_allclose(packing_fraction(packing), packing_fraction(packing, "cells"), rtol=1e-14)
+
+
+def test_nested_pair_is_not_left_to_pairs():
+    assert exact_method(disks([[1.0, 1.0], [1.1, 1.0]], [2.0, 0.5], np.diag([4.0, 4.0]))) == "cells"
+
+
 def test_compressed_packing_has_the_values_of_boromand_figure_1():
     """Disks at phi = 1.0: rho = 0.95, and A = 1.025 of the one particle shown."""
     n = 64
@@ -162,19 +220,23 @@ def test_overlapping_droplets_cover_less_than_apart_and_never_more_than_the_cell
     apart, close = (droplets([[0.0, 0.0], [x, 0.1]], 4.0) for x in (2.0, 1.25))
     assert packing_fraction(close) < packing_fraction(apart) - 1e-3
     np.testing.assert_allclose(packing_fraction(droplets([[0.0, 0.0]], 0.9)), 1.0, rtol=1e-12)
+    assert exact_method(close) == "boundary"
+
+
+def test_droplets_that_cross_are_summed_by_their_drawn_outlines():
+    packing = droplets([[0.0, 0.0], [0.5, 0.0]], 4.0)
+    assert exact_method(packing) == "outlines"
+    np.testing.assert_allclose(packing_fraction(packing), particle_areas(packing).sum() / 16, rtol=1e-14)
 
 
 # errors ---------------------------------------------------------------------------------------------------------------
 
 
-def test_triples_are_refused_for_now():
-    with pytest.raises(InputError, match="'triples' is not available yet: use 'exact'"):
-        packing_fraction(random_disks(0), "triples")
-
-
 @pytest.mark.parametrize("method", ["union", "", None])
 def test_unknown_method_names_the_choices(method):
-    with pytest.raises(InputError, match=rf"{method!r}.*exact, pairs, triples, nominal"):
+    with pytest.raises(
+        InputError, match=rf"{method!r}.*exact, pairs, triples, cells, paper-pairs, paper-triples, nominal"
+    ):
         packing_fraction(random_disks(0), method)
 
 
