@@ -52,8 +52,9 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     i, bond = _delaunay_bonds(packing.centroids, packing.box)
     neighbors = np.bincount(i, minlength=packing.n)
     waves = np.exp(1j * k * np.arctan2(bond[:, 1], bond[:, 0]))
-    total = np.bincount(i, waves.real, packing.n) + 1j * np.bincount(i, waves.imag, packing.n)
-    return OrientationalOrder(total / neighbors, neighbors)
+    local = np.zeros(packing.n, dtype=np.complex128)
+    np.add.at(local, i, waves)
+    return OrientationalOrder(local / neighbors, neighbors)
 
 
 def _delaunay_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
