@@ -7,6 +7,7 @@ from .elasticity import elastic_tensor as elastic_tensor
 from .engine import Evaluation as Evaluation
 from .engine import Session as Session
 from .engine import evaluate as evaluate
+from .equation_of_motion import dynamical_matrices as dynamical_matrices
 from .errors import ConvergenceError as ConvergenceError
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
@@ -21,9 +22,9 @@ from .packing_fraction import packing_fraction as packing_fraction
 from .pressure import pack as pack
 from .protocol import compress as compress
 from .protocol import jam as jam
+from .relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .rheology import ComplexModulus as ComplexModulus
 from .rheology import complex_modulus as complex_modulus
-from .rheology import dynamical_matrices as dynamical_matrices
 from .shape import particle_areas as particle_areas
 from .shape import shape_factors as shape_factors
 from .shear import shear_modulus as shear_modulus

@@ -1,0 +1,178 @@
+"""Reduced model of the equation of motion, good at all frequencies: rational Krylov with real positive shifts.
+
+G*(omega) is a transfer function of two symmetric semi-definite matrices. Projected on responses at a few real shifts s,
+for which K + s B is positive definite, and on the slow and fast limits, the equation keeps its form with a handful of
+coordinates; its modes are a relaxation spectrum of some tens of lines that has the G* of the whole one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.equation_of_motion import EquationOfMotion, Limits
+from jamlab.errors import ConvergenceError
+from jamlab.relaxation_spectrum import Modes, RelaxationSpectrum, modes, spectrum
+from jamlab.rounding_error import larger_relative
+from jamlab.sparse_solver import SymmetricFactors
+
+Array = NDArray[np.float64]
+
+_STEPS = 3  # Krylov steps at a shift; with one the search may stop too early
+_TOLERANCE = 1e-9  # relative change of G' and of G'' that counts as quiet
+_QUIET = 2  # quiet updates in a row that end the search
+_MOST_SHIFTS = 60
+_PER_DECADE = 6  # candidates for the next shift
+_MARGIN = 30.0  # candidates reach this factor beyond the frequencies asked for
+_DEPENDENT = 1e-12  # part of a new vector outside the space that is still direction, not rounding
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """Outcome of the reduction.
+
+    Attributes:
+        spectrum: Maxwell elements.
+        modes: generalised modes on `basis`.
+        basis: (m, j) orthonormal.
+        shifts: (k,) real shifts used.
+        change: (f,) relative change of G' or G'', the larger, in the last update at the frequencies asked for.
+    """
+
+    spectrum: RelaxationSpectrum
+    modes: Modes
+    basis: Array
+    shifts: Array
+    change: Array
+
+
+def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel:
+    """Reduced model for frequencies omega (f,).
+
+    Args:
+        motion: equation of motion.
+        ends: its limits.
+        omega: positive.
+
+    Raises:
+        ConvergenceError: G* still moves after `_MOST_SHIFTS` shifts.
+    """
+    space = _Space(motion, ends)
+    start = motion.b_qq @ ends.slow + motion.b_qg
+    candidates = _candidates(omega)
+    analysis: SymmetricFactors | None = None
+    shifts: list[float] = []
+    change = np.full(len(omega), np.inf)
+    model, found = space.model()
+    before = model.modulus(omega)
+    quiet = 0
+    while quiet < _QUIET:
+        if len(shifts) == _MOST_SHIFTS:
+            raise ConvergenceError(
+                f"G*(omega) still changes by {change.max():.2g} after {len(shifts)} shifts: use method='direct'"
+            )
+        shift = float(candidates[np.argmax(space.residual(candidates))])
+        solver = motion.factorise(shift, analysis)
+        analysis = analysis or solver.factors
+        vector = start
+        chain = []
+        for _ in range(_STEPS):
+            vector = solver.solve(vector)
+            chain.append(vector)
+            vector = motion.b_qq @ vector
+        space.add(np.column_stack(chain))
+        shifts.append(shift)
+        model, found = space.model()
+        after = model.modulus(omega)
+        change = larger_relative(after - before, after)
+        quiet = quiet + 1 if change.max() <= _TOLERANCE else 0
+        before = after
+    return ReducedModel(model, found, space.basis, np.array(shifts), change)
+
+
+def _candidates(omega: Array) -> Array:
+    low, high = omega.min() / _MARGIN, omega.max() * _MARGIN
+    return np.geomspace(low, high, 1 + int(np.ceil(_PER_DECADE * np.log10(high / low))))
+
+
+class _Space:
+    """Orthonormal basis that grows, with K and B projected on it."""
+
+    def __init__(self, motion: EquationOfMotion, ends: Limits) -> None:
+        self._motion = motion
+        self._ends = ends
+        self._x = ends.fast - ends.slow
+        # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
+        drag = (motion.b_qq @ ends.slow + motion.b_qg)[: motion.moving, None]
+        self._directions = np.zeros((motion.moving, 0))  # orthonormal, of all forces
+        self._forces = np.zeros((0, 0))  # their coefficients; squares of small sums need them, not a Gram matrix
+        self._add_forces(drag)
+        self.basis = np.zeros((motion.size, 0))
+        self._k = self._b = np.zeros((0, 0))
+        self.add(self._x[:, None])
+
+    def add(self, vectors: Array) -> None:
+        """Widen the space by vectors (m, j), one after the other; what lies inside is left out."""
+        old = self.basis.shape[1]
+        self.basis, _ = _orthonormal(self.basis, vectors)
+        added = self.basis[:, old:]
+        k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
+        self._k = _bordered(self._k, self.basis.T @ k_added)
+        self._b = _bordered(self._b, self.basis.T @ b_added)
+        forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
+        self._add_forces(forces)
+
+    def _add_forces(self, forces: Array) -> None:
+        self._directions, coefficients = _orthonormal(self._directions, forces)
+        above = np.zeros((len(coefficients) - len(self._forces), self._forces.shape[1]))
+        self._forces = np.hstack([np.vstack([self._forces, above]), coefficients])
+
+    def model(self) -> tuple[RelaxationSpectrum, Modes]:
+        """Spectrum and modes of the projected equation."""
+        found = modes(self._k, self._b, self.basis.T @ self._x)
+        return spectrum(found, self._ends, self._motion.area), found
+
+    def residual(self, shifts: Array) -> Array:
+        """(f,) force left over by the projected response at real shifts s, squared, over stiffness and the smaller modulus.
+
+        The response q_slow + w leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its square.
+        """
+        model, found = self.model()
+        w = found.vectors @ (found.amplitudes[:, None] * shifts / (found.rates[:, None] + shifts))
+        share = np.stack([w, shifts * w], axis=1).reshape(-1, len(shifts))
+        share = np.vstack([shifts, share])
+        square = np.sum((self._forces @ share) ** 2, axis=0)
+        modulus = model.modulus(shifts)
+        smaller = np.minimum(np.abs(modulus.real), modulus.imag)
+        moving = self._motion.moving
+        stiffness, drag = (m.diagonal()[:moving].mean() for m in (self._motion.k_qq, self._motion.b_qq))
+        return np.asarray(square / ((stiffness + shifts * drag) * smaller))
+
+
+def _orthonormal(basis: Array, vectors: Array) -> tuple[Array, Array]:
+    """Orthonormal basis (m, i) widened by vectors (m, j) that do not lie inside, and their coefficients on it."""
+    coefficients = np.zeros((basis.shape[1] + vectors.shape[1], vectors.shape[1]))
+    for column, vector in enumerate(vectors.T):
+        size = basis.shape[1]
+        rest = vector
+        for _ in range(2):  # once leaves rounding
+            part = basis.T @ rest
+            rest = rest - basis @ part
+            coefficients[:size, column] += part
+        length = float(np.linalg.norm(rest))
+        if length > _DEPENDENT * np.linalg.norm(vector):
+            new = rest / length
+            new -= basis @ (basis.T @ new)
+            coefficients[size, column] = length
+            basis = np.column_stack([basis, new / np.linalg.norm(new)])
+    return basis, coefficients[: basis.shape[1]]
+
+
+def _bordered(matrix: Array, columns: Array) -> Array:
+    """Symmetric matrix (m, m) widened by j columns (m + j, j)."""
+    old, size = len(matrix), len(columns)
+    wider = np.empty((size, size))
+    wider[:old, :old] = matrix
+    wider[:, old:] = columns
+    wider[old:, :old] = columns[:old].T
+    return wider
