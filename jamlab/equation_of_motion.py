@@ -6,7 +6,6 @@ s = i omega, with the columns k, b of gamma.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,14 +88,20 @@ class EquationOfMotion:
         """Number of coordinates m."""
         return int(self.k_qq.shape[0])
 
-    def without_drift(self, q: NDArray[Any]) -> NDArray[Any]:
+    @property
+    def translations(self) -> Array:
+        """(m, 2) rigid translation along x and along y."""
+        axes = np.zeros((self.size, 2))
+        axes[0 : self.moving : 2, 0] = axes[1 : self.moving : 2, 1] = 1.0
+        return axes
+
+    def without_drift(self, q: Array) -> Array:
         """q (m,) or (m, j) less the rigid translation that feels a net drag; without drag on translations q itself."""
         if not self.drifting:
             return q
-        axes = np.zeros((self.size, 2))
-        axes[0 : self.moving : 2, 0] = axes[1 : self.moving : 2, 1] = 1.0
+        axes = self.translations
         drag = self.b_qq @ axes
-        moved: NDArray[Any] = q - axes @ np.linalg.solve(axes.T @ drag, drag.T @ q)
+        moved: Array = q - axes @ np.linalg.solve(axes.T @ drag, drag.T @ q)
         return moved
 
     def shifted(self, shift: float) -> sparse.csc_array:
@@ -148,7 +153,7 @@ class Limits:
         slow: (m,) q of least energy; rotations dissipate least.
         fast: (m,) q of least dissipation, and among those of least energy.
         g0: G'(omega -> 0).
-        eta_inf: lim G''/omega, omega -> infinity.
+        eta_inf: lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation.
         eta0: lim G''/omega, omega -> 0.
     """
 
@@ -203,11 +208,15 @@ def limits(motion: EquationOfMotion) -> Limits:
     slow = _slow(motion)
     fast = _fast(motion)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
+    dissipation = float(strained_fast @ (motion.b @ strained_fast))
+    magnitude = float(np.abs(strained_fast) @ (abs(motion.b) @ np.abs(strained_fast)))
+    if dissipation <= float(np.finfo(np.float64).eps) * magnitude:  # nothing is left but rounding
+        dissipation = 0.0
     return Limits(
         slow=slow,
         fast=fast,
         g0=float(strained_slow @ (motion.k @ strained_slow)) / motion.area,
-        eta_inf=float(strained_fast @ (motion.b @ strained_fast)) / motion.area,
+        eta_inf=dissipation / motion.area,
         eta0=float(strained_slow @ (motion.b @ strained_slow)) / motion.area,
     )
 
