@@ -36,14 +36,16 @@ class ReducedModel:
         modes: generalised modes on `basis`.
         basis: (m, j) orthonormal.
         shifts: (k,) real shifts used.
-        change: (f,) relative change of G' or G'', the larger, in the last update at the frequencies asked for.
+        change: largest relative change of G' or G'' in the last update, over the frequencies asked for. Every shift
+            is put where most is missing, so this bounds the error of the last but one model at all frequencies; at
+            one frequency alone it would not, since far from the new shift nothing changes.
     """
 
     spectrum: RelaxationSpectrum
     modes: Modes
     basis: Array
     shifts: Array
-    change: Array
+    change: float
 
 
 def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel:
@@ -62,16 +64,18 @@ def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel
     candidates = _candidates(omega)
     analysis: SymmetricFactors | None = None
     shifts: list[float] = []
-    change = np.full(len(omega), np.inf)
+    change = 0.0
     model, found = space.model()
     before = model.modulus(omega)
     quiet = 0
-    while quiet < _QUIET:
+    while quiet < _QUIET and len(candidates):
         if len(shifts) == _MOST_SHIFTS:
             raise ConvergenceError(
-                f"G*(omega) still changes by {change.max():.2g} after {len(shifts)} shifts: use method='direct'"
+                f"G*(omega) still changes by {change:.2g} after {len(shifts)} shifts: use method='direct'"
             )
+        # real shifts do not make the residual vanish at i omega: never choose one twice
         shift = float(candidates[np.argmax(space.residual(candidates))])
+        candidates = candidates[candidates != shift]
         solver = motion.factorise(shift, analysis)
         analysis = analysis or solver.factors
         vector = start
@@ -80,12 +84,13 @@ def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel
             vector = solver.solve(vector)
             chain.append(vector)
             vector = motion.b_qq @ vector
-        space.add(np.column_stack(chain))
+        if not space.add(np.column_stack(chain)):
+            continue
         shifts.append(shift)
         model, found = space.model()
         after = model.modulus(omega)
-        change = larger_relative(after - before, after)
-        quiet = quiet + 1 if change.max() <= _TOLERANCE else 0
+        change = float(larger_relative(after - before, after).max())
+        quiet = quiet + 1 if change <= _TOLERANCE else 0
         before = after
     return ReducedModel(model, found, space.basis, np.array(shifts), change)
 
@@ -111,8 +116,8 @@ class _Space:
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
 
-    def add(self, vectors: Array) -> None:
-        """Widen the space by vectors (m, j), one after the other; what lies inside is left out."""
+    def add(self, vectors: Array) -> int:
+        """Widen the space by vectors (m, j), one after the other; returns how many do not lie inside."""
         old = self.basis.shape[1]
         self.basis, _ = _orthonormal(self.basis, vectors)
         added = self.basis[:, old:]
@@ -121,6 +126,7 @@ class _Space:
         self._b = _bordered(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
         self._add_forces(forces)
+        return added.shape[1]
 
     def _add_forces(self, forces: Array) -> None:
         self._directions, coefficients = _orthonormal(self._directions, forces)
@@ -132,21 +138,22 @@ class _Space:
         found = modes(self._k, self._b, self.basis.T @ self._x)
         return spectrum(found, self._ends, self._motion.area), found
 
-    def residual(self, shifts: Array) -> Array:
-        """(f,) force left over by the projected response at real shifts s, squared, over stiffness and the smaller modulus.
+    def residual(self, omega: Array) -> Array:
+        """(f,) force left over by the projected response, squared, over stiffness and the smaller modulus.
 
-        The response q_slow + w leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its square.
+        The response q_slow + w at s = i omega leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its
+        square.
         """
         model, found = self.model()
-        w = found.vectors @ (found.amplitudes[:, None] * shifts / (found.rates[:, None] + shifts))
-        share = np.stack([w, shifts * w], axis=1).reshape(-1, len(shifts))
-        share = np.vstack([shifts, share])
-        square = np.sum((self._forces @ share) ** 2, axis=0)
-        modulus = model.modulus(shifts)
+        w = found.coefficients(omega)
+        share = np.stack([w, 1j * omega * w], axis=1).reshape(-1, len(omega))
+        share = np.vstack([1j * omega, share])
+        square = np.sum(np.abs(self._forces @ share) ** 2, axis=0)
+        modulus = model.modulus(omega)
         smaller = np.minimum(np.abs(modulus.real), modulus.imag)
         moving = self._motion.moving
         stiffness, drag = (m.diagonal()[:moving].mean() for m in (self._motion.k_qq, self._motion.b_qq))
-        return np.asarray(square / ((stiffness + shifts * drag) * smaller))
+        return np.asarray(square / ((stiffness + omega * drag) * smaller))
 
 
 def _orthonormal(basis: Array, vectors: Array) -> tuple[Array, Array]:
