@@ -17,6 +17,7 @@ from jamlab.elasticity import backbone
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.hessian import stiffness
 from jamlab.packing import Packing
+from jamlab.positive_solver import positive_solver
 from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]
@@ -107,8 +108,8 @@ class EquationOfMotion:
     def shifted(self, shift: float) -> sparse.csc_array:
         """(m, m) K + s B with rotations scaled by sqrt(s), which is positive definite for every s > 0.
 
-        Solving with a right-hand side on displacements only eliminates the rotations exactly; they come out times
-        sqrt(s).
+        Torques have to be divided, and rotations come out multiplied, by sqrt(s). Without torques that eliminates
+        the rotations exactly.
         """
         if self.moving == self.size:
             return (self.k_qq + shift * self.b_qq).tocsc()
@@ -117,32 +118,30 @@ class EquationOfMotion:
         diagonal = sparse.diags_array(scale)
         return (self.k_qq + diagonal @ self.b_qq @ diagonal).tocsc()
 
-    def factorise(self, shift: float, analysis: SymmetricFactors | None = None) -> "ShiftedSolver":
-        """Solver with K + s B for one s > 0.
 
-        Args:
-            shift: s, 1/tau_1.
-            analysis: factors of the same pattern, whose ordering is used again.
-        """
-        return ShiftedSolver(self, shift, SymmetricFactors(self.shifted(shift), analysis=analysis))
-
-
-@dataclass(frozen=True)
 class ShiftedSolver:
-    """Solves (K + s B) q = f for forces f on displacements, torques zero."""
+    """Solves (K + s B) q = f for one real s > 0 after the other.
 
-    motion: EquationOfMotion
-    shift: float
-    factors: SymmetricFactors
+    Args:
+        motion: equation of motion.
+    """
 
-    def solve(self, force: Array) -> Array:
-        """(m,) response to a force (m,) whose torques are ignored."""
-        moving = self.motion.moving
-        right = np.zeros(self.motion.size)
-        right[:moving] = force[:moving]
-        q: Array = self.factors.solve(right)
-        q[moving:] /= np.sqrt(self.shift)
-        return self.motion.without_drift(q)
+    def __init__(self, motion: EquationOfMotion) -> None:
+        self._motion = motion
+        self._solver = positive_solver()
+        self._root = 0.0
+
+    def factorise(self, shift: float) -> None:
+        """Take a shift s, 1/tau_1."""
+        self._solver.factorise(self._motion.shifted(shift))
+        self._root = float(np.sqrt(shift))
+
+    def solve(self, load: Array) -> Array:
+        """(m,) response to forces and torques (m,), less drift."""
+        moving = self._motion.moving
+        q = self._solver.solve(np.concatenate([load[:moving], load[moving:] / self._root]))
+        q[moving:] /= self._root
+        return self._motion.without_drift(q)
 
 
 @dataclass(frozen=True)
@@ -229,16 +228,14 @@ def held_stiffness(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
 
 def _slow(motion: EquationOfMotion) -> Array:
     matrix, held = held_stiffness(motion)
-    factors = SymmetricFactors(matrix)
-    if factors.negative:
-        raise ConvergenceError(
-            f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), an eigenvalue is "
-            f"{_negative_eigenvalue(matrix, factors):.3g}; it is not at an energy minimum: relax it, or leave "
-            "pre-stress out"
-        )
+    solver = positive_solver()
+    try:
+        solver.factorise(matrix, check=True)
+    except ConvergenceError as error:
+        raise _unstable(matrix) from error
     right = -motion.k_qg[held : motion.moving]
-    response = factors.solve(right)
-    response += factors.solve(right - matrix @ response)
+    response = solver.solve(right)
+    response += solver.solve(right - matrix @ response)
     scale = np.abs(right).max()
     residual = np.abs(right - matrix @ response).max()
     if not residual <= _LARGEST_RESIDUAL * scale:
@@ -248,7 +245,8 @@ def _slow(motion: EquationOfMotion) -> Array:
     q = motion.without_drift(q)
     if motion.size > motion.moving:
         torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
-        q[motion.moving :] = -SymmetricFactors(motion.b_qq[motion.moving :, motion.moving :].tocsc()).solve(torque)
+        solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
+        q[motion.moving :] = -solver.solve(torque)
     return q
 
 
@@ -260,24 +258,29 @@ def _fast(motion: EquationOfMotion) -> Array:
     """
     moving = motion.moving
     shift = _FASTEST * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
-    factors = SymmetricFactors(motion.shifted(shift))
-    root = np.sqrt(shift)
-
-    def solve(load: Array) -> Array:
-        step: Array = factors.solve(np.concatenate([load[:moving], load[moving:] / root]))
-        step[moving:] /= root
-        return motion.without_drift(step)
-
-    q = -solve(motion.k_qg + shift * motion.b_qg)
+    solver = ShiftedSolver(motion)
+    solver.factorise(shift)
+    q = -solver.solve(motion.k_qg + shift * motion.b_qg)
     last = np.inf
     for _ in range(_PROXIMAL_STEPS):
-        step = solve(shift * (motion.b_qq @ q + motion.b_qg))
+        step = solver.solve(shift * (motion.b_qq @ q + motion.b_qg))
         size = float(np.abs(step).max())
         if not size < 0.5 * last:  # rounding is reached
             break
         q = q - step
         last = size
     return q
+
+
+def _unstable(matrix: sparse.csc_array) -> ConvergenceError:
+    """What to say about a matrix that is not positive definite."""
+    factors = SymmetricFactors(matrix)
+    if not factors.negative:
+        return ConvergenceError("the packing has a floppy mode: its Hessian is singular")
+    return ConvergenceError(
+        f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), an eigenvalue is "
+        f"{_negative_eigenvalue(matrix, factors):.3g}; it is not at a minimum of its energy"
+    )
 
 
 def _negative_eigenvalue(matrix: sparse.csc_array, factors: SymmetricFactors) -> float:

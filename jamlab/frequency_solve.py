@@ -55,5 +55,6 @@ class _Driftless:
         relative = self._factors.solve(force[2:])
         relative = relative + self._dragged @ np.linalg.solve(self._small, self._drag.T @ relative)
         drift = -np.linalg.solve(self._total, self._drag.T @ relative)
-        q: Complex = np.concatenate([np.zeros(2), relative]) + self._axes @ drift
+        q: Complex = (self._axes @ drift).astype(np.complex128)
+        q[2:] += relative
         return q

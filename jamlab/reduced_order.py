@@ -10,15 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.equation_of_motion import EquationOfMotion, Limits
+from jamlab.equation_of_motion import EquationOfMotion, Limits, ShiftedSolver
 from jamlab.errors import ConvergenceError
 from jamlab.relaxation_spectrum import Modes, RelaxationSpectrum, modes, spectrum
 from jamlab.rounding_error import larger_relative
-from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]
 
-_STEPS = 3  # Krylov steps at a shift; with one the search may stop too early
+_STEPS = 5  # Krylov steps at a shift; with one the search may stop too early, with more it factorises less often
 _TOLERANCE = 1e-9  # relative change of G' and of G'' that counts as quiet
 _QUIET = 2  # quiet updates in a row that end the search
 _MOST_SHIFTS = 60
@@ -60,9 +59,9 @@ def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel
         ConvergenceError: G* still moves after `_MOST_SHIFTS` shifts.
     """
     space = _Space(motion, ends)
-    start = motion.b_qq @ ends.slow + motion.b_qg
+    start = _forces(motion, motion.b_qq @ ends.slow + motion.b_qg)
     candidates = _candidates(omega)
-    analysis: SymmetricFactors | None = None
+    solver = ShiftedSolver(motion)
     shifts: list[float] = []
     change = 0.0
     model, found = space.model()
@@ -76,14 +75,13 @@ def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel
         # real shifts do not make the residual vanish at i omega: never choose one twice
         shift = float(candidates[np.argmax(space.residual(candidates))])
         candidates = candidates[candidates != shift]
-        solver = motion.factorise(shift, analysis)
-        analysis = analysis or solver.factors
+        solver.factorise(shift)
         vector = start
         chain = []
         for _ in range(_STEPS):
             vector = solver.solve(vector)
             chain.append(vector)
-            vector = motion.b_qq @ vector
+            vector = _forces(motion, motion.b_qq @ vector)
         if not space.add(np.column_stack(chain)):
             continue
         shifts.append(shift)
@@ -93,6 +91,12 @@ def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel
         quiet = quiet + 1 if change <= _TOLERANCE else 0
         before = after
     return ReducedModel(model, found, space.basis, np.array(shifts), change)
+
+
+def _forces(motion: EquationOfMotion, load: Array) -> Array:
+    """The load without torques, which are balanced but for rounding."""
+    load[motion.moving :] = 0.0
+    return load
 
 
 def _candidates(omega: Array) -> Array:
@@ -126,7 +130,7 @@ class _Space:
         self._b = _bordered(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
         self._add_forces(forces)
-        return added.shape[1]
+        return self.basis.shape[1] - old
 
     def _add_forces(self, forces: Array) -> None:
         self._directions, coefficients = _orthonormal(self._directions, forces)

@@ -44,6 +44,11 @@ class SymmetricFactors:
             raise ConvergenceError(f"a matrix is singular, the packing has a floppy mode: {error}") from error
 
     @property
+    def size(self) -> int:
+        """n."""
+        return int(self._factors.shape[0])
+
+    @property
     def order(self) -> NDArray[np.intp]:
         """(n,) order of elimination."""
         if self._order is not None:
