@@ -162,21 +162,25 @@ class _Space:
 
 def _orthonormal(basis: Array, vectors: Array) -> tuple[Array, Array]:
     """Orthonormal basis (m, i) widened by vectors (m, j) that do not lie inside, and their coefficients on it."""
-    coefficients = np.zeros((basis.shape[1] + vectors.shape[1], vectors.shape[1]))
+    size, added = basis.shape[1], vectors.shape[1]
+    wider = np.empty((len(basis), size + added), order="F")
+    wider[:, :size] = basis
+    coefficients = np.zeros((size + added, added))
     for column, vector in enumerate(vectors.T):
-        size = basis.shape[1]
+        old = wider[:, :size]
         rest = vector
         for _ in range(2):  # once leaves rounding
-            part = basis.T @ rest
-            rest = rest - basis @ part
+            part = old.T @ rest
+            rest = rest - old @ part
             coefficients[:size, column] += part
         length = float(np.linalg.norm(rest))
         if length > _DEPENDENT * np.linalg.norm(vector):
             new = rest / length
-            new -= basis @ (basis.T @ new)
+            new -= old @ (old.T @ new)
+            wider[:, size] = new / np.linalg.norm(new)
             coefficients[size, column] = length
-            basis = np.column_stack([basis, new / np.linalg.norm(new)])
-    return basis, coefficients[: basis.shape[1]]
+            size += 1
+    return wider[:, :size], coefficients[:size]
 
 
 def _bordered(matrix: Array, columns: Array) -> Array:

@@ -1,5 +1,7 @@
 """Solvers of G*(omega) against each other, against extended precision, limits, closed forms and causality."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 from scipy import linalg
@@ -173,7 +175,35 @@ def test_turned_labels_change_nothing(packings):
         assert relative(modulus(a), modulus(b)).max() < 1e-6  # positions lose digits of 1e-4 overlaps
 
 
-def unstable_chain():
+# deformable polygons --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_droplets(dp_dense, law):
+    """Vertices that touch nothing dissipate nothing: B is singular, the solvers agree none the less."""
+    omega = OMEGA[OMEGA <= 10]
+    dense, direct, reduced = (jamlab.complex_modulus(dp_dense, omega, law, method=m) for m in SOLVERS)
+    for s in (direct, reduced):
+        error = relative(modulus(s), modulus(dense))
+        assert error.max() < 1e-6
+        assert np.all(error < 10 * (s.error + dense.error))
+    assert reduced.storage[0] == pytest.approx(jamlab.shear_modulus(dp_dense), rel=1e-8)
+    assert reduced.loss[0] == pytest.approx(reduced.eta0 * omega[0], rel=1e-8)
+
+
+def test_droplets_relax_in_their_films(dp_dense):
+    """No viscosity is left at infinite frequency under contact damping; under Stokes drag that of the fluid is."""
+    film, fluid = (jamlab.complex_modulus(dp_dense, [1e8], law) for law in (LAWS[0], LAWS[4]))
+    assert film.eta_inf == 0.0 < film.eta0
+    assert fluid.eta_inf == pytest.approx(1.0, rel=1e-12)
+    assert fluid.storage[0] == pytest.approx(jamlab.shear_modulus(dp_dense, "affine"), rel=1e-6)
+    assert jamlab.shear_modulus(dp_dense) < film.storage[0] < jamlab.shear_modulus(dp_dense, "affine")
+
+
+# refusals -------------------------------------------------------------------------------------------------------------
+
+
+def buckling_crystal():
     """A square crystal in balance that buckles: every contact pushes."""
     places = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
     return jamlab.Packing("sp", 4 * np.eye(2), places, {"k": 1.0}, "k", np.full(16, 1.1))
@@ -181,8 +211,8 @@ def unstable_chain():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_unstable_packings_are_refused_with_their_eigenvalue(method):
-    """The lowest mode of the square crystal, in closed form: -(f/r)(1 - cos) summed over both bonds of a row."""
-    p = unstable_chain()
+    """Never NaN, never a number."""
+    p = buckling_crystal()
     with pytest.raises(jamlab.ConvergenceError, match=r"negative mode.*eigenvalue is -0\.\d+"):
         jamlab.complex_modulus(p, [1.0], method=method)
 
@@ -203,6 +233,23 @@ def test_large_packings_are_refused_by_the_dense_solver():
     p = jamlab.pack(n=1200, pressure=1e-2, seed=1)
     with pytest.raises(jamlab.InputError, match="at most 2048; use method='reduced'"):
         jamlab.complex_modulus(p, [1.0], method="dense")
+
+
+@pytest.mark.parametrize("name", ["pardiso", "scipy", "guess"])
+def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
+    """Where PARDISO is installed both give the same; where it is not, and for other names, the remedy is named."""
+    plain = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
+    monkeypatch.setenv("JAMLAB_FACTORISATION", name)
+    if name == "guess":
+        with pytest.raises(jamlab.InputError, match="JAMLAB_FACTORISATION = 'guess': use one of pardiso, scipy"):
+            jamlab.complex_modulus(packings[1e-4], OMEGA)
+        return
+    if name == "pardiso" and find_spec("pypardiso") is None:
+        with pytest.raises(jamlab.InputError, match=r"pip install 'jamlab\[fast\]'"):
+            jamlab.complex_modulus(packings[1e-4], OMEGA)
+        return
+    s = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
+    assert relative(modulus(s), modulus(plain)).max() < 1e-9
 
 
 def test_no_frequency_is_refused(packings):
