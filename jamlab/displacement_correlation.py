@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from jamlab.damping import ContactDamping, Damping
 from jamlab.elasticity import backbone
-from jamlab.equation_of_motion import equation_of_motion, limits
+from jamlab.equation_of_motion import equation_of_motion
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.frequency_solve import solve_frequency
 from jamlab.packing import Packing
+from jamlab.response_limits import limits
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

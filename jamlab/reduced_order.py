@@ -9,11 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
-from jamlab.equation_of_motion import EquationOfMotion, Limits, ShiftedSolver
+from jamlab.equation_of_motion import EquationOfMotion
 from jamlab.errors import ConvergenceError
 from jamlab.relaxation_spectrum import Modes, RelaxationSpectrum, modes, spectrum
+from jamlab.response_limits import Limits
 from jamlab.rounding_error import larger_relative
+from jamlab.shifted_solver import ShiftedSolver
 
 Array = NDArray[np.float64]
 
@@ -23,6 +26,7 @@ _QUIET = 2  # quiet updates in a row that end the search
 _MOST_SHIFTS = 60
 _PER_DECADE = 6  # candidates for the next shift
 _MARGIN = 30.0  # candidates reach this factor beyond the frequencies asked for
+_SKETCH = 2048  # rows of the projection that residuals are judged by
 _DEPENDENT = 1e-12  # part of a new vector outside the space that is still direction, not rounding
 
 
@@ -111,11 +115,14 @@ class _Space:
         self._motion = motion
         self._ends = ends
         self._x = ends.fast - ends.slow
+        # forces are looked at through a random projection that keeps lengths to some per cent
+        rng = np.random.default_rng(0)
+        signs = rng.choice([-1.0, 1.0], motion.moving)
+        places = (rng.integers(_SKETCH, size=motion.moving), np.arange(motion.moving))
+        self._sketch = sparse.coo_array((signs, places), shape=(_SKETCH, motion.moving)).tocsr()
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
         drag = (motion.b_qq @ ends.slow + motion.b_qg)[: motion.moving, None]
-        self._directions = np.zeros((motion.moving, 0))  # orthonormal, of all forces
-        self._forces = np.zeros((0, 0))  # their coefficients; squares of small sums need them, not a Gram matrix
-        self._add_forces(drag)
+        self._forces = self._sketch @ drag
         self.basis = np.zeros((motion.size, 0))
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
@@ -123,19 +130,14 @@ class _Space:
     def add(self, vectors: Array) -> int:
         """Widen the space by vectors (m, j), one after the other; returns how many do not lie inside."""
         old = self.basis.shape[1]
-        self.basis, _ = _orthonormal(self.basis, vectors)
+        self.basis = _orthonormal(self.basis, vectors)
         added = self.basis[:, old:]
         k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
         self._k = _bordered(self._k, self.basis.T @ k_added)
         self._b = _bordered(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
-        self._add_forces(forces)
+        self._forces = np.hstack([self._forces, self._sketch @ forces])
         return self.basis.shape[1] - old
-
-    def _add_forces(self, forces: Array) -> None:
-        self._directions, coefficients = _orthonormal(self._directions, forces)
-        above = np.zeros((len(coefficients) - len(self._forces), self._forces.shape[1]))
-        self._forces = np.hstack([np.vstack([self._forces, above]), coefficients])
 
     def model(self) -> tuple[RelaxationSpectrum, Modes]:
         """Spectrum and modes of the projected equation."""
@@ -160,27 +162,24 @@ class _Space:
         return np.asarray(square / ((stiffness + omega * drag) * smaller))
 
 
-def _orthonormal(basis: Array, vectors: Array) -> tuple[Array, Array]:
-    """Orthonormal basis (m, i) widened by vectors (m, j) that do not lie inside, and their coefficients on it."""
-    size, added = basis.shape[1], vectors.shape[1]
-    wider = np.empty((len(basis), size + added), order="F")
+def _orthonormal(basis: Array, vectors: Array) -> Array:
+    """Orthonormal basis (m, i) widened by those of the vectors (m, j) that do not lie inside."""
+    size = basis.shape[1]
+    wider = np.empty((len(basis), size + vectors.shape[1]), order="F")
     wider[:, :size] = basis
-    coefficients = np.zeros((size + added, added))
-    for column, vector in enumerate(vectors.T):
+    for vector in vectors.T:
         old = wider[:, :size]
+        length = float(np.linalg.norm(vector))
         rest = vector
         for _ in range(2):  # once leaves rounding
-            part = old.T @ rest
-            rest = rest - old @ part
-            coefficients[:size, column] += part
-        length = float(np.linalg.norm(rest))
-        if length > _DEPENDENT * np.linalg.norm(vector):
-            new = rest / length
+            rest = rest - old @ (old.T @ rest)
+        left = float(np.linalg.norm(rest))
+        if left > _DEPENDENT * length:
+            new = rest / left
             new -= old @ (old.T @ new)
             wider[:, size] = new / np.linalg.norm(new)
-            coefficients[size, column] = length
             size += 1
-    return wider[:, :size], coefficients[:size]
+    return wider[:, :size]
 
 
 def _bordered(matrix: Array, columns: Array) -> Array:

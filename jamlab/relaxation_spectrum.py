@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from jamlab.equation_of_motion import EquationOfMotion, Limits
+from jamlab.equation_of_motion import EquationOfMotion
 from jamlab.errors import InputError
+from jamlab.response_limits import Limits
 from jamlab.sparse_solver import SymmetricFactors
 
 Array = NDArray[np.float64]

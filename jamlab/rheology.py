@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.damping import ContactDamping, Damping
-from jamlab.equation_of_motion import EquationOfMotion, Limits, equation_of_motion, limits
+from jamlab.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.errors import InputError
 from jamlab.frequency_solve import solve_frequency
 from jamlab.packing import Packing
 from jamlab.reduced_order import reduce
 from jamlab.relaxation_spectrum import Modes, RelaxationSpectrum, all_modes, spectrum
+from jamlab.response_limits import Limits, limits
 from jamlab.rounding_error import larger_relative, rounding_error, variational_modulus
 
 Array = NDArray[np.float64]

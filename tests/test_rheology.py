@@ -9,7 +9,8 @@ from scipy import linalg
 import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.elasticity import elastic_tensor
-from jamlab.equation_of_motion import equation_of_motion, limits
+from jamlab.equation_of_motion import equation_of_motion
+from jamlab.response_limits import limits
 from jamlab.rheology import METHODS
 
 OMEGA = np.logspace(-12, 4, 17)
