@@ -50,7 +50,8 @@ def collapse(
         seed: of the bootstrap.
 
     Raises:
-        InputError: fewer than three pressures, no spectra, frequencies that differ or do not reach the critical regime.
+        InputError: fewer than three pressures, no spectra, frequencies that differ or do not reach the critical regime,
+            a modulus that is not positive.
     """
     p = np.asarray(pressures, dtype=np.float64)
     if len(p) < 3 or len(p) != len(spectra) or not all(len(group) for group in spectra):
@@ -58,6 +59,13 @@ def collapse(
     omega = spectra[0][0].omega
     if not all(np.array_equal(s.omega, omega) for group in spectra for s in group):
         raise InputError("a collapse needs spectra of the same frequencies")
+    for pressure, group in zip(p, spectra, strict=True):
+        unstable = [s.g0 for s in group if not (np.all(s.storage > 0) and np.all(s.loss > 0))]
+        if unstable:
+            raise InputError(
+                f"a packing at pressure {pressure:g} has no positive modulus (G_0 = {unstable[0]:.3g}): leave it out, "
+                "or use prestress=False"
+            )
     kept = omega <= _HIGHEST
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = np.log(omega[kept])

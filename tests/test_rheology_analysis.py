@@ -178,3 +178,6 @@ def test_impossible_collapses_are_refused(packing):
     other = jamlab.complex_modulus(packing, [1e-4, 1.0])
     with pytest.raises(jamlab.InputError, match="same frequencies"):
         jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [other]])
+    negative = jamlab.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error)
+    with pytest.raises(jamlab.InputError, match="at pressure 1e-05 has no positive modulus"):
+        jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])
