@@ -39,6 +39,7 @@ SEARCHES = ("bisection", "paper")
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
 _DECOMPRESSIONS = 80
+_JUMP = 1e-9  # of phi: contacts lost within this are lost in one go
 _SMALLEST_INCREMENT = 1e-12  # of phi, in the paper's search
 _LARGEST_FALL = 0.03  # of sqrt(U) in one decompression, as a fraction of what it was
 
@@ -163,7 +164,11 @@ class _Search:
             else:
                 packing = trial.packing
             if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
-                return self._decompressed(packing.phi, self._stabilized(jammed))
+                end = self._decompressed(packing.phi, self._stabilized(jammed))
+                if self._at_onset(end):
+                    return end
+                # it fell apart in one go and found a denser basin: compress that one
+                packing, jammed, step = end.packing, None, self.protocol["step_fine"]
         raise ConvergenceError(
             f"no jammed state up to phi = {packing.phi:.3f}: the last minimisation ended at contact energy "
             f"{trial.energy:.2g} per site and max force {trial.found.evaluation.max_force:.2g}"
@@ -199,6 +204,8 @@ class _Search:
                 jammed, stride = state, 1.0
             elif state.energy < self.protocol["u_contact"]:
                 loose = state.phi
+                if jammed.phi - loose < _JUMP:
+                    return state
             else:
                 stride *= 0.7  # did not converge: come from elsewhere
         raise ConvergenceError(

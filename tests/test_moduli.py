@@ -267,9 +267,9 @@ def test_frequencies_must_be_positive(packings, omega):
 
 
 def test_what_has_no_spectrum_is_refused(packings, dp_onset):
-    """Droplets, unknown methods, impossible damping."""
-    with pytest.raises(jamlab.InputError, match="use a packing of disks"):
-        jamlab.complex_modulus(dp_onset, [1.0])
+    """Droplets without pre-stress, unknown methods, impossible damping."""
+    with pytest.raises(jamlab.InputError, match="prestress = False: deformable polygons"):
+        jamlab.complex_modulus(dp_onset, [1.0], prestress=False)
     with pytest.raises(jamlab.InputError, match="unknown method 'guess'"):
         jamlab.complex_modulus(packings["near"], [1.0], method="guess")
     for damping, message in ((ContactDamping, "beta = -1"), (StokesDrag, "eta_f = -1")):
