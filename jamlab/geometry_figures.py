@@ -54,7 +54,14 @@ def draw_voids(axes: Any, packing: Packing, title: str = "") -> Voids:
     if (found.percolating > 0).any():
         handles.append(Patch(facecolor="white", edgecolor="black", label="percolates"))
     if handles:
-        axes.legend(handles=handles, title="sides of voids", loc="upper center", bbox_to_anchor=(0.5, 0), ncols=6)
+        axes.legend(
+            handles=handles,
+            title="sides of voids",
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.01),
+            ncols=6,
+            fontsize=9,
+        )
     return found
 
 
@@ -138,7 +145,7 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
 
 def geometry_figure(packing: Packing) -> Figure:
     """Overlaps, voids and cells of one packing side by side."""
-    figure = Figure(figsize=(16.5, 5.6), layout="constrained")
+    figure = Figure(figsize=(16.5, 6.6), layout="constrained")
     axes = figure.subplots(1, 3)
     draw_overlaps(axes[0], packing, "overlaps")
     found = draw_voids(axes[1], packing)
