@@ -39,7 +39,7 @@ SEARCHES = ("bisection", "paper")
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
 _DECOMPRESSIONS = 80
-_JUMP = 1e-9  # of phi: contacts lost within this are lost in one go
+_JUMP = 0.01  # contacts lost within this part of the way to the extrapolated onset are lost in one go
 _SMALLEST_INCREMENT = 1e-12  # of phi, in the paper's search
 _LARGEST_FALL = 0.03  # of sqrt(U) in one decompression, as a fraction of what it was
 
@@ -190,11 +190,15 @@ class _Search:
         """
         aim = np.sqrt(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
         gap = 0.5 * (jammed.phi - lowest)
-        loose = -np.inf  # below here it is not jammed; compressed from below it may have jammed later than it unjams
+        fallen: _State | None = None  # not jammed; compressed from below it may have jammed later than it unjams
         stride = 1.0
         for _ in range(_DECOMPRESSIONS):
             root = np.sqrt(jammed.energy)
-            wanted = max(jammed.phi - gap * (1 - max(aim / root, _LARGEST_FALL)), 0.5 * (loose + jammed.phi))
+            wanted = jammed.phi - gap * (1 - max(aim / root, _LARGEST_FALL))
+            if fallen is not None:
+                if jammed.phi - fallen.phi < _JUMP * gap:
+                    return fallen
+                wanted = max(wanted, 0.5 * (fallen.phi + jammed.phi))
             state = self._followed(jammed.packing, jammed.phi - stride * (jammed.phi - wanted))
             if self._at_onset(state):
                 return state
@@ -203,9 +207,7 @@ class _Search:
                 gap = np.sqrt(state.energy) * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
                 jammed, stride = state, 1.0
             elif state.energy < self.protocol["u_contact"]:
-                loose = state.phi
-                if jammed.phi - loose < _JUMP:
-                    return state
+                fallen = state
             else:
                 stride *= 0.7  # did not converge: come from elsewhere
         raise ConvergenceError(

@@ -16,8 +16,9 @@ from jamlab.start import check_bidisperse, check_number, random_disks
 _PRESSURE_TOLERANCE = 1e-6  # relative
 _PHI_START = 0.86  # safely jammed
 _STIFFNESS = 0.5  # dp/dphi of a random packing, k: first guess of the secant
-_ROUGH = 1e-2  # force over pressure on the way to the target
+_ROUGH, _FINE = 3e-2, 1e-2  # force over pressure, far from the target and near it
 _NEAR = 0.3  # relative distance to the target pressure that linear response may bridge
+_FAR = 10.0  # factor to the target pressure down to which it need not be known well
 _CLOSE = 2.0  # factor to the target pressure from which on states are relaxed to the end
 _LOOSE = 0.1  # of the target pressure: below, a packing counts as not jammed
 _WALK = 100
@@ -89,6 +90,8 @@ def _walk(session: Session, pressure: float, progress: Progress | None) -> Packi
     above: tuple[float, float] | None = None
     for _ in range(_WALK):
         state = quench(session, _ROUGH, floor=_LOOSE * pressure)
+        if state.pressure < _FAR * pressure:
+            state = quench(session, _FINE, floor=_LOOSE * pressure)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
             progress("pressure", packing.phi)

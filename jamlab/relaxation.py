@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in units of the packing
 
 _MANY_DISKS = 1000  # from here on Newton steps end a minimisation sooner than conjugate gradients
+_FIRE_ONLY_DISKS = 4000
 _NEWTON_NOISE = 1e-5  # force over pressure at which they take over; started earlier they stall
 _FIRST_NOISE = 1e-2
 _STAGES = 12
@@ -35,6 +36,7 @@ _SETTLE_STEPS = 700
 _LBFGS_FORCE = 1e-6  # here Newton takes over; a tenth of it in every further round
 _LBFGS_SHIFT = 1e-2  # added to the Hessian's diagonal, eps/l^2
 _NEWTON_STEPS = 150
+_NEAR_STEPS = {"sp": 40, "dp": 150}  # beyond, first-order steps bring disks nearer for less
 _NEWTON_REACH = 0.05  # longest move of a coordinate in one Newton step, mean particle size
 _NEWTON_SHIFT = 1e-3  # added to the Hessian's diagonal at first
 _NEWTON_LEAST_SHIFT = 1e-10  # keeps rattlers and translations from running away
@@ -92,12 +94,13 @@ def relax(
         tolerance = FORCE_TOLERANCE[session.model]
     newton_steps = 0
     for _ in range(rounds if near else 0):
-        taken = _newton(session, tolerance)
+        allowed = _NEAR_STEPS[session.model]
+        taken = _newton(session, tolerance, allowed)
         newton_steps += taken
         state = session.evaluate()
         if state.max_force <= tolerance and not _entangled(session):
             return Relaxed(state, True, newton_steps)
-        if taken < _NEWTON_STEPS // 2:
+        if taken < allowed // 2 or session.model == "sp":
             break
     for round_ in range(rounds):
         if session.model == "sp":
@@ -143,8 +146,14 @@ def _descend_disks(session: Session, tolerance: float, round_: int, least_pressu
 
 
 def _descend_many_disks(session: Session, noise: float, lowest: float, least_pressure: float) -> Evaluation:
-    """FIRE while many contacts open and close at once, L-BFGS where the packing slides along a soft direction."""
-    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=_FIRE_STEPS["sp"])
+    """FIRE while contacts open and close in many places at once; L-BFGS where the packing slides in a soft direction.
+
+    L-BFGS has one step length for the whole packing, which local events keep short in large ones: there FIRE goes on.
+    """
+    floor = max(least_pressure, lowest / noise)
+    if session.size >= _FIRE_ONLY_DISKS:
+        return quench(session, noise, floor=floor)
+    state = quench(session, noise, floor=floor, steps=_FIRE_STEPS["sp"])
     target = max(noise * state.pressure, lowest)
     if state.max_force <= target or state.pressure < least_pressure:
         return state
@@ -191,7 +200,7 @@ def _descend_preconditioned(session: Session, target: float, steps: int) -> Eval
     return session.evaluate()
 
 
-def _newton(session: Session, tolerance: float) -> int:
+def _newton(session: Session, tolerance: float, steps: int = _NEWTON_STEPS) -> int:
     """Levenberg-Marquardt steps on the analytic Hessian until the tolerance is met; returns how many were taken.
 
     A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
@@ -204,7 +213,7 @@ def _newton(session: Session, tolerance: float) -> int:
     shift = _NEWTON_SHIFT
     matrix: sparse.csc_array | None = None
     taken = 0
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(steps):
         if np.hypot(*forces.T).max() <= tolerance or shift > _NEWTON_GIVES_UP:
             break
         if matrix is None:
