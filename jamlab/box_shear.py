@@ -55,7 +55,8 @@ def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure
         least_pressure: see `relax`.
 
     Returns:
-        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure.
+        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure. A packing that
+        comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
     """
     found = relax(session, near=near, least_pressure=least_pressure)
     radius = None

@@ -147,7 +147,7 @@ def solve_held(k: Stiffness, right: Array) -> Array:
             f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), it is not at a minimum"
         )
     solution[2:] = factors.solve(right[2:])
-    residual = np.abs(k.uu @ solution - right)[2:].max() / np.abs(right).max()
+    residual = np.abs(k.uu @ solution - right)[2:].max() / max(np.abs(right).max(), np.finfo(float).tiny)
     if not residual <= 1e-6:
         raise ConvergenceError(f"the Hessian is too close to singular for a modulus: relative residual {residual:.2g}")
     return solution

@@ -20,7 +20,7 @@ class OrientationalOrder:
 
     Attributes:
         local: (n,) complex128, psi_k of each particle.
-        neighbors: (n,) int64, number of Delaunay neighbours; the mean is 6.
+        neighbors: (n,) int64, number of Delaunay neighbours; the mean is 6 where the triangulation is unique.
         mean_local: mean of |psi_k|; 1 in a triangular lattice for k = 6.
         overall: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
     """
@@ -39,6 +39,9 @@ class OrientationalOrder:
 
 def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     """Bond-orientational order of the centres (SP) or area centroids (DP).
+
+    Where more than three centres lie on one empty circle, as in a square lattice, the triangulation is not unique: the
+    diagonals that rounding picks are bonds too, and lower psi_4 there.
 
     Args:
         packing: SP or DP.

@@ -1,0 +1,205 @@
+"""Modes of the Hessian against dense eigenvalues, and the number of zero modes against counting."""
+
+import numpy as np
+import pytest
+
+import jamlab
+
+
+@pytest.fixture(scope="module")
+def small():
+    """32 disks: all eigenvalues at once."""
+    return jamlab.pack(32, 1e-3, seed=3)
+
+
+@pytest.fixture(scope="module")
+def large():
+    """216 disks, two rattlers: a few eigenvalues by iteration."""
+    return jamlab.pack(216, 1e-2, seed=1)
+
+
+@pytest.fixture(params=["small", "large"])
+def packing(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="module")
+def onset():
+    """16 disks at onset with one rattler that touches nothing."""
+    return jamlab.jam("sp", 16, seed=1)
+
+
+def touching(p):
+    """i, j and vector from i to j of every overlap, by a loop over images."""
+    for i in range(p.n):
+        for j in range(i):
+            for image in np.ndindex(3, 3):
+                r = p.positions[j] - p.positions[i] + (np.array(image) - 1) @ p.box
+                if np.hypot(*r) < p.diameters[[i, j]].mean():
+                    yield i, j, r
+
+
+def mechanisms(p):
+    """Displacements that stretch no contact: 2 n minus the rank of the rigidity matrix."""
+    rows = []
+    for i, j, r in touching(p):
+        row = np.zeros((p.n, 2))
+        row[j] += r / np.hypot(*r)
+        row[i] -= r / np.hypot(*r)
+        rows.append(row.ravel())
+    return 2 * p.n - np.linalg.matrix_rank(np.array(rows), tol=1e-6)
+
+
+def with_rattler_at(p, overlaps):
+    """The packing with its rattler moved until it overlaps some disks by so much: {disk: overlap}."""
+    (rattler,) = np.flatnonzero(jamlab.contacts(p).rattlers)
+    disks, depths = list(overlaps), np.array(list(overlaps.values()))
+    x = p.positions.copy()
+    image = np.rint((x[disks] - x[rattler]) @ np.linalg.inv(p.box)) @ p.box
+    places = x[disks] - image
+    reach = 0.5 * (p.diameters[rattler] + p.diameters[disks]) - depths
+    for _ in range(50):  # Gauss-Newton on the distances
+        r = x[rattler] - places
+        distance = np.hypot(*r.T)
+        x[rattler] += np.linalg.pinv(r / distance[:, None]) @ (reach - distance)
+    return p.with_state(positions=x)
+
+
+def nearest_to_rattler(p):
+    """Disks around the rattler, nearest surface first."""
+    (rattler,) = np.flatnonzero(jamlab.contacts(p).rattlers)
+    d = p.positions - p.positions[rattler]
+    d -= np.rint(d @ np.linalg.inv(p.box)) @ p.box
+    gap = np.hypot(*d.T) - 0.5 * (p.diameters + p.diameters[rattler])
+    gap[rattler] = np.inf
+    return np.argsort(gap)
+
+
+# modes ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [1, 6, 20])
+@pytest.mark.parametrize("prestress", [True, False])
+def test_lowest_modes_are_those_of_the_dense_matrix(packing, count, prestress):
+    """Values by LAPACK; every mode solves H v = lambda v; modes are orthonormal."""
+    modes = jamlab.lowest_modes(packing, count, prestress=prestress)
+    h = jamlab.hessian(packing, prestress=prestress).toarray()
+    values = np.linalg.eigvalsh(h)
+    assert modes.eigenvalues.shape == (count,) and modes.vectors.shape == (count, packing.n, 2)
+    assert np.all(np.diff(modes.eigenvalues) >= 0)
+    assert np.abs(modes.eigenvalues - values[:count]).max() < 1e-12 * values[-1]
+    v = modes.vectors.reshape(count, -1)
+    assert np.abs(v @ h - modes.eigenvalues[:, None] * v).max() < 1e-10 * values[-1]
+    assert np.abs(v @ v.T - np.eye(count)).max() < 1e-10
+
+
+def test_modes_of_energies_that_lammps_computes(small):
+    """Along a mode the force is -lambda v."""
+    modes = jamlab.lowest_modes(small, 8)
+    step = 1e-6
+    for value, v in zip(modes.eigenvalues[4:], modes.vectors[4:], strict=True):
+        up, down = (jamlab.evaluate(small.with_state(positions=small.positions + s * v)).forces for s in (step, -step))
+        assert np.abs((down - up) / (2 * step) - value * v).max() < 1e-4 * value
+
+
+def test_rattlers_and_translations_come_first(large):
+    """Six zeros, two rattlers and the translations; then stiff modes, in which these all rest."""
+    rattlers = jamlab.contacts(large).rattlers
+    assert rattlers.sum() == 2
+    modes = jamlab.lowest_modes(large, 8)
+    assert np.abs(modes.eigenvalues[:6]).max() < 1e-12 < 1e-6 < modes.eigenvalues[6]
+    assert np.abs(modes.vectors[6:, rattlers]).max() < 1e-10
+    assert np.abs(modes.vectors[6:].sum(axis=1)).max() < 1e-8
+
+
+def test_instability_is_a_negative_mode(random_disks):
+    """Between minima; both ways of computing, 30 and 230 disks."""
+    for n in (30, 230):
+        p = random_disks(n=n, phi=1.0)
+        values = np.linalg.eigvalsh(jamlab.hessian(p).toarray())
+        assert values[2] < -1e-3
+        found = jamlab.lowest_modes(p, 5).eigenvalues
+        assert found == pytest.approx(values[:5], rel=1e-8)
+
+
+def test_modes_of_droplets(dp_dense):
+    """Vertices; perimeter, area and contact terms."""
+    modes = jamlab.lowest_modes(dp_dense, 6)
+    values = np.linalg.eigvalsh(jamlab.hessian(dp_dense).toarray())
+    assert modes.vectors.shape == (6, len(dp_dense.positions), 2)
+    assert np.abs(modes.eigenvalues - values[:6]).max() < 1e-11 * values[-1]
+    assert np.abs(modes.eigenvalues[:2]).max() < 1e-10 * values[-1] < modes.eigenvalues[2]
+
+
+# zero modes -----------------------------------------------------------------------------------------------------------
+
+
+def test_zero_modes_are_translations_and_rattlers(packing, onset):
+    """2 + 2 for every rattler, when these touch nothing."""
+    for p in (packing, onset):
+        c = jamlab.contacts(p)
+        assert not c.rattlers[c.pairs].any()
+        assert jamlab.zero_modes(p) == 2 + 2 * c.rattlers.sum()
+
+
+def test_counting_at_onset(onset):
+    """2 N' coordinates, N_c = 2 N' - 1 contacts, one state of self stress: two translations remain."""
+    c = jamlab.contacts(onset)
+    assert c.rattlers.sum() == 1
+    counted = 2 * c.backbone - c.count + 1 + 2 * c.rattlers.sum()
+    assert counted == 2 + 2 * c.rattlers.sum()
+    assert jamlab.zero_modes(onset, prestress=False) == counted == mechanisms(onset)
+
+
+def test_counting_with_two_contacts_more():
+    """Shear-stabilized: N_c = 2 N' + 1, three states of self stress."""
+    p = jamlab.jam("sp", 16, seed=5, ensemble="shear-stabilized")
+    c = jamlab.contacts(p)
+    counted = 2 * c.backbone - c.count + 3 + 2 * c.rattlers.sum()
+    assert jamlab.zero_modes(p, prestress=False) == counted == mechanisms(p)
+
+
+@pytest.mark.parametrize("removed", [1, 2, 3])
+def test_mechanisms_of_a_broken_network(onset, removed):
+    """Disks shrunk until they lose their contacts: every missing constraint is a mechanism, the rank says how many."""
+    held = np.flatnonzero(~jamlab.contacts(onset).rattlers)[:removed]
+    d = onset.diameters.copy()
+    d[held] *= 0.5
+    broken = onset.with_state(diameters=d)
+    wanted = mechanisms(broken)
+    assert wanted > mechanisms(onset)
+    assert jamlab.zero_modes(broken, prestress=False) == wanted
+
+
+def test_rattler_left_in_touch_is_stiff_along_each_contact(onset):
+    """One contact takes away one zero mode, two contacts on different lines both, however small their overlap."""
+    free = jamlab.zero_modes(onset)
+    first, *others = nearest_to_rattler(onset)
+    one = with_rattler_at(onset, {first: 1e-12})
+    c = jamlab.contacts(one)
+    assert c.rattlers.sum() == 1 and c.rattlers[c.pairs].sum() == 1
+    assert jamlab.zero_modes(one) == free - 1 == jamlab.zero_modes(one, prestress=False)
+    for other in others[:4]:
+        two = with_rattler_at(onset, {first: 1e-12, other: 1e-12})
+        c = jamlab.contacts(two)
+        if c.rattlers.sum() == 1 and c.rattlers[c.pairs].sum() == 2:
+            assert jamlab.zero_modes(two) == free - 2
+            break
+    else:
+        pytest.fail("the rattler fits no corner")
+
+
+def test_zero_modes_of_droplets(dp_dense):
+    """Compressed droplets only translate."""
+    assert not jamlab.contacts(dp_dense).rattlers.any()
+    assert jamlab.zero_modes(dp_dense) == 2
+
+
+# refused --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [0, -1, 64, 1000, 2.0, True, "x", None])
+def test_bad_count_is_refused(small, count):
+    """Named; as many modes as coordinates are too many."""
+    with pytest.raises(jamlab.InputError, match=f"count = {count!r}: must be a whole number from 1 to 63"):
+        jamlab.lowest_modes(small, count)
