@@ -24,7 +24,8 @@ from jamlab.measure import table
 from jamlab.onset import jam
 from jamlab.packing import Packing
 from jamlab.provenance import versions
-from jamlab.rheology import ComplexModulus, complex_modulus
+from jamlab.rheology import complex_modulus
+from jamlab.spectra import Spectra
 from jamlab.storage import write
 
 STEP = 0.01  # in rho, between stored states
@@ -52,9 +53,7 @@ class Run:
     seconds: float
 
 
-def run_demo(
-    n: int, seed: int, to: float, out: Path, progress: Progress
-) -> tuple[dict[str, Run], ComplexModulus | None]:
+def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
     """Run both models, write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
 
     Args:
@@ -87,12 +86,12 @@ def run_demo(
             out.rmdir()
 
 
-def _run_into(
-    out: Path, n: int, seed: int, to: float, progress: Progress
-) -> tuple[dict[str, Run], ComplexModulus | None]:
+def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
     runs = _run_both(n, seed, to, progress)
     try:
-        spectrum: ComplexModulus | None = complex_modulus(runs["sp"].packings[-1], OMEGA)
+        densest = runs["sp"].packings[-1]
+        converged = bool(densest.provenance["converged"])
+        spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (converged,))
     except ConvergenceError:
         spectrum = None
     for run in runs.values():
@@ -145,7 +144,7 @@ def _queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
     return queue
 
 
-def _draw(runs: dict[str, Run], spectrum: ComplexModulus | None, out: Path, facts: dict[str, str]) -> None:
+def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict[str, str]) -> None:
     densest = {model: run.packings[-1] for model, run in runs.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.errors import InputError
 from jamlab.neighbors import periodic_pairs
 from jamlab.packing import Packing
 from jamlab.polygon_contacts import vertex_contacts
@@ -49,9 +50,16 @@ def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
         packing: SP or DP.
         prestress: False leaves out the part of each Hessian that is proportional to the force in the contact
             (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only.
+
+    Raises:
+        InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
     """
     if packing.model == "sp":
         return [_springs(packing, prestress)]
+    if not prestress:
+        raise InputError(
+            "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"
+        )
     return [*_contacts(packing), _tension(packing), *_areas(packing)]
 
 

@@ -13,7 +13,6 @@ from scipy import sparse
 
 from jamlab.damping import ContactDamping, Damping, damping_matrix
 from jamlab.elasticity import backbone
-from jamlab.errors import InputError
 from jamlab.hessian import stiffness
 from jamlab.packing import Packing
 
@@ -37,10 +36,6 @@ def dynamical_matrices(
     Raises:
         InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
     """
-    if packing.model == "dp" and not prestress:
-        raise InputError(
-            "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"
-        )
     k = stiffness(packing, prestress=prestress)
     spins = packing.n if packing.model == "sp" else 0
     column = sparse.coo_array(np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])[:, None])

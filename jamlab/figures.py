@@ -17,8 +17,8 @@ from jamlab.contacts import contacts
 from jamlab.neighbors import periodic_pairs
 from jamlab.packing import Packing
 from jamlab.polygon_contacts import polygon_pairs, vertex_contacts
-from jamlab.rheology import ComplexModulus
 from jamlab.rims import rims
+from jamlab.spectra import Spectra
 
 matplotlib.use("Agg")
 
@@ -99,19 +99,45 @@ def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column
     return figure
 
 
-def modulus_figure(spectra: Mapping[str, ComplexModulus], unit: str) -> Figure:
-    """Storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per spectrum."""
+def modulus_figure(spectra: Mapping[str, Spectra], unit: str) -> Figure:
+    """Storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
+
+    Several packings: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at 1/tau*.
+    """
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
     for colour, (name, s) in zip(("#009E73", "#D55E00", "#0072B2", "#CC79A7"), spectra.items(), strict=False):
-        axes.loglog(s.omega, s.storage, "-o", color=colour, markersize=4, label=f"$G'$  {name}")
-        axes.loglog(s.omega, s.loss, "--s", color=colour, markersize=4, markerfacecolor="white", label=f"$G''$  {name}")
+        for column, line, fill, label in (("storage", "-o", colour, "G'"), ("loss", "--s", "white", "G''")):
+            mean, low, high = s.band(column)
+            axes.loglog(
+                s.omega, mean, line, color=colour, markersize=4, markerfacecolor=fill, label=f"${label}$  {name}"
+            )
+            if len(s.members) > 1:
+                axes.fill_between(s.omega, np.maximum(low, 1e-3 * mean), high, color=colour, alpha=0.25, linewidth=0)
+        _slopes(axes, s)
     axes.set_xlabel(r"angular frequency $\omega\,\tau_1$", fontsize=12)
     axes.set_ylabel(f"complex shear modulus $G^*$  [{unit}]", fontsize=12)
     axes.tick_params(labelsize=11)
     axes.grid(alpha=0.3, which="major")
     axes.legend(fontsize=10)
     return figure
+
+
+def _slopes(axes: Any, s: Spectra) -> None:
+    """Dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
+    g0, eta0 = s.limit("g0"), s.limit("eta0")
+    if not (g0 > 0 and eta0 > 0):
+        return
+    turn = g0 / eta0
+    for low, high, slope, height, beside in ((1e-3, 0.3, 1.0, 0.4, (6, -13)), (3.0, 300.0, 0.5, 2.5, (-9, 5))):
+        x = turn * np.array([low, high])
+        x = np.clip(x, s.omega.min(), s.omega.max())
+        if x[0] >= x[1]:
+            continue
+        y = height * g0 * (x / turn) ** slope
+        axes.loglog(x, y, ":", color="#555555", linewidth=1.4)
+        middle = np.sqrt(x[0] * x[1]), np.sqrt(y[0] * y[1])
+        axes.annotate(f"{slope:g}", middle, textcoords="offset points", xytext=beside, color="#555555", fontsize=10)
 
 
 def particle_shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:

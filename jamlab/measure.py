@@ -5,13 +5,17 @@ import numpy as np
 from jamlab.contacts import contacts
 from jamlab.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.energy_terms import energy_terms
-from jamlab.errors import ConvergenceError
+from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.hessian import forces, stress
 from jamlab.packing import Packing
 from jamlab.packing_fraction import packing_fraction
 from jamlab.shape import shape_factors
+from jamlab.voids import voids
 
-COLUMNS = ("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "max_force")
+COLUMNS = (
+    *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape"),
+    *("voids", "void_sides", "void_area", "void_shape", "max_force"),
+)
 
 
 def measure(packing: Packing) -> dict[str, float]:
@@ -21,17 +25,20 @@ def measure(packing: Packing) -> dict[str, float]:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
         rattlers: their number; pressure; energy: total; contact_energy: per disk or vertex; g: relaxed shear modulus by
         linear response, mean over directions; g_x: the same for shear along x; b: relaxed bulk modulus; shape: mean
-        shape factor (SP: disks cut by their power cells; DP: bare polygons without rim); max_force: largest force left,
-        which says how near to a minimum the packing is. z is nan without a backbone, g, g_x and b are nan where the
-        packing is not jammed, not stable or not at a minimum: `jamlab.shear_modulus` then says why.
+        shape factor (SP: disks cut by their power cells; DP: bare polygons without rim); voids: their number;
+        void_sides, void_area, void_shape: means over voids that do not percolate; max_force: largest force left, which
+        says how near to a minimum the packing is. z is nan without a backbone; g, g_x and b are nan where the packing
+        is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); the void columns are nan
+        where outlines of polygons cross, the means also where every void percolates.
     """
     network = contacts(packing)
     terms = energy_terms(packing)
     pressure = float(0.5 * np.trace(stress(packing)))
     g, g_x, b = _moduli(packing, pressure)
     bearing = [t for t in terms if t.name in ("spring", "contact")]
+    rho, around = _covered(packing)
     return {
-        "rho": packing_fraction(packing),
+        "rho": rho,
         "phi": packing.phi,
         "z": network.z,
         "rattlers": float(network.rattlers.sum()),
@@ -42,6 +49,7 @@ def measure(packing: Packing) -> dict[str, float]:
         "g_x": g_x,
         "b": b,
         "shape": float(np.nanmean(shape_factors(packing))),
+        **around,
         "max_force": float(np.hypot(*forces(packing).T).max()),
     }
 
@@ -50,6 +58,19 @@ def table(packings: list[Packing]) -> dict[str, np.ndarray]:
     """Measurements of several packings: column name -> (len(packings),) float64."""
     rows = [measure(packing) for packing in packings]
     return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
+
+
+def _covered(packing: Packing) -> tuple[float, dict[str, float]]:
+    """rho and the void columns; for droplets rho comes from the same boundary as the voids."""
+    names = ("voids", "void_sides", "void_area", "void_shape")
+    try:
+        found = voids(packing)
+    except BoundaryError:
+        return packing_fraction(packing), dict.fromkeys(names, float("nan"))
+    closed = found.percolating == 0
+    means = (float(v[closed].mean()) if closed.any() else float("nan") for v in (found.sides, found.area, found.shape))
+    rho = packing_fraction(packing) if packing.model == "sp" else 1.0 - float(found.area.sum() / packing.area)
+    return rho, dict(zip(names, (float(len(found.area)), *means), strict=True))
 
 
 def _moduli(packing: Packing, pressure: float) -> tuple[float, float, float]:

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 import jamlab
@@ -42,6 +43,46 @@ def test_gstar_limits_and_picture(packed, tmp_path):
     assert (tmp_path / "gstar.png").stat().st_size > 10_000
 
 
+def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
+    """Two files give a mean and write numbers; --n and --pressure make the packing."""
+    path, _ = packed
+    other = ("pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--ensemble", "shear-stabilized", "--json")
+    assert call(tmp_path, *other).returncode == 0
+    options = ("--points", "3", "--json")
+    done = call(tmp_path, "gstar", str(path), "packing.h5", "--out", "both.h5", *options)
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert len(printed["packings"]) == 2
+    assert printed["loss"] == pytest.approx([sum(p["loss"][k] for p in printed["packings"]) / 2 for k in range(3)])
+    made = json.loads(call(tmp_path, "gstar", "--n", "32", "--pressure", "0.02", "--seed", "3", *options).stdout)
+    assert made["g0"] == pytest.approx(printed["packings"][0]["g0"], rel=1e-9)
+    direct = json.loads(call(tmp_path, "gstar", str(path), "--method", "direct", *options).stdout)
+    assert direct["method"] == "direct" and direct["loss"] == pytest.approx(printed["packings"][0]["loss"], rel=1e-8)
+
+
+def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
+    done = call(tmp_path, "jam", "--n", "16", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
+    assert done.returncode == 0, done.stderr
+    sweep = ("compress", "onset.h5", "--to", "0.86", "--by", "phi", "--nearest", "1e-3", "--error", "0.1", "--json")
+    assert call(tmp_path, *sweep).returncode == 0
+    assert all(p.provenance["ensemble"] == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
+
+
+def test_a_picture_of_droplets_is_analysed(tmp_path):
+    pytest.importorskip("skimage")
+    from PIL import Image
+
+    y, x = np.mgrid[:200, :200]
+    grey = np.zeros((200, 200), dtype=np.uint8)
+    for column in range(5):
+        for row in range(5):
+            grey[(x - 40 * column - 20) ** 2 + (y - 40 * row - 20) ** 2 < 15**2] = 255
+    Image.fromarray(grey).save(tmp_path / "droplets.png")
+    done = call(tmp_path, "analyze", "droplets.png", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["rho"][0] == pytest.approx(np.pi * 15**2 / 40**2, rel=0.03)
+
+
 def test_compress_and_analyze_agree(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "compress", str(path), "--to", "0.9", "--step", "0.02", "--out", "sweep.h5", "--json")
@@ -67,6 +108,14 @@ BAD = [
     (("analyze", "foreign.h5"), "foreign.h5"),
     (("gstar", "{packed}", "--beta", "-1"), "-1"),
     (("jam", "--n", "8", "--out", "nowhere/x.h5"), "nowhere"),
+    (("gstar",), "n = None"),
+    (("gstar", "{packed}", "--n", "8", "--pressure", "0.1"), "n = 8"),
+    (("gstar", "{packed}", "--method", "guess"), "guess"),
+    (("gstar", "{packed}", "--out", "s.txt"), "s.txt"),
+    (("jam", "--ensemble", "npt"), "npt"),
+    (("jam", "--search", "newton"), "newton"),
+    (("pack", "--pressure", "0.1", "--ranks", "0"), "ranks = 0"),
+    (("analyze", "absent.png"), "absent.png"),
     (("demo", "--n", "3"), "n = 3"),
     (("demo", "--n", "8", "--out", "foreign.h5"), "foreign.h5"),
 ]
