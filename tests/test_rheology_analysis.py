@@ -82,15 +82,19 @@ def test_correlation_of_a_wave():
 
 
 def test_displacements_give_the_modulus(packing):
-    """Stokes drag dissipates <|u'|^2>: G'' |gamma|^2 A = omega sum |u|^2 at unit stress; and C has a length."""
+    """Stokes drag dissipates <|u'|^2>: G'' |gamma|^2 A = omega sum |u|^2 at unit stress."""
     omega = 1e-3
     network, u = jamlab.oscillating_displacements(packing, omega, StokesDrag(eta_f=0.0))
     s = jamlab.complex_modulus(packing, [omega], StokesDrag(eta_f=0.0))
     strain = 1 / (s.storage[0] + 1j * s.loss[0])
     assert len(u) == network.n == jamlab.contacts(packing).backbone
     assert s.loss[0] * abs(strain) ** 2 * packing.area == pytest.approx(omega * np.sum(np.abs(u) ** 2), rel=1e-9)
-    c = jamlab.displacement_correlation(packing, omega, StokesDrag())
-    assert 0.5 < c.length < 0.5 * packing.box[0, 0]
+
+
+def test_correlations_reach_further_in_slow_flow():
+    larger = jamlab.pack(n=256, pressure=1e-2, seed=1)
+    slow, fast = (jamlab.displacement_correlation(larger, omega, StokesDrag()).length for omega in (1e-3, 1.0))
+    assert 0.5 < fast < slow < 0.5 * larger.box[0, 0]
 
 
 def test_impossible_correlations_are_refused(packing):
