@@ -135,25 +135,29 @@ class Session:
         self._stale = False
         return self._evaluation()
 
-    def minimize(self, force: float, *, style: str, steps: int, evaluations: int | None = None) -> Evaluation:
+    def minimize(self, force: float, *, style: str, steps: int, stretch: int | None = None) -> Evaluation:
         """LAMMPS `minimize` until the largest force component is below `force`.
 
         Args:
             force: tolerance on the largest force component; the energy tolerance is 0.
             style: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
-            steps: iterations at most.
-            evaluations: force evaluations at most, by default 10 * steps.
+            steps: iterations at most; force evaluations at most ten times as many.
+            stretch: iterations after which the minimiser starts anew, by default never. FIRE's only brake is that the
+                power of all forces together turns negative; in large packings soft modes then swing for long.
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
+        stretch = min(stretch or steps, steps)
         if self._ranks > 1:
-            self.set_positions(
-                minimize_on_ranks(self.packing(), force=force, style=style, steps=steps, ranks=self._ranks)
-            )
+            effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
+            self.set_positions(minimize_on_ranks(self.packing(), **effort, ranks=self._ranks))
             return self.evaluate()
         self._include(f"minimize.{style}")
-        self.command(f"minimize 0.0 {_text(force)} {steps} {evaluations or 10 * steps}")
+        for _ in range(0, steps, stretch):
+            self.command(f"minimize 0.0 {_text(force)} {stretch} {10 * stretch}")
+            if self._lmp.get_thermo("fmax") <= force:
+                break
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
 

@@ -2,6 +2,8 @@
 
 import time
 
+import numpy as np
+
 from jamlab.box_shear import minimizer
 from jamlab.deformation import at_phi
 from jamlab.elasticity import compression_modulus, elastic_tensor, follow
@@ -16,10 +18,9 @@ from jamlab.start import check_bidisperse, check_number, random_disks
 _PRESSURE_TOLERANCE = 1e-6  # relative
 _PHI_START = 0.86  # safely jammed
 _STIFFNESS = 0.5  # dp/dphi of a random packing, k: first guess of the secant
-_ROUGH, _FINE = 3e-2, 1e-2  # force over pressure, far from the target and near it
+# force over pressure on the way to the target, and how near, |log(p/target)|, that must be before it is known better
+_LADDER = ((3e-2, 2.0), (1e-2, 0.5), (1e-3, 0.1), (1e-4, 0.02))
 _NEAR = 0.3  # relative distance to the target pressure that linear response may bridge
-_FAR = 10.0  # factor to the target pressure down to which it need not be known well
-_CLOSE = 2.0  # factor to the target pressure from which on states are relaxed to the end
 _LOOSE = 0.1  # of the target pressure: below, a packing counts as not jammed
 _WALK = 100
 _REFINEMENTS = 30
@@ -37,8 +38,8 @@ def pack(
 ) -> Packing:
     """An SP packing at a target pressure, units "k" (stiffness k, mean diameter d).
 
-    Random disks are quenched above onset and decompressed with forces known only to a few per cent of the pressure,
-    until that is within a factor of two of the target. Then states are relaxed to the end, and phi follows from the
+    Random disks are quenched above onset and decompressed, with forces first relaxed to a few per cent of the pressure
+    only and further the nearer that comes to the target. Then states are relaxed to the end, and phi follows from the
     bulk modulus until p = (S_xx + S_yy)/2 meets the target.
 
     Args:
@@ -85,24 +86,26 @@ def pack(
 
 
 def _walk(session: Session, pressure: float, progress: Progress | None) -> Packing:
-    """Quench and decompress until the pressure is within a factor of the target."""
-    slope, rise = _STIFFNESS, pressure
-    above: tuple[float, float] | None = None
+    """Quench and decompress until the pressure is near the target, known better and better on the way."""
+    slope, rise, level = _STIFFNESS, pressure, 0
+    before: tuple[float, float] | None = None
     for _ in range(_WALK):
-        state = quench(session, _ROUGH, floor=_LOOSE * pressure)
-        if state.pressure < _FAR * pressure:
-            state = quench(session, _FINE, floor=_LOOSE * pressure)
+        noise, wanted = _LADDER[level]
+        state = quench(session, noise, floor=_LOOSE * pressure)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
             progress("pressure", packing.phi)
-        if pressure / _CLOSE <= reached <= pressure * _CLOSE:
-            return packing
+        if abs(np.log(max(reached, _LOOSE * pressure) / pressure)) <= wanted:
+            level += 1
+            if level == len(_LADDER):
+                return packing
+            continue
         if reached < _LOOSE * pressure:  # too far down, or it found a denser basin: up again by growing steps
-            phi, rise, above = packing.phi + rise, 2 * rise, None
+            phi, rise, before, level = packing.phi + rise, 2 * rise, None, 0
         else:
-            if above is not None:
-                slope = min(max((reached - above[1]) / (packing.phi - above[0]), 0.2), 0.6)
-            above = (packing.phi, reached)
+            if before is not None and packing.phi != before[0]:
+                slope = min(max((reached - before[1]) / (packing.phi - before[0]), 0.2), 0.6)
+            before = (packing.phi, reached)
             rise = pressure
             # p ~ phi - phi_J: never aim at less than a fifth of the pressure in one go
             phi = packing.phi + max(pressure - reached, -0.8 * reached) / slope

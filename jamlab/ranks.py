@@ -29,7 +29,9 @@ def check_ranks(ranks: int) -> None:
         raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more")
 
 
-def minimize_on_ranks(packing: Packing, *, force: float, style: str, steps: int, ranks: int) -> Array:
+def minimize_on_ranks(
+    packing: Packing, *, force: float, style: str, steps: int, ranks: int, stretch: int | None = None
+) -> Array:
     """Positions after `minimize` at fixed box, by the deck in.sp.minimize.
 
     Args:
@@ -37,6 +39,7 @@ def minimize_on_ranks(packing: Packing, *, force: float, style: str, steps: int,
         force: tolerance on the largest force component.
         style: "cg" or "fire".
         steps: iterations at most.
+        stretch: iterations after which the minimiser starts anew, by default never.
         ranks: MPI ranks.
 
     Returns:
@@ -50,7 +53,8 @@ def minimize_on_ranks(packing: Packing, *, force: float, style: str, steps: int,
     if packing.model != "sp":
         raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
     table = types(packing)
-    variables: dict[str, object] = {"law": packing.units, "ntypes": table.ntypes, "minimizer": style, "steps": steps}
+    variables: dict[str, object] = {"law": packing.units, "ntypes": table.ntypes, "minimizer": style}
+    variables |= {"steps": steps, "stretch": stretch or steps}
     variables |= {f"d{k + 1}": f"{d:.17g}" for k, d in enumerate(table.values)}
     variables |= {name: f"{value:.17g}" for name, value in {**packing.params, "force": force}.items()}
     programs = Path(sys.executable).parent

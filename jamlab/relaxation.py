@@ -26,10 +26,12 @@ FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in u
 
 _MANY_DISKS = 1000  # from here on Newton steps end a minimisation sooner than conjugate gradients
 _FIRE_ONLY_DISKS = 4000
+_FIRE_ONLY_NOISE = 1e-7
 _NEWTON_NOISE = 1e-5  # force over pressure at which they take over; started earlier they stall
 _FIRST_NOISE = 1e-2
 _STAGES = 12
 _CG_STEPS = 20_000
+_FIRE_STRETCH = 3000
 _FIRE_STEPS = {"sp": 20_000, "dp": 300}
 _LBFGS_STEPS = 5000
 _SETTLE_STEPS = 700
@@ -148,12 +150,13 @@ def _descend_disks(session: Session, tolerance: float, round_: int, least_pressu
 def _descend_many_disks(session: Session, noise: float, lowest: float, least_pressure: float) -> Evaluation:
     """FIRE while contacts open and close in many places at once; L-BFGS where the packing slides in a soft direction.
 
-    L-BFGS has one step length for the whole packing, which local events keep short in large ones: there FIRE goes on.
+    L-BFGS and Newton steps have one length for the whole packing, which local events keep short in large ones: there
+    FIRE goes on, almost to the end.
     """
-    floor = max(least_pressure, lowest / noise)
     if session.size >= _FIRE_ONLY_DISKS:
-        return quench(session, noise, floor=floor)
-    state = quench(session, noise, floor=floor, steps=_FIRE_STEPS["sp"])
+        noise *= _FIRE_ONLY_NOISE / _NEWTON_NOISE
+        return quench(session, noise, floor=max(least_pressure, lowest / noise))
+    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=_FIRE_STEPS["sp"])
     target = max(noise * state.pressure, lowest)
     if state.max_force <= target or state.pressure < least_pressure:
         return state
@@ -175,7 +178,7 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
         if state.max_force <= target:
             break
         before = state.pressure
-        state = session.minimize(target, style="fire", steps=steps)
+        state = session.minimize(target, style="fire", steps=steps, stretch=_FIRE_STRETCH)
         if state.max_force > target and state.pressure > 0.5 * before:
             break
     return state
@@ -208,9 +211,11 @@ def _newton(session: Session, tolerance: float, steps: int = _NEWTON_STEPS) -> i
     rolling droplet) raises the force on stiff ones. The shift shrinks when the quadratic model holds, which makes the
     end quadratic, and grows when contacts open or close.
     """
-    packing = session.packing()
+    packing, state = session.packing(), session.evaluate()
     _, forces = session.forces_at(packing.positions)
     shift = _NEWTON_SHIFT
+    if session.model == "sp" and state.pressure > 0:  # the nearer, the more the quadratic model can be trusted
+        shift = min(max(10 * state.max_force / state.pressure, 1e-7), 1.0) * _NEWTON_SHIFT
     matrix: sparse.csc_array | None = None
     taken = 0
     for _ in range(steps):
