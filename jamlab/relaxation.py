@@ -211,11 +211,9 @@ def _newton(session: Session, tolerance: float, steps: int = _NEWTON_STEPS) -> i
     rolling droplet) raises the force on stiff ones. The shift shrinks when the quadratic model holds, which makes the
     end quadratic, and grows when contacts open or close.
     """
-    packing, state = session.packing(), session.evaluate()
+    packing = session.packing()
     _, forces = session.forces_at(packing.positions)
     shift = _NEWTON_SHIFT
-    if session.model == "sp" and state.pressure > 0:  # the nearer, the more the quadratic model can be trusted
-        shift = min(max(10 * state.max_force / state.pressure, 1e-7), 1.0) * _NEWTON_SHIFT
     matrix: sparse.csc_array | None = None
     taken = 0
     for _ in range(steps):
