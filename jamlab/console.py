@@ -13,8 +13,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 # a file or a pipe has no width of its own; tables must not be cut there
-out_console = Console(width=None if sys.stdout.isatty() else 140)
+out_console = Console(width=None if sys.stdout.isatty() else 160)
 err_console = Console(stderr=True)
+
+# what fits on a line; files and --json hold all of jamlab.measure.COLUMNS
+SHOWN = ("rho", "phi", "z", "rattlers", "pressure", "contact_energy", "g", "b", "shape", "void_sides", "max_force")
 
 
 @contextmanager
@@ -44,8 +47,8 @@ def report(packings: list[Any], out: Path | None, as_json: bool) -> None:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         print_json({"out": out and str(out), "onset": packings[-1].onset, "converged": marks, **columns})
         return
-    names = list(measured)
-    rows = zip(*measured.values(), strict=True)
+    names = [name for name in SHOWN if name in measured]
+    rows = zip(*(measured[name] for name in names), strict=True)
     lines = [
         [f"{value:.6g}" for value in row] + ["yes" if mark else "NO"] for row, mark in zip(rows, marks, strict=True)
     ]
