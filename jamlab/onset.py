@@ -62,7 +62,7 @@ def jam(
         model: "sp" or "dp".
         n: even number of particles.
         seed: of the random start; the same seed gives the same positions, bit for bit.
-        search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some ten to thirty times slower.
+        search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some forty times slower.
         step: first increment of phi, by default `step` or `step_paper` of `protocol.parameters`, halved at every turn;
             "bisection" takes no more than `step_near` from `phi_near` on.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
@@ -188,7 +188,8 @@ class _Search:
         """Follow a jammed state down to the window of contact energy that defines onset.
 
         U ~ (phi - phi_J)^2 above onset, so sqrt(U) is extrapolated to zero from two jammed states; the first step down
-        goes half way to `lowest`, where the packing was not jammed when it was compressed.
+        goes half way to `lowest`, where the packing was not jammed when it was compressed. If all contacts are
+        lost in one go, the loose state is returned instead.
         """
         aim = np.sqrt(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
         gap = 0.5 * (jammed.phi - lowest)

@@ -95,3 +95,19 @@ def dp_dense(dp_onset):
     """The same droplets compressed to rho = 0.92."""
     *_, last = jamlab.compress(dp_onset, to=0.92, step=0.03)
     return last
+
+
+def _touching(p):
+    """i, j and vector from i to j of every contact of disks, by a loop over images."""
+    for i in range(p.n):
+        for j in range(i):
+            for image in np.ndindex(3, 3):
+                r = p.positions[j] - p.positions[i] + (np.array(image) - 1) @ p.box
+                if np.hypot(*r) < p.diameters[[i, j]].mean():
+                    yield i, j, r
+
+
+@pytest.fixture(scope="session")
+def touching():
+    """Function that lists contacts independently of jamlab, see `_touching`."""
+    return _touching

@@ -42,16 +42,6 @@ def crystal(pressed):
     return jamlab.Packing("sp", a * box, a * x, {"k": 2.0}, "k", np.ones(24)), a
 
 
-def touching(p):
-    """i, j and vector from i to j of every contact, by a loop over images."""
-    for i in range(p.n):
-        for j in range(i):
-            for image in np.ndindex(3, 3):
-                r = p.positions[j] - p.positions[i] + (np.array(image) - 1) @ p.box
-                if np.hypot(*r) < p.diameters[[i, j]].mean():
-                    yield i, j, r
-
-
 # static moduli --------------------------------------------------------------------------------------------------------
 
 
@@ -141,29 +131,6 @@ def test_what_has_no_modulus_is_refused(random_disks, packings):
 # matrices -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("damping", [ContactDamping(), ContactDamping(beta=0.3, tau=2.0), StokesDrag(eta_f=0.7)])
-@pytest.mark.parametrize("prestress", [True, False])
-def test_matrices_are_symmetric_and_blind_to_translation(network, damping, prestress):
-    """K has no other zero mode than two translations and the rotations; contact damping none but the translations."""
-    k, b = (m.toarray() for m in jamlab.dynamical_matrices(network, damping, prestress))
-    n = network.n
-    assert k.shape == b.shape == (3 * n + 1, 3 * n + 1)
-    translations = np.zeros((2, 3 * n + 1))
-    translations[0, 0 : 2 * n : 2] = translations[1, 1 : 2 * n : 2] = 1
-    for m in (k, b):
-        assert np.abs(m - m.T).max() <= 1e-14 * np.abs(m).max()
-    assert np.abs(k @ translations.T).max() < 1e-12 * np.abs(k).max()
-    assert not k[2 * n : -1].any()
-    modes = np.linalg.eigvalsh(k[: 2 * n, : 2 * n])
-    assert np.abs(modes[:2]).max() < 1e-12 < 1e-7 < modes[2]
-    drag = np.linalg.eigvalsh(b[: 3 * n, : 3 * n])
-    if isinstance(damping, ContactDamping):
-        assert np.abs(b @ translations.T).max() < 1e-12 * np.abs(b).max()
-        assert np.abs(drag[:2]).max() < 1e-12 < 1e-7 < drag[2]
-    else:
-        assert drag[:n] == pytest.approx(0, abs=1e-15) and drag[n] > 0
-
-
 def test_strain_row_of_k_against_finite_differences(network):
     """d2U/dgamma du and d2U/dgamma2 from LAMMPS forces and stress in sheared boxes."""
     step = 1e-8
@@ -177,7 +144,7 @@ def test_strain_row_of_k_against_finite_differences(network):
 
 
 @pytest.mark.parametrize(("beta", "tau"), [(0.0, 1.0), (1.0, 1.0), (0.4, 2.5)])
-def test_contact_damping_is_its_rayleigh_function(network, beta, tau):
+def test_contact_damping_is_its_rayleigh_function(network, touching, beta, tau):
     """Baumgarten & Tighe eqs 5-6, contact by contact: du_par, and du_perp at the contact with both rotations."""
     n = network.n
     _, b = jamlab.dynamical_matrices(network, ContactDamping(beta=beta, tau=tau))

@@ -29,25 +29,21 @@ def onset():
     return jamlab.jam("sp", 16, seed=1)
 
 
-def touching(p):
-    """i, j and vector from i to j of every overlap, by a loop over images."""
-    for i in range(p.n):
-        for j in range(i):
-            for image in np.ndindex(3, 3):
-                r = p.positions[j] - p.positions[i] + (np.array(image) - 1) @ p.box
-                if np.hypot(*r) < p.diameters[[i, j]].mean():
-                    yield i, j, r
+@pytest.fixture(scope="module")
+def mechanisms(touching):
+    """Function that counts mechanisms by the rank of the rigidity matrix."""
 
+    def count(p):
+        """Displacements that stretch no contact: 2 n minus the rank of the rigidity matrix."""
+        rows = []
+        for i, j, r in touching(p):
+            row = np.zeros((p.n, 2))
+            row[j] += r / np.hypot(*r)
+            row[i] -= r / np.hypot(*r)
+            rows.append(row.ravel())
+        return 2 * p.n - np.linalg.matrix_rank(np.array(rows), tol=1e-6)
 
-def mechanisms(p):
-    """Displacements that stretch no contact: 2 n minus the rank of the rigidity matrix."""
-    rows = []
-    for i, j, r in touching(p):
-        row = np.zeros((p.n, 2))
-        row[j] += r / np.hypot(*r)
-        row[i] -= r / np.hypot(*r)
-        rows.append(row.ravel())
-    return 2 * p.n - np.linalg.matrix_rank(np.array(rows), tol=1e-6)
+    return count
 
 
 def with_rattler_at(p, overlaps):
@@ -142,7 +138,7 @@ def test_zero_modes_are_translations_and_rattlers(packing, onset):
         assert jamlab.zero_modes(p) == 2 + 2 * c.rattlers.sum()
 
 
-def test_counting_at_onset(onset):
+def test_counting_at_onset(onset, mechanisms):
     """2 N' coordinates, N_c = 2 N' - 1 contacts, one state of self stress: two translations remain."""
     c = jamlab.contacts(onset)
     assert c.rattlers.sum() == 1
@@ -151,7 +147,7 @@ def test_counting_at_onset(onset):
     assert jamlab.zero_modes(onset, prestress=False) == counted == mechanisms(onset)
 
 
-def test_counting_with_two_contacts_more():
+def test_counting_with_two_contacts_more(mechanisms):
     """Shear-stabilized: N_c = 2 N' + 1, three states of self stress."""
     p = jamlab.jam("sp", 16, seed=5, ensemble="shear-stabilized")
     c = jamlab.contacts(p)
@@ -160,7 +156,7 @@ def test_counting_with_two_contacts_more():
 
 
 @pytest.mark.parametrize("removed", [1, 2, 3])
-def test_mechanisms_of_a_broken_network(onset, removed):
+def test_mechanisms_of_a_broken_network(onset, removed, mechanisms):
     """Disks shrunk until they lose their contacts: every missing constraint is a mechanism, the rank says how many."""
     held = np.flatnonzero(~jamlab.contacts(onset).rattlers)[:removed]
     d = onset.diameters.copy()
