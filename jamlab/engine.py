@@ -171,6 +171,10 @@ class Session:
         self._stale = False
         return float(self._lmp.get_thermo("pe")), self._forces()
 
+    def contact_energy(self) -> float:
+        """Energy of the contacts at the last evaluation."""
+        return float(self._lmp.get_thermo("evdwl"))
+
     def packing(self, **changes: Any) -> Packing:
         """The present state as a Packing; keyword arguments as in `Packing.with_state`."""
         return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
@@ -270,7 +274,7 @@ class Session:
         forces = self._forces()
         return Evaluation(
             energy=float(thermo("pe")),
-            contact_energy=float(thermo("evdwl")),
+            contact_energy=self.contact_energy(),
             forces=forces,
             stress=np.array([[xx, xy], [xy, yy]]),
             pressure=0.5 * (xx + yy),

@@ -2,7 +2,8 @@
 
 Vertices are almost free to slide along a flat while contacts and areas are stiff, so plain L-BFGS takes thousands of
 force evaluations. Started from the inverse of a Hessian of the same packing, made positive definite by a shift, it
-takes about a hundred. Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
+takes about a hundred. Near onset droplets roll on a nearly flat energy, and contacts open and close at every step of
+Newton's method; L-BFGS on a Hessian of a small shift passes there in hundreds of cheap steps. Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
 search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the energy.
 """
 
@@ -15,16 +16,23 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Forces = Callable[[Array], tuple[float, Array]]
 Preconditioner = Callable[[Array], Callable[[Array], Array]]
+Enough = Callable[[], bool]
 
-_PAIRS = 20
-_REFRESH = 60  # steps that one factorisation serves
+_PAIRS = 30
+_REFRESH = 30  # steps that one factorisation serves
 _REACH = 0.05  # longest move of a coordinate in one step, mean particle size
 _TRIALS = 8  # force evaluations in one line search
 _ENERGY_DIGITS = 1e-13  # relative change of energy below which it is rounding
 
 
 def descend(
-    forces_at: Forces, start: Array, preconditioner: Preconditioner, *, tolerance: float, steps: int
+    forces_at: Forces,
+    start: Array,
+    preconditioner: Preconditioner,
+    *,
+    tolerance: float,
+    steps: int,
+    enough: Enough | None = None,
 ) -> tuple[Array, bool]:
     """Minimise an energy given its forces.
 
@@ -34,6 +42,7 @@ def descend(
         preconditioner: positions -> function that multiplies a (2 n,) force by an approximate inverse Hessian.
         tolerance: on the largest force.
         steps: at most.
+        enough: asked after each step; stops the descent.
 
     Returns:
         (n, 2) positions, and whether the tolerance was met.
@@ -61,6 +70,8 @@ def descend(
                 break
             age = _REFRESH
             continue
+        if enough is not None and enough():
+            return found[0].reshape(shape), False
         moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
         curvature = float(change @ bend)

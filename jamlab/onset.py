@@ -39,8 +39,9 @@ Progress = Callable[[str, float], None]  # stage and packing fraction reached
 SEARCHES = ("bisection", "paper")
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
+_LOOSE_TOLERANCE = 1e-8  # DP: enough to tell a state at onset from a loose one
 _DECOMPRESSIONS = 80
-_JUMP = 0.01  # contacts lost within this part of the way to the extrapolated onset are lost in one go
+_JUMP = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
 _SMALLEST_INCREMENT = 1e-12  # of phi, in the paper's search
 _LARGEST_FALL = 0.03  # of sqrt(U) in one decompression, as a fraction of what it was
 
@@ -155,18 +156,22 @@ class _Search:
     def by_bisection(self, packing: Packing, step: float) -> _State:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
         jammed: _State | None = None
+        longest = step
         while packing.phi < 1.0:
             near = packing.phi >= self.protocol["phi_near"]
-            phi = packing.phi + (min(step, self.protocol["step_near"]) if near else step)
+            step = min(step, self.protocol["step_near"] if near else longest)
+            phi = packing.phi + step
             if jammed is not None:
                 phi = min(phi, 0.5 * (packing.phi + jammed.phi))
             trial = self._settled(packing, phi)
             if self._jammed(trial):
                 jammed = trial
             else:
-                packing = trial.packing
+                packing, step = trial.packing, 2 * step
             if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
-                end = self._decompressed(packing.phi, self._stabilized(jammed))
+                end = self._stabilized(jammed)
+                if self._jammed(end):
+                    end = self._decompressed(packing.phi, end)
                 if self._at_onset(end):
                     return end
                 # it fell apart in one go and found a denser basin: compress that one
@@ -222,11 +227,16 @@ class _Search:
     def _settled(self, start: Packing, phi: float) -> _State:
         self.session.load(at_phi(start, phi))
         tolerance = _SEARCH_TOLERANCE[start.model]
-        found = settle(self.session, tolerance)
+        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
         return self._state(Relaxed(found, found.max_force <= tolerance, 0))
 
     def _followed(self, start: Packing, phi: float) -> _State:
+        """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start, phi))
+        if start.model == "dp" and self.relax_state is relax:
+            found = settle(self.session, _LOOSE_TOLERANCE, loose=self.protocol["u_contact"])
+            if found.contact_energy < self.protocol["u_contact"] * self.session.size:
+                return self._state(Relaxed(found, False, 0))
         return self._state(self.relax_state(self.session, near=True))
 
     def _state(self, found: Relaxed) -> _State:

@@ -1,9 +1,8 @@
 """From any state to a minimum of the potential energy: first-order steps into the basin, Newton steps to the bottom.
 
 SP: conjugate gradients in LAMMPS reach 1e-12 by themselves; FIRE and Newton help where they stall, and Newton ends the
-minimisation of large packings. DP: vertices slide along flats almost freely, so first-order methods crawl: FIRE steps
-in LAMMPS lead into the basin, preconditioned L-BFGS on LAMMPS forces follows, and Newton steps on the analytic Hessian
-end it.
+minimisation of large packings. DP: vertices slide along flats almost freely, so first-order methods crawl. L-BFGS on
+LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE and Newton steps help where it stalls.
 """
 
 from collections.abc import Callable
@@ -34,11 +33,12 @@ _CG_STEPS = 20_000
 _FIRE_STRETCH = 3000
 _FIRE_STEPS = {"sp": 20_000, "dp": 300}
 _LBFGS_STEPS = 5000
-_SETTLE_STEPS = 700
-_LBFGS_FORCE = 1e-6  # here Newton takes over; a tenth of it in every further round
-_LBFGS_SHIFT = 1e-2  # added to the Hessian's diagonal, eps/l^2
+_SETTLE_STEPS = 1500
+_SHIFT = 1e-2  # added to the Hessian's diagonal in L-BFGS at first: while contacts change, long steps miss
+_SHIFT_DECAY = 0.7  # at every new factorisation
+_LEAST_SHIFT = 3e-4  # with less, steps along soft modes are longer than the quadratic model holds
 _NEWTON_STEPS = 150
-_NEAR_STEPS = {"sp": 40, "dp": 150}  # beyond, first-order steps bring disks nearer for less
+_NEAR_STEPS = 40  # beyond, first-order steps bring disks nearer for less
 _NEWTON_REACH = 0.05  # longest move of a coordinate in one Newton step, mean particle size
 _NEWTON_SHIFT = 1e-3  # added to the Hessian's diagonal at first
 _NEWTON_LEAST_SHIFT = 1e-10  # keeps rattlers and translations from running away
@@ -60,12 +60,18 @@ class Relaxed:
     newton_steps: int
 
 
-def settle(session: Session, tolerance: float) -> Evaluation:
-    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most."""
+def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluation:
+    """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most.
+
+    Args:
+        session: is left in the state reached.
+        tolerance: on the largest force.
+        loose: DP: give up a packing whose contact energy per vertex falls below this on the way.
+    """
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0, 0.0)
-    state = _descend_polygons(session, tolerance, _SETTLE_STEPS)
-    if state.max_force > tolerance:
+    state = _descend_preconditioned(session, tolerance, _SETTLE_STEPS, loose * session.size)
+    if state.max_force > tolerance and state.contact_energy >= loose * session.size:
         _newton(session, tolerance)
         state = session.evaluate()
     return state
@@ -85,7 +91,7 @@ def relax(
         session: is left in the minimum.
         tolerance: on the largest force; default `FORCE_TOLERANCE` of the model.
         rounds: how often to start again with first-order steps when Newton leaves its basin.
-        near: the state is a good guess of the minimum: try Newton steps before anything else.
+        near: SP: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
             just loses its contacts cost most.
 
@@ -95,22 +101,20 @@ def relax(
     if tolerance is None:
         tolerance = FORCE_TOLERANCE[session.model]
     newton_steps = 0
-    for _ in range(rounds if near else 0):
-        allowed = _NEAR_STEPS[session.model]
-        taken = _newton(session, tolerance, allowed)
-        newton_steps += taken
+    if near and session.model == "sp":
+        newton_steps = _newton(session, tolerance, _NEAR_STEPS)
         state = session.evaluate()
-        if state.max_force <= tolerance and not _entangled(session):
+        if state.max_force <= tolerance:
             return Relaxed(state, True, newton_steps)
-        if taken < allowed // 2 or session.model == "sp":
-            break
     for round_ in range(rounds):
         if session.model == "sp":
             state = _descend_disks(session, tolerance, round_, least_pressure)
             if state.pressure < least_pressure:
                 return Relaxed(state, state.max_force <= tolerance, newton_steps)
         else:
-            state = _descend_polygons(session, max(_LBFGS_FORCE * 0.1**round_, tolerance), _LBFGS_STEPS)
+            if round_:
+                session.minimize(tolerance, style="fire", steps=_FIRE_STEPS["dp"])
+            state = _descend_preconditioned(session, tolerance, _LBFGS_STEPS)
         if state.max_force > tolerance:
             newton_steps += _newton(session, tolerance)
             state = session.evaluate()
@@ -184,19 +188,20 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
     return state
 
 
-def _descend_polygons(session: Session, target: float, steps: int) -> Evaluation:
-    session.minimize(target, style="fire", steps=_FIRE_STEPS["dp"])
-    return _descend_preconditioned(session, target, steps)
-
-
-def _descend_preconditioned(session: Session, target: float, steps: int) -> Evaluation:
+def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
     packing = session.packing()
+    enough = (lambda: session.contact_energy() < loose) if loose else None
+    shift = _SHIFT / _SHIFT_DECAY
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
-        return _factorise(hessian(packing.with_state(positions=positions)), _LBFGS_SHIFT)[0].solve
+        nonlocal shift
+        shift = max(shift * _SHIFT_DECAY, _LEAST_SHIFT)
+        return _factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
 
     try:
-        positions, _ = descend(session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps)
+        positions, _ = descend(
+            session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps, enough=enough
+        )
         session.set_positions(positions)
     except InputError:  # outlines crossed on the way: no Hessian there
         session.set_positions(packing.positions)
