@@ -31,8 +31,7 @@ SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     | dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT),
     "correlation": {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT, **_LAW}
     | dict.fromkeys(("omega", "delta", "c", "box"), FLOAT),
-    "voids": {"state": WHOLE, "sides": WHOLE}
-    | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
+    "voids": {"state": WHOLE, "sides": WHOLE} | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
 }
 
 
@@ -111,7 +110,7 @@ def _spectra(
                 names = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
                 yield row | dict.fromkeys(names, np.nan) | {"converged": False}
                 continue
-            values = {"storage": s.storage, "loss": s.loss, "error": s.error}
+            values: dict[str, Any] = {"storage": s.storage, "loss": s.loss, "error": s.error}
             values |= {"g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf}
             yield row | values | {"converged": converged & (s.error <= limit)}
 
