@@ -1,6 +1,8 @@
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
 from .compression import compress as compress
+from .contact_lengths import ContactLengths as ContactLengths
+from .contact_lengths import contact_lengths as contact_lengths
 from .contacts import Contacts as Contacts
 from .contacts import contacts as contacts
 from .damping import ContactDamping as ContactDamping
@@ -47,6 +49,8 @@ from .rheology import ComplexModulus as ComplexModulus
 from .rheology import complex_modulus as complex_modulus
 from .scaling_collapse import Collapse as Collapse
 from .scaling_collapse import collapse as collapse
+from .shape import area_ratios as area_ratios
+from .shape import edge_lengths as edge_lengths
 from .shape import particle_areas as particle_areas
 from .shape import shape_factors as shape_factors
 from .storage import read as read

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from jamlab.contact_lengths import contact_lengths
 from jamlab.contacts import contacts
 from jamlab.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.energy_terms import energy_terms
@@ -9,11 +10,12 @@ from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.hessian import forces, stress
 from jamlab.packing import Packing
 from jamlab.packing_fraction import packing_fraction
-from jamlab.shape import shape_factors
+from jamlab.shape import area_ratios, edge_lengths, shape_factors
 from jamlab.voids import voids
 
 COLUMNS = (
-    *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape"),
+    *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),
+    *("shape", "shape_rim", "area", "contact_length", "shortest_edge", "longest_edge"),
     *("voids", "void_sides", "void_area", "void_shape", "max_force"),
 )
 
@@ -24,8 +26,10 @@ def measure(packing: Packing) -> dict[str, float]:
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
         rattlers: their number; pressure; energy: total; contact_energy: per disk or vertex; g: relaxed shear modulus by
-        linear response, mean over directions; g_x: the same for shear along x; b: relaxed bulk modulus; shape: mean
-        shape factor (SP: disks cut by their power cells; DP: bare polygons without rim); voids: their number;
+        linear response, mean over directions; g_x: the same for shear along x; b: relaxed bulk modulus; shape,
+        shape_rim: mean shape factors (SP: disks cut by their power cells; DP: bare polygons, and with their rims);
+        area: mean of area over area at rest (`jamlab.area_ratios`); contact_length: mean over pairs of polygons;
+        shortest_edge, longest_edge: of polygons (these three nan for SP); voids: their number;
         void_sides, void_area, void_shape: means over voids that do not percolate; max_force: largest force left, which
         says how near to a minimum the packing is. z is nan without a backbone; g, g_x and b are nan where the packing
         is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); the void columns are nan
@@ -48,7 +52,7 @@ def measure(packing: Packing) -> dict[str, float]:
         "g": g,
         "g_x": g_x,
         "b": b,
-        "shape": float(np.nanmean(shape_factors(packing))),
+        **_shape(packing),
         **around,
         "max_force": float(np.hypot(*forces(packing).T).max()),
     }
@@ -58,6 +62,19 @@ def table(packings: list[Packing]) -> dict[str, np.ndarray]:
     """Measurements of several packings: column name -> (len(packings),) float64."""
     rows = [measure(packing) for packing in packings]
     return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
+
+
+def _shape(packing: Packing) -> dict[str, float]:
+    found = {
+        "shape": float(np.nanmean(shape_factors(packing))),
+        "shape_rim": float(np.nanmean(shape_factors(packing, rim=True))),
+        "area": float(area_ratios(packing).mean()),
+    }
+    if packing.model == "sp":
+        return found | dict.fromkeys(("contact_length", "shortest_edge", "longest_edge"), float("nan"))
+    lengths, edges = contact_lengths(packing).length, edge_lengths(packing)
+    mean = float(lengths.mean()) if len(lengths) else float("nan")
+    return found | {"contact_length": mean, "shortest_edge": float(edges.min()), "longest_edge": float(edges.max())}
 
 
 def _covered(packing: Packing) -> tuple[float, dict[str, float]]:

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.errors import InputError
 from jamlab.packing import Packing
 from jamlab.power_cells import disk_cells
 from jamlab.rims import rims, shared_areas
@@ -51,3 +52,27 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
     factors = np.full(packing.n, np.nan)
     np.divide(perimeter**2, 4 * np.pi * area, out=factors, where=area > 0)
     return factors
+
+
+def area_ratios(packing: Packing) -> Array:
+    """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
+
+    SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
+    droplet is below 1 already, because line tension compresses it (`jamlab.droplet.free_polygon_area`).
+    """
+    if packing.diameters is not None:
+        return np.asarray(particle_areas(packing) / (0.25 * np.pi * packing.diameters**2))
+    return np.asarray(packing.polygon_areas / packing.params["a0"])
+
+
+def edge_lengths(packing: Packing) -> Array:
+    """(n_vertices,) length of every edge of a DP packing: its histogram is the edge-length spectrum.
+
+    Edges have no length at rest: they grow in flat contacts and shrink to nothing at Plateau borders.
+
+    Raises:
+        InputError: for an SP packing.
+    """
+    if packing.offsets is None:
+        raise InputError("only deformable polygons (model dp) have edges; this packing has model sp")
+    return np.asarray(np.hypot(*packing.edges.T))
