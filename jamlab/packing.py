@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
-CONTACT_FORMS = ("outline", "segment")
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")
 FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "eps"): ("eps",),
     ("sp", "k"): ("k",),
@@ -36,7 +36,7 @@ class Packing:
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.
         params: every parameter of the force law. SP: `eps` or `k`. DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
-            `delta` (l), `eta` (l), `contact` ("outline" | "segment") and `a0`, (n,) rest areas (l^2).
+            `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
         units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
             two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
         diameters: SP (n,) float64, else None.

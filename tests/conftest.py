@@ -60,6 +60,34 @@ def _wedge(width, gap, delta):
     return jamlab.Packing("dp", box, np.concatenate([square, tip]) + 0.1, law, offsets=[0, 12, 15])
 
 
+def _spanning(form, tilt=0.0, seed=0):
+    """Three wide, flat polygons in one narrow box: each meets its own images at both ends, and the others on its sides.
+
+    Wider than half the box, so that vertices of one polygon are nearest to those of another copy.
+    """
+    rng = np.random.default_rng(seed)
+    width, height, delta = 1.7, 0.5, 0.22
+    along, up = np.linspace(0, 1, 8, endpoint=False), np.linspace(0, 1, 3, endpoint=False)
+    ring = np.concatenate(
+        [
+            np.column_stack([along, 0 * along]),
+            np.column_stack([1 + 0 * up, up]),
+            np.column_stack([1 - along, 1 + 0 * along]),
+            np.column_stack([0 * up, 1 - up]),
+        ]
+    ) * [width, height]
+    rings = [ring + np.array([0.31 * k - 0.4, 0.62 * k - 0.3]) + rng.uniform(-0.03, 0.03, ring.shape) for k in range(3)]
+    law = {"gamma": 0.1, "ka": 3.0, "eps": 1.3, "delta": delta, "eta": 0.0, "contact": form}
+    box = [[width + 0.14, 0.0], [tilt, 3 * 0.62 + 0.02]]
+    return jamlab.Packing("dp", box, np.vstack(rings), law | {"a0": [0.8] * 3}, offsets=22 * np.arange(4))
+
+
+@pytest.fixture(scope="session")
+def spanning():
+    """Function that makes polygons that touch their own images, see `_spanning`."""
+    return _spanning
+
+
 @pytest.fixture(scope="session")
 def wedge():
     """Function that makes a triangle between two images of a square, see `_wedge`."""

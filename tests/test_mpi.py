@@ -40,7 +40,6 @@ fix shape all ave/time 1 1 1 c_shape[1] c_shape[2] mode vector file {name}.shape
 RESTART = "read_restart {kind}.restart\nfix d_a0 all property/atom d_a0\n"
 RESUME = """
 special_bonds lj/coul 1.0 1.0 1.0
-neigh_modify exclude molecule/intra all
 fix area all polygon/area {ka:.17g} d_a0
 """
 
@@ -81,8 +80,8 @@ def deck_for(packing, name, *, newton="on", data="", read=None, more=""):
 
 
 @pytest.fixture(scope="module")
-def states(random_disks, random_polygons, sp_jammed, dp_dense):
-    """Random states of every kind, and jammed ones a little sheared, so that forces are not mere rounding."""
+def states(random_disks, random_polygons, spanning, sp_jammed, dp_dense):
+    """Random states of every kind; jammed ones a little sheared, so that forces are not rounding; wide polygons."""
     dense = sheared(dp_dense, 0.01)
     return {
         "eps": random_disks(0.3, "eps", 1, n=40),
@@ -92,6 +91,10 @@ def states(random_disks, random_polygons, sp_jammed, dp_dense):
         "segment": random_polygons(0.7, "segment", 2),
         "jammed-outline": dense,
         "jammed-segment": dense.with_state(params=dense.params | {"contact": "segment"}),
+        "jammed-smooth": dense.with_state(params=dense.params | {"contact": "segment/smooth"}),
+        "spanning-outline": spanning("outline", -0.9),  # meet their own images; larger than a subdomain
+        "spanning-segment": spanning("segment", 0.5),
+        "spanning-smooth": spanning("segment/smooth", 0.0),
     }
 
 
@@ -100,7 +103,7 @@ def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
     """Energy, virial and forces against jamlab's own session, which has one rank; areas and perimeters too."""
     deck = ""
     if ranks == 4:  # slow where there are fewer cores
-        states = {kind: states[kind] for kind in ("k", "outline", "jammed-segment")}
+        states = {kind: states[kind] for kind in ("k", "jammed-smooth", "spanning-outline")}
     for kind, p in states.items():
         jamlab.write_data(tmp_path / f"{kind}.data", p)
         more = SHAPES if p.model == "dp" else ""
