@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from jamlab.errors import EngineError, InputError
 from jamlab.installation import check_lammps, lammps_class
 from jamlab.lammps_files import types, wrap, write_data
-from jamlab.packing import Packing
+from jamlab.packing import Packing, self_crossings
 from jamlab.parameters import deck
 from jamlab.ranks import check_ranks, minimize_on_ranks
 
@@ -174,8 +174,18 @@ class Session:
         return float(self._lmp.get_thermo("pe")), self._forces()
 
     def packing(self, **changes: Any) -> Packing:
-        """The present state as a Packing; keyword arguments as in `Packing.with_state`."""
+        """The present state as a Packing; keyword arguments as in `Packing.with_state`.
+
+        Raises:
+            SelfCrossingError: a polygon has folded over itself; see `self_crossings`.
+        """
         return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
+
+    def self_crossings(self) -> NDArray[np.int64]:
+        """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
+        if self._packing.offsets is None:
+            return np.empty(0, dtype=np.int64)
+        return self_crossings(self.positions(), self._packing.offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""

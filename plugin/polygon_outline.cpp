@@ -6,8 +6,10 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
+#include "edge_geometry.h"
 #include "error.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -96,6 +98,36 @@ void PolygonOutline::perimeters(std::vector<double> &perimeter) const
     perimeter[atom->molecule[vertex.i]] += std::hypot(x[vertex.next][0] - x[vertex.i][0],
                                                       x[vertex.next][1] - x[vertex.i][1]);
   sum(perimeter);
+}
+
+/* ----------------------------------------------------------------------
+   pairs of edges of one polygon that pass through each other. No rank need own
+   a whole polygon: all get all vertices, and share the polygons.
+------------------------------------------------------------------------- */
+
+void PolygonOutline::crossings(std::vector<double> &crossing) const
+{
+  std::vector<std::size_t> begin(count() + 2, 0);    // of each molecule, in vertices
+  for (tagint m = 1; m <= count(); m++) begin[m + 1] = begin[m] + topology.size(m);
+
+  std::vector<double> r(2 * begin.back(), 0.0);
+  for (const auto &vertex : owned) {
+    const tagint m = atom->molecule[vertex.i];
+    double from_origin[3];
+    position(vertex.i, from_origin);
+    std::copy_n(from_origin, 2, &r[2 * (begin[m] + atom->tag[vertex.i] - topology.first_tag(m))]);
+  }
+  sum(r);
+
+  crossing.assign(count() + 1, 0.0);
+  for (tagint m = 1 + comm->me; m <= count(); m += comm->nprocs) {
+    const int size = static_cast<int>(topology.size(m));
+    auto vertex = [&](int k) { return &r[2 * (begin[m] + k % size)]; };
+    for (int a = 0; a < size; a++)
+      for (int b = a + 2; b < size; b++)
+        if (edges_cross(vertex(a), vertex(a + 1), vertex(b), vertex(b + 1))) crossing[m] += 1.0;
+  }
+  sum(crossing);
 }
 
 /* ---------------------------------------------------------------------- */

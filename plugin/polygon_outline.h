@@ -11,8 +11,8 @@
 
 namespace LAMMPS_NS {
 
-/* Area and perimeter of whole polygons, wherever the periodic boundary or the
-   sub-domain boundaries cut them. */
+/* Area, perimeter and self-crossings of whole polygons, wherever the periodic
+   boundary or the sub-domain boundaries cut them. */
 
 class PolygonOutline : protected Pointers {
  public:
@@ -26,6 +26,7 @@ class PolygonOutline : protected Pointers {
   void refresh(const char *caller, int groupbit);    // collective, after each neighbor build
   void areas(std::vector<double> &) const;           // collective, indexed by molecule ID
   void perimeters(std::vector<double> &) const;      // collective, indexed by molecule ID
+  void crossings(std::vector<double> &) const;       // collective, indexed by molecule ID: pairs of edges
   void position(int, double *) const;                // of an owned vertex, unwrapped, from its origin
   tagint count() const { return topology.count(); }
   const std::vector<Vertex> &vertices() const { return owned; }

@@ -206,7 +206,9 @@ def test_a_session_takes_edges_longer_than_it_was_built_for(random_polygons):
     spiked = p.with_state(positions=x, box=6.0 * np.eye(2))
     with jamlab.Session(p.with_state(box=spiked.box)) as session:
         session.evaluate()
-        with pytest.raises(jamlab.EngineError, match=r"the edge between atoms \d and \d is .* long, more than the 1\.5"):
+        with pytest.raises(
+            jamlab.EngineError, match=r"the edge between atoms \d and \d is .* long, more than the 1\.5"
+        ):
             session.forces_at(x)
         session.load(spiked)
         assert_same(session.evaluate(), jamlab.evaluate(spiked))
