@@ -230,7 +230,8 @@ void PairCirculoline::init_style()
 double PairCirculoline::init_one(int i, int j)
 {
   if (setflag[i][j] == 0)
-    error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {}", i, j);
+    error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {} (a data file has it if "
+               "written with write_data ... pair ij)", i, j);
   eps[j][i] = eps[i][j];
   return delta + (contact == SEGMENT ? 2.0 : 1.0) * longest_edge;
 }
