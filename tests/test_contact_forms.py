@@ -141,3 +141,11 @@ def test_an_edge_that_meets_its_own_image_counts_once(reference, form):
     assert e.contact_energy == pytest.approx(wanted.contact_energy, rel=1e-12)
     assert differ(e.forces, wanted.forces) < 1e-12
     assert differ(forces(p), wanted.forces) < 1e-12
+
+
+def test_only_segment_smooth_has_continuous_forces_everywhere(contact_paths):
+    """Measured along paths of two polygons. No energy jumps; eq 8 has force jumps where sides are parallel, the outline
+    form only where a vertex changes sides inside a dent."""
+    found = {(form, shape, path): s.name for form, shape, path, s in contact_paths.table(FORMS)}
+    rough = {("segment", "convex", "sliding"), ("segment", "convex", "rolling"), ("outline", "dented", "sliding")}
+    assert found == {key: "C0" if key in rough else "C1" for key in found}
