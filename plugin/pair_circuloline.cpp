@@ -95,13 +95,13 @@ template <bool TALLY> void PairCirculoline::push(double *const *f)
 {
   const double *const *x = atom->x;
   const int *type = atom->type;
-  const double width = delta;
+  const double per_delta = 1.0 / delta;
 
   auto touch = [=](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
     const double d = sqrt(foot.rsq);
-    const double overlap = 1.0 - d / width;
+    const double overlap = 1.0 - d * per_delta;
     const double strength = eps[type[vertex]][type[edge.tail]];
-    const double magnitude = d > 0.0 ? strength * overlap / (width * d) : 0.0;
+    const double magnitude = d > 0.0 ? strength * overlap * per_delta / d : 0.0;
     const double fx = magnitude * foot.dx, fy = magnitude * foot.dy;
     f[vertex][0] += fx;
     f[vertex][1] += fy;

@@ -20,6 +20,7 @@ class PolygonOutline : protected Pointers {
 
   struct Vertex {
     int i, prev, next;    // local or ghost indices
+    int a, b;             // image flags: lattice vectors from the box to the unwrapped place
   };
 
   void init(const char *caller, int groupbit);       // collective, refuses a group that cuts a polygon
@@ -27,7 +28,7 @@ class PolygonOutline : protected Pointers {
   void areas(std::vector<double> &) const;           // collective, indexed by molecule ID
   void perimeters(std::vector<double> &) const;      // collective, indexed by molecule ID
   void crossings(std::vector<double> &) const;       // collective, indexed by molecule ID: pairs of edges
-  void position(int, double *) const;                // of an owned vertex, unwrapped, from its origin
+  void position(const Vertex &, double *) const;     // unwrapped, from the origin of its polygon
   tagint count() const { return topology.count(); }
   const std::vector<Vertex> &vertices() const { return owned; }
 
