@@ -24,6 +24,7 @@ from .errors import ConvergenceError as ConvergenceError
 from .errors import EngineError as EngineError
 from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
+from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
 from .geometry_figures import geometry_figure as geometry_figure
 from .hessian import hessian as hessian
@@ -38,6 +39,7 @@ from .onset import jam as jam
 from .orientation import OrientationalOrder as OrientationalOrder
 from .orientation import orientational_order as orientational_order
 from .packing import Packing as Packing
+from .packing import self_crossings as self_crossings
 from .packing_fraction import exact_method as exact_method
 from .packing_fraction import packing_fraction as packing_fraction
 from .pressure import pack as pack

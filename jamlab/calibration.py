@@ -245,7 +245,7 @@ def calibrate(
     Raises:
         InputError: values that no scan can start from.
     """
-    from jamlab.campaign import open_campaign
+    from jamlab.campaign.campaign import open_campaign
 
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "calibration.toml"

@@ -66,7 +66,7 @@ def jam(
     model: Annotated[str, typer.Option(help="sp (soft disks) or dp (deformable polygons).")] = "sp",
     n: N = 64,
     seed: Seed = 1,
-    contact: Annotated[str | None, typer.Option(help="DP contact form: outline or segment.")] = None,
+    contact: Annotated[str | None, typer.Option(help="DP contact form: outline, segment or segment/smooth.")] = None,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 all the way.")] = "bisection",
     ensemble: Ensemble = "fixed-box",
     out: Out = Path("onset.h5"),

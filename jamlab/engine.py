@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from jamlab.errors import EngineError, InputError
 from jamlab.installation import check_lammps, lammps_class
 from jamlab.lammps_files import types, wrap, write_data
-from jamlab.packing import Packing
+from jamlab.packing import Packing, self_crossings
 from jamlab.parameters import deck
 from jamlab.ranks import check_ranks, minimize_on_ranks
 
@@ -71,6 +71,7 @@ class Session:
         self._newton = newton
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
+        self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
         self._views: dict[str, tuple[int, NDArray[Any]]] = {}
         self._images: tuple[NDArray[Any], Array, Array] = (np.empty(0), np.empty(0), np.empty(0))
         with _lammps_errors("start"):
@@ -111,6 +112,7 @@ class Session:
             and np.array_equal(packing.diameters, old.diameters)  # type: ignore[arg-type]
             and np.array_equal(packing.offsets, old.offsets)  # type: ignore[arg-type]
             and _same_params(packing.params, old.params)
+            and (packing.model == "sp" or _longest_edge(packing) < 0.9 * self._edge_limit)
         )
         if not same:
             self._build(packing)
@@ -176,8 +178,18 @@ class Session:
         return float(self._lmp.get_thermo("evdwl"))
 
     def packing(self, **changes: Any) -> Packing:
-        """The present state as a Packing; keyword arguments as in `Packing.with_state`."""
+        """The present state as a Packing; keyword arguments as in `Packing.with_state`.
+
+        Raises:
+            SelfCrossingError: a polygon has folded over itself; see `self_crossings`.
+        """
         return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
+
+    def self_crossings(self) -> NDArray[np.int64]:
+        """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
+        if self._packing.offsets is None:
+            return np.empty(0, dtype=np.int64)
+        return self_crossings(self.positions(), self._packing.offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""
@@ -199,7 +211,7 @@ class Session:
         settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": SKIN[packing.model]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if packing.model == "dp":
-            settings["longest_edge"] = _edge_limit(packing)
+            settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
@@ -305,7 +317,11 @@ def _edge_limit(packing: Packing) -> float:
     """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
     from jamlab.parameters import defaults
 
-    return max(float(defaults("dp")["longest_edge"]), 1.5 * float(np.hypot(*packing.edges.T).max()))
+    return max(float(defaults("dp")["longest_edge"]), 1.5 * _longest_edge(packing))
+
+
+def _longest_edge(packing: Packing) -> float:
+    return float(np.hypot(*packing.edges.T).max())
 
 
 def _check_fits(packing: Packing) -> None:

@@ -12,6 +12,10 @@ class InputError(JamlabError, ValueError):
     """A value that no run can start from."""
 
 
+class SelfCrossingError(InputError):
+    """A polygon that has folded over itself."""
+
+
 class BoundaryError(InputError):
     """Outlines that cross, or meet in one point in a way that rounding cannot tell apart."""
 

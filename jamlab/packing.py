@@ -12,13 +12,13 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.errors import InputError
+from jamlab.errors import InputError, SelfCrossingError
 
 Array = NDArray[np.float64]
 
 MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
-CONTACT_FORMS = ("outline", "segment")
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")
 FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "eps"): ("eps",),
     ("sp", "k"): ("k",),
@@ -36,7 +36,7 @@ class Packing:
         positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
             counter-clockwise.
         params: every parameter of the force law. SP: `eps` or `k`. DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
-            `delta` (l), `eta` (l), `contact` ("outline" | "segment") and `a0`, (n,) rest areas (l^2).
+            `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
         units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
             two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
         diameters: SP (n,) float64, else None.
@@ -46,7 +46,8 @@ class Packing:
 
     Raises:
         InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
-            polygons that are clockwise or cross themselves. The message names the particle and the value.
+            polygons that are clockwise. The message names the particle and the value.
+        SelfCrossingError: an InputError too, if the outline of a polygon crosses itself.
     """
 
     model: str
@@ -104,21 +105,13 @@ class Packing:
         a0 = _finite("params['a0']", self.params["a0"], (len(vertices),))
         _positive("params['a0']", a0)
         self._set("params", {**self.params, "a0": a0})
+        crossed = self_crossings(self.positions, offsets)
+        if len(crossed):
+            raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
         negative = np.flatnonzero(self.polygon_areas <= 0)
         if len(negative):
             m = negative[0]
             raise InputError(f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise")
-        crossed = self._crossed()
-        if len(crossed):
-            raise InputError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
-
-    def _crossed(self) -> NDArray[np.int64]:
-        """Polygons whose outline crosses itself; edges shrunk to rounding size do not count."""
-        suspects = np.flatnonzero(~shapely.is_valid(self.outlines()))
-        if not len(suspects):
-            return suspects
-        points = shapely.remove_repeated_points(self.outlines()[suspects], 1e-12 * float(np.sqrt(self.area)))
-        return np.asarray(suspects[~shapely.is_valid(points)])
 
     @property
     def n(self) -> int:
@@ -190,8 +183,7 @@ class Packing:
 
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
-        corners = self.particle
-        return np.asarray(shapely.polygons(shapely.linearrings(self.positions, indices=corners)))
+        return _outlines(self.positions, self._polygon_offsets)
 
     def with_state(self, **changes: Any) -> "Packing":
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones."""
@@ -210,6 +202,33 @@ class Packing:
         if self.offsets is None:
             raise InputError("a packing of disks (model sp) has no polygons")
         return self.offsets
+
+
+def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
+
+    Contacts keep different polygons apart, but nothing in the energy of Boromand et al. keeps a polygon from folding
+    over itself. A minimiser can do that far above onset or with weak line tension; no such state is a packing.
+
+    Args:
+        positions: (n_vertices, 2) float64, each polygon whole, as in `Packing.positions`.
+        offsets: (n + 1,) int64, as in `Packing.offsets`.
+
+    Returns:
+        (m,) int64, ascending.
+    """
+    outlines = _outlines(positions, offsets)
+    suspects = np.flatnonzero(~shapely.is_valid(outlines))
+    if not len(suspects):
+        return suspects
+    size = float(np.ptp(positions, axis=0).max())
+    points = shapely.remove_repeated_points(outlines[suspects], 1e-12 * size)
+    return np.asarray(suspects[~shapely.is_valid(points)])
+
+
+def _outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:
+    corners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=corners)))
 
 
 def _finite(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> Array:

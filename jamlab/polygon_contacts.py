@@ -1,11 +1,16 @@
 """Contacts between polygons: which vertex meets which edge, where, and how far away.
 
-Both contact forms come down to a list of (vertex, edge) meetings, each with the energy (eps/2)(1 - d/delta)^2 of the
+Every contact form comes down to a list of (vertex, edge) meetings, each with the energy (eps/2)(1 - d/delta)^2 of the
 distance d from the vertex to the closest point of the edge:
 
 * "outline": every vertex meets every other polygon once, at the closest point of its outline.
 * "segment" (Boromand et al. eq 8): every pair of edges of two polygons meets once, at their smallest distance, which is
   the smallest of four distances from an end of one edge to the other edge (0 where the edges cross).
+* "segment/smooth": every pair of edges of two polygons has half the energy of each of those four distances. A vertex
+  ends two edges, so this is every vertex against every edge of other polygons, once and with its full energy. Beside a
+  corner a vertex meets both edges that end there: at the same distance d they add up to eps (1 - d/delta)^2.
+
+A periodic image of a polygon is another polygon, also to itself: in a small box a polygon meets its own images.
 """
 
 from dataclasses import dataclass
@@ -23,7 +28,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class VertexContacts:
-    """Meetings of a vertex with an edge of another polygon closer than delta.
+    """Meetings of a vertex with an edge of another polygon, or of an image of its own, closer than delta.
 
     Attributes:
         vertex: (m,) index of the vertex.
@@ -49,41 +54,49 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
     """Contacts of a DP packing in its own contact form.
 
     Raises:
-        InputError: if edges of two polygons cross. Eq 8 has no force there, and the outline form would pull a vertex
+        InputError: if edges of two polygons cross. Eq 8 has no force there, and the other forms would pull a vertex
             that has come inside further in.
     """
-    delta = packing.params["delta"]
-    if packing.params["contact"] == "outline":
-        found = _meetings(packing, delta)
-        _refuse_crossing(packing, found.vertex, found)
+    delta, form = packing.params["delta"], packing.params["contact"]
+    if form == "segment":
+        return _segment_contacts(packing, delta)
+    found = _meetings(packing, delta)
+    _refuse_crossing(packing, found.vertex, found)
+    if form == "outline":
         particle = packing.particle
         image = np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
         return _closest(found, (found.vertex, particle[found.tail], image[:, 0], image[:, 1]))
-    return _segment_contacts(packing, delta)
+    return found
 
 
 def polygon_pairs(packing: Packing, contacts: VertexContacts) -> Indices:
-    """(m, 2) pairs of polygons i < j in contact, each once however many vertices meet.
+    """(m, 2) pairs of polygons i <= j in contact, each once however many vertices meet.
 
-    A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it.
+    A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
+    polygon that meets its own image; the two opposite images are one contact.
     """
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-    swapped = i > j
+    swapped = (i > j) | ((i == j) & ~_positive(image))
     image = np.where(swapped[:, None], -image, image)
     rows = np.column_stack([np.minimum(i, j), np.maximum(i, j), image])
     return np.unique(rows, axis=0)[:, :2]
 
 
+def _positive(image: Indices) -> NDArray[np.bool_]:
+    """(m,) which of two opposite images stands for both."""
+    return np.asarray((image[:, 0] > 0) | ((image[:, 0] == 0) & (image[:, 1] > 0)))
+
+
 def _meetings(packing: Packing, reach: float) -> VertexContacts:
-    """All (vertex, edge) pairs of different polygons closer than `reach`."""
+    """All (vertex, edge) pairs of different polygons, images of one polygon included, closer than `reach`."""
     x, edges = packing.positions, packing.edges
     middle = x + 0.5 * edges
     length = np.hypot(*edges.T)
     near = periodic_neighbors(x, middle, packing.box, reach + 0.5 * length.max())
     vertex, tail, to_middle, image = near.i, near.j, near.r, near.shift
-    other = packing.particle[vertex] != packing.particle[tail]
+    other = (packing.particle[vertex] != packing.particle[tail]) | image.any(axis=1)
     vertex, tail, to_middle, image = vertex[other], tail[other], to_middle[other], image[other]
 
     e = edges[tail]
@@ -115,7 +128,7 @@ def _segment_contacts(packing: Packing, delta: float) -> VertexContacts:
     own = np.concatenate([found.vertex, predecessor[found.vertex]])
     # one name for an edge pair from both sides: the lower edge first, the image seen from it
     image = np.round(both.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-    lower = own < both.tail
+    lower = (own < both.tail) | ((own == both.tail) & _positive(image))
     sign = np.where(lower, 1, -1)
     keys = (np.minimum(own, both.tail), np.maximum(own, both.tail), sign * image[:, 0], sign * image[:, 1])
     contacts = _closest(both, keys)

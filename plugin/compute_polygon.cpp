@@ -21,7 +21,7 @@ ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) :
 
   array_flag = 1;
   extarray = 0;
-  size_array_cols = 3;
+  size_array_cols = 4;
   outline.init(WHO, groupbit);
   size_array_rows = static_cast<int>(outline.count());
   memory->create(array, size_array_rows, size_array_cols, "polygon:array");
@@ -52,12 +52,14 @@ void ComputePolygon::compute_array()
   outline.refresh(WHO, groupbit);
   outline.areas(area);
   outline.perimeters(perimeter);
+  outline.crossings(crossing);
 
   for (int m = 1; m <= size_array_rows; m++) {
     double *row = array[m - 1];
     row[0] = area[m];
     row[1] = perimeter[m];
     row[2] = area[m] > 0.0 ? perimeter[m] * perimeter[m] / (FOUR_PI * area[m]) : 0.0;
+    row[3] = crossing[m];
   }
 }
 
@@ -65,6 +67,6 @@ void ComputePolygon::compute_array()
 
 double ComputePolygon::memory_usage()
 {
-  return (area.capacity() + perimeter.capacity()) * sizeof(double) +
-      3.0 * size_array_rows * sizeof(double);
+  return (area.capacity() + perimeter.capacity() + crossing.capacity()) * sizeof(double) +
+      4.0 * size_array_rows * sizeof(double);
 }

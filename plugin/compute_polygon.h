@@ -12,7 +12,8 @@
 namespace LAMMPS_NS {
 
 /* Global array, one row per molecule ID: area a, perimeter p and shape factor
-   A = p^2 / (4 pi a) of the bare polygon, without the rim of the circulo-lines. */
+   A = p^2 / (4 pi a) of the bare polygon, without the rim of the circulo-lines;
+   number of pairs of its edges that cross, 0 unless it has folded over itself. */
 
 class ComputePolygon : public Compute {
  public:
@@ -24,7 +25,7 @@ class ComputePolygon : public Compute {
 
  private:
   PolygonOutline outline;
-  std::vector<double> area, perimeter;
+  std::vector<double> area, perimeter, crossing;
 };
 
 }    // namespace LAMMPS_NS

@@ -122,8 +122,8 @@ void FixPolygonArea::post_force(int vflag)
     f[i][1] += fy;
 
     if (evflag) {
-      double r[3];
-      outline.position(i, r);
+      double r[2];
+      outline.position(vertex, r);
       double v[6] = {r[0] * fx, r[1] * fy, 0.0, r[0] * fy, 0.0, 0.0};
       v_tally(i, v);
     }

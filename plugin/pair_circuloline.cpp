@@ -5,7 +5,7 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "domain.h"
+#include "contact_forms.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
@@ -20,46 +20,20 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-// closest point of the edge tail-head to a vertex: distance vector to it and its place t in [0, 1]
-
-struct Foot {
-  double dx, dy, rsq, t;
-};
-
-inline Foot foot_on_edge(const double *vertex, const double *tail, const double *head)
-{
-  const double ex = head[0] - tail[0], ey = head[1] - tail[1];
-  const double rx = vertex[0] - tail[0], ry = vertex[1] - tail[1];
-  const double lsq = ex * ex + ey * ey;
-  double t = lsq > 0.0 ? (rx * ex + ry * ey) / lsq : 0.0;
-  t = std::min(1.0, std::max(0.0, t));
-  const double dx = rx - t * ex, dy = ry - t * ey;
-  return {dx, dy, dx * dx + dy * dy, t};
-}
-
-inline double cross(const double *o, const double *a, const double *b)
-{
-  return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
-}
-
-inline bool edges_cross(const double *a, const double *b, const double *c, const double *d)
-{
-  return cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0;
-}
-
-}    // namespace
+static constexpr char WHO[] = "Pair style circuloline";
+static constexpr const char *FORMS[] = {"segment", "outline", "segment/smooth"};    // as enum Contact
+static constexpr int NFORMS = 3;
 
 /* ---------------------------------------------------------------------- */
 
-PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), topology(lmp)
+PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), near(lmp)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
   writedata = 1;
   manybody_flag = 1;
   no_virial_fdotr_compute = 1;    // the virial is summed contact by contact, newton on or off
+  comm_forward = 2;    // where a ghost is among the copies of its polygon
   comm_reverse_off = 2;
   delta = longest_edge = 0.0;
   contact = OUTLINE;
@@ -98,10 +72,10 @@ void PairCirculoline::compute(int eflag, int vflag)
     f = rows.data();
   }
 
-  if (contact == OUTLINE)
-    outline(f);
+  if (evflag)
+    push<true>(f);
   else
-    segment(f);
+    push<false>(f);
 
   if (own_buffer) {
     comm->reverse_comm(this);
@@ -113,210 +87,60 @@ void PairCirculoline::compute(int eflag, int vflag)
 }
 
 /* ----------------------------------------------------------------------
-   every vertex against the one closest point of each facing polygon
+   push each vertex away from the edge that it touches; tally the contact once,
+   on the atom that this rank owns
 ------------------------------------------------------------------------- */
 
-void PairCirculoline::outline(double *const *f)
+template <bool TALLY> void PairCirculoline::push(double *const *f)
 {
   const double *const *x = atom->x;
   const int *type = atom->type;
-  const double deltasq = delta * delta;
+  const double per_delta = 1.0 / delta;
 
-  for (const auto &facing : facings) {
-    const double *vertex = x[facing.i];
-    Foot nearest = {0.0, 0.0, deltasq, 0.0};
-    int found = -1;
-    for (int n = facing.begin; n < facing.end; n++) {
-      const Foot foot = foot_on_edge(vertex, x[edges[n].tail], x[edges[n].head]);
-      if (foot.rsq < nearest.rsq) {
-        nearest = foot;
-        found = n;
+  auto touch = [=](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+    const double d = sqrt(foot.rsq);
+    const double overlap = 1.0 - d * per_delta;
+    const double strength = eps[type[vertex]][type[edge.tail]];
+    const double magnitude = d > 0.0 ? strength * overlap * per_delta / d : 0.0;
+    const double fx = magnitude * foot.dx, fy = magnitude * foot.dy;
+    f[vertex][0] += fx;
+    f[vertex][1] += fy;
+    f[edge.tail][0] -= (1.0 - foot.t) * fx;
+    f[edge.tail][1] -= (1.0 - foot.t) * fy;
+    f[edge.head][0] -= foot.t * fx;
+    f[edge.head][1] -= foot.t * fy;
+
+    if (TALLY) {
+      const double energy = 0.5 * strength * overlap * overlap;
+      const double v[6] = {foot.dx * fx, foot.dy * fy, 0.0, foot.dx * fy, 0.0, 0.0};
+      if (eflag_global) eng_vdwl += energy;
+      if (eflag_atom) eatom[owner] += energy;
+      for (int k = 0; k < 6; k++) {
+        if (vflag_global) virial[k] += v[k];
+        if (vflag_atom) vatom[owner][k] += v[k];
       }
     }
-    if (found < 0) continue;
+  };
 
-    const Edge &edge = edges[found];
-    const double d = sqrt(nearest.rsq);
-    const double overlap = 1.0 - d / delta;
-    const double strength = eps[type[facing.i]][type[edge.tail]];
-    const double magnitude = d > 0.0 ? strength * overlap / (delta * d) : 0.0;
-    apply(f, facing.i, facing.i, edge, nearest.t, nearest.dx, nearest.dy, magnitude,
-          0.5 * strength * overlap * overlap);
+  switch (contact) {
+    case OUTLINE:
+      return outline_contacts(near, x, delta, touch);
+    case SEGMENT:
+      return segment_contacts(near, x, delta, touch);
+    case SEGMENT_SMOOTH:
+      return smooth_segment_contacts(near, x, delta, touch);
   }
 }
 
-/* ----------------------------------------------------------------------
-   every edge against every facing edge at their smallest distance (eq 8):
-   one of the four distances of an end to the other edge, 0 if they cross
-------------------------------------------------------------------------- */
-
-void PairCirculoline::segment(double *const *f)
-{
-  const double *const *x = atom->x;
-  const int *type = atom->type;
-
-  for (const auto &facing : facings) {
-    const Edge a = {facing.i, facing.j};
-    for (int n = facing.begin; n < facing.end; n++) {
-      const Edge &b = edges[n];
-      const struct {
-        int vertex;
-        Edge edge;
-      } ends[4] = {{a.tail, b}, {a.head, b}, {b.tail, a}, {b.head, a}};
-
-      Foot nearest = {0.0, 0.0, delta * delta, 0.0};
-      int found = -1;
-      for (int k = 0; k < 4; k++) {
-        const Foot foot =
-            foot_on_edge(x[ends[k].vertex], x[ends[k].edge.tail], x[ends[k].edge.head]);
-        if (foot.rsq < nearest.rsq) {
-          nearest = foot;
-          found = k;
-        }
-      }
-
-      const double strength = eps[type[a.tail]][type[b.tail]];
-      if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head])) {
-        apply(f, a.tail, a.tail, b, 0.0, 0.0, 0.0, 0.0, 0.5 * strength);
-      } else if (found >= 0) {
-        const double d = sqrt(nearest.rsq);
-        const double overlap = 1.0 - d / delta;
-        const double magnitude = d > 0.0 ? strength * overlap / (delta * d) : 0.0;
-        apply(f, a.tail, ends[found].vertex, ends[found].edge, nearest.t, nearest.dx, nearest.dy,
-              magnitude, 0.5 * strength * overlap * overlap);
-      }
-    }
-  }
-}
-
-/* ----------------------------------------------------------------------
-   push a vertex away from the point t of an edge; tally the contact once, on
-   the atom that this rank owns
-------------------------------------------------------------------------- */
-
-inline void PairCirculoline::apply(double *const *f, int owner, int vertex, Edge edge, double t,
-                                   double dx, double dy, double magnitude, double energy)
-{
-  const double fx = magnitude * dx, fy = magnitude * dy;
-  f[vertex][0] += fx;
-  f[vertex][1] += fy;
-  f[edge.tail][0] -= (1.0 - t) * fx;
-  f[edge.tail][1] -= (1.0 - t) * fy;
-  f[edge.head][0] -= t * fx;
-  f[edge.head][1] -= t * fy;
-
-  if (!evflag) return;
-  const double v[6] = {dx * fx, dy * fy, 0.0, dx * fy, 0.0, 0.0};
-  if (eflag_global) eng_vdwl += energy;
-  if (vflag_global)
-    for (int k = 0; k < 6; k++) virial[k] += v[k];
-
-  if (eflag_atom) eatom[owner] += energy;
-  if (vflag_atom)
-    for (int k = 0; k < 6; k++) vatom[owner][k] += v[k];
-}
-
-/* ----------------------------------------------------------------------
-   after each neighbor build: which edges can come within delta of which
-   vertex (or edge) before the next build. Ends move by less than half the
-   skin, so nothing farther than delta + skin now can touch until then.
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void PairCirculoline::find_facings()
 {
-  const double *const *x = atom->x;
-  const tagint *tag = atom->tag;
-  const tagint *molecule = atom->molecule;
-  const int nlocal = atom->nlocal;
-  const int nall = nlocal + atom->nghost;
-  const double reachsq = (delta + neighbor->skin) * (delta + neighbor->skin);
-
-  facings.clear();
-  edges.clear();
-  successor.assign(nall, -2);    // -2: not looked up yet
-
-  auto next = [&](int i) {
-    if (successor[i] == -2) successor[i] = topology.next(i);
-    return successor[i];
-  };
-
-  for (int ii = 0; ii < list->inum; ii++) {
-    const int i = list->ilist[ii];
-    if (molecule[i] == 0) continue;
-    const int inext = next(i);
-    if (inext < 0)
-      error->one(FLERR, "Pair style circuloline: vertex {} cannot see the next one, {}: raise "
-                 "the longest edge of pair_style circuloline or comm_modify cutoff",
-                 tag[i], topology.next_tag(tag[i], molecule[i]));
-    check_edge_length(i, inext);
-
-    const int begin_i = static_cast<int>(facings.size());
-    const int *jlist = list->firstneigh[i];
-    const int jnum = list->numneigh[i];
-
-    for (int jj = 0; jj < jnum; jj++) {
-      const int j = jlist[jj] & NEIGHMASK;
-      if (molecule[j] == molecule[i] || molecule[j] == 0) continue;
-      if (contact == SEGMENT && tag[j] < tag[i]) continue;    // the owner of the other edge has it
-      const int jnext = next(j);
-      // a head that is no ghost here (map finds none, or an image far away) is beyond reach; an edge
-      // that really is too long is reported by the rank that owns its tail
-      if (jnext < 0 || edge_length(j, jnext) > longest_edge) continue;
-
-      double rsq = foot_on_edge(x[i], x[j], x[jnext]).rsq;
-      if (contact == SEGMENT) {
-        rsq = std::min({rsq, foot_on_edge(x[inext], x[j], x[jnext]).rsq,
-                        foot_on_edge(x[j], x[i], x[inext]).rsq,
-                        foot_on_edge(x[jnext], x[i], x[inext]).rsq});
-      }
-      const bool crossing =
-          contact == SEGMENT && edges_cross(x[i], x[inext], x[j], x[jnext]);
-      if (rsq >= reachsq && !crossing) continue;
-
-      // one facing for all edges of one image of a polygon: `edges` of a facing are consecutive,
-      // so an edge that belongs to an earlier facing of this vertex is inserted there
-
-      int home = -1;
-      if (contact == OUTLINE) {
-        for (int k = begin_i; k < static_cast<int>(facings.size()); k++) {
-          const int other = edges[facings[k].begin].tail;
-          if (molecule[other] == molecule[j] && domain->closest_image(j, atom->map(tag[other])) == other)
-            home = k;
-        }
-      }
-      if (home < 0) {
-        const int size = static_cast<int>(edges.size());
-        facings.push_back({i, inext, size, size + 1});
-        edges.push_back({j, jnext});
-      } else {
-        edges.insert(edges.begin() + facings[home].end, {j, jnext});
-        facings[home].end++;
-        for (int k = home + 1; k < static_cast<int>(facings.size()); k++) {
-          facings[k].begin++;
-          facings[k].end++;
-        }
-      }
-    }
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
-double PairCirculoline::edge_length(int i, int j) const
-{
-  const double *const *x = atom->x;
-  return std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::check_edge_length(int i, int j) const
-{
-  const double length = edge_length(i, j);
-  if (length > longest_edge)
-    error->one(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, "
-               "more than the {:.6g} that pair_style circuloline allows: raise its second argument",
-               atom->tag[i], atom->tag[j], length, longest_edge);
+  static constexpr PolygonFacings::Grouping GROUPING[] = {
+      PolygonFacings::BY_EDGE, PolygonFacings::BY_POLYGON, PolygonFacings::BY_VERTEX};
+  near.mark();
+  comm->forward_comm(this);
+  near.build(list, GROUPING[contact], delta + neighbor->skin, longest_edge);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -335,13 +159,14 @@ void PairCirculoline::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style circuloline delta longest_edge [contact outline|segment]
+   pair_style circuloline delta longest_edge [contact outline|segment|segment/smooth]
 ------------------------------------------------------------------------- */
 
 void PairCirculoline::settings(int narg, char **arg)
 {
   if (narg != 2 && narg != 4)
-    error->all(FLERR, "Pair style circuloline needs: delta longest_edge [contact outline|segment]");
+    error->all(FLERR, "Pair style circuloline needs: delta longest_edge [contact outline|segment|"
+               "segment/smooth]");
 
   delta = utils::numeric(FLERR, arg[0], false, lmp);
   longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
@@ -353,11 +178,12 @@ void PairCirculoline::settings(int narg, char **arg)
   if (narg == 4) {
     if (strcmp(arg[2], "contact") != 0)
       error->all(FLERR, "Pair style circuloline: unknown keyword {}, expected contact", arg[2]);
-    if (strcmp(arg[3], "segment") == 0)
-      contact = SEGMENT;
-    else if (strcmp(arg[3], "outline") != 0)
-      error->all(FLERR, "Pair style circuloline: unknown contact form {}, expected outline or segment",
-                 arg[3]);
+    int form = 0;
+    while (form < NFORMS && strcmp(arg[3], FORMS[form]) != 0) form++;
+    if (form == NFORMS)
+      error->all(FLERR, "Pair style circuloline: unknown contact form {}, expected outline, segment or "
+                 "segment/smooth", arg[3]);
+    contact = static_cast<Contact>(form);
   }
 }
 
@@ -388,7 +214,11 @@ void PairCirculoline::coeff(int narg, char **arg)
 
 void PairCirculoline::init_style()
 {
-  topology.build("Pair style circuloline");
+  near.init(WHO);
+  for (int k = 0; k < neighbor->nex_mol; k++)
+    if (neighbor->ex_mol_intra[k] && comm->me == 0)
+      error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "
+                     "of a polygon with its own periodic images");
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
@@ -400,7 +230,8 @@ void PairCirculoline::init_style()
 double PairCirculoline::init_one(int i, int j)
 {
   if (setflag[i][j] == 0)
-    error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {}", i, j);
+    error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {} (a data file has it if "
+               "written with write_data ... pair ij)", i, j);
   eps[j][i] = eps[i][j];
   return delta + (contact == SEGMENT ? 2.0 : 1.0) * longest_edge;
 }
@@ -458,6 +289,8 @@ void PairCirculoline::read_restart_settings(FILE *fp)
   MPI_Bcast(&delta, 1, MPI_DOUBLE, 0, world);
   MPI_Bcast(&longest_edge, 1, MPI_DOUBLE, 0, world);
   MPI_Bcast(&form, 1, MPI_INT, 0, world);
+  if (form < 0 || form >= NFORMS)
+    error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin", form);
   contact = static_cast<Contact>(form);
 }
 
@@ -474,6 +307,20 @@ void PairCirculoline::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g\n", i, j, eps[i][j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int PairCirculoline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
+{
+  return near.pack(n, list, buf, pbc);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairCirculoline::unpack_forward_comm(int n, int first, double *buf)
+{
+  near.unpack(n, first, buf);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -510,7 +357,5 @@ void *PairCirculoline::extract(const char *str, int &dim)
 
 double PairCirculoline::memory_usage()
 {
-  return Pair::memory_usage() + facings.capacity() * sizeof(Facing) +
-      edges.capacity() * sizeof(Edge) + successor.capacity() * sizeof(int) +
-      ghost_force.capacity() * sizeof(double);
+  return Pair::memory_usage() + near.memory_usage() + ghost_force.capacity() * sizeof(double);
 }

@@ -6,6 +6,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
+#include "edge_geometry.h"
 #include "error.h"
 
 #include <cmath>
@@ -37,6 +38,7 @@ void PolygonOutline::refresh(const char *caller, int groupbit)
 
   owned.clear();
   origin.assign(2 * (count() + 1), 0.0);
+  std::vector<double> first(origin);
 
   for (int i = 0; i < nlocal; i++) {
     const tagint m = molecule[i];
@@ -46,25 +48,23 @@ void PolygonOutline::refresh(const char *caller, int groupbit)
       error->one(FLERR, std::string(caller) +
                      ": vertex {} cannot see its neighbors on polygon {}: raise comm_modify cutoff",
                  atom->tag[i], m);
-    owned.push_back({i, prev, next});
-    if (atom->tag[i] == topology.first_tag(m)) {
-      double xu[3];
-      domain->unmap(atom->x[i], atom->image[i], xu);
-      origin[2 * m] = xu[0];
-      origin[2 * m + 1] = xu[1];
-    }
+    const imageint image = atom->image[i];
+    owned.push_back({i, prev, next, static_cast<int>(image & IMGMASK) - IMGMAX,
+                     static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX});
+    if (atom->tag[i] == topology.first_tag(m)) position(owned.back(), &first[2 * m]);
   }
+  origin.swap(first);
   sum(origin);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PolygonOutline::position(int i, double *r) const
+void PolygonOutline::position(const Vertex &vertex, double *r) const
 {
-  const tagint m = atom->molecule[i];
-  domain->unmap(atom->x[i], atom->image[i], r);
-  r[0] -= origin[2 * m];
-  r[1] -= origin[2 * m + 1];
+  const double *x = atom->x[vertex.i];
+  const double *from = &origin[2 * atom->molecule[vertex.i]];
+  r[0] = x[0] + vertex.a * domain->xprd + vertex.b * domain->xy - from[0];
+  r[1] = x[1] + vertex.b * domain->yprd - from[1];
 }
 
 /* ----------------------------------------------------------------------
@@ -78,8 +78,8 @@ void PolygonOutline::areas(std::vector<double> &area) const
   area.assign(count() + 1, 0.0);
   for (const auto &vertex : owned) {
     const int i = vertex.i;
-    double r[3];
-    position(i, r);
+    double r[2];
+    position(vertex, r);
     area[atom->molecule[i]] += 0.5 * (r[0] * (x[vertex.next][1] - x[i][1]) -
                                       r[1] * (x[vertex.next][0] - x[i][0]));
   }
@@ -96,6 +96,34 @@ void PolygonOutline::perimeters(std::vector<double> &perimeter) const
     perimeter[atom->molecule[vertex.i]] += std::hypot(x[vertex.next][0] - x[vertex.i][0],
                                                       x[vertex.next][1] - x[vertex.i][1]);
   sum(perimeter);
+}
+
+/* ----------------------------------------------------------------------
+   pairs of edges of one polygon that pass through each other. No rank need own
+   a whole polygon: all get all vertices, and share the polygons.
+------------------------------------------------------------------------- */
+
+void PolygonOutline::crossings(std::vector<double> &crossing) const
+{
+  std::vector<std::size_t> begin(count() + 2, 0);    // of each molecule, in vertices
+  for (tagint m = 1; m <= count(); m++) begin[m + 1] = begin[m] + topology.size(m);
+
+  std::vector<double> r(2 * begin.back(), 0.0);
+  for (const auto &vertex : owned) {
+    const tagint m = atom->molecule[vertex.i];
+    position(vertex, &r[2 * (begin[m] + atom->tag[vertex.i] - topology.first_tag(m))]);
+  }
+  sum(r);
+
+  crossing.assign(count() + 1, 0.0);
+  for (tagint m = 1 + comm->me; m <= count(); m += comm->nprocs) {
+    const int size = static_cast<int>(topology.size(m));
+    auto vertex = [&](int k) { return &r[2 * (begin[m] + k % size)]; };
+    for (int a = 0; a < size; a++)
+      for (int b = a + 2; b < size; b++)
+        if (edges_cross(vertex(a), vertex(a + 1), vertex(b), vertex(b + 1))) crossing[m] += 1.0;
+  }
+  sum(crossing);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -11,8 +11,8 @@
 
 namespace LAMMPS_NS {
 
-/* Area and perimeter of whole polygons, wherever the periodic boundary or the
-   sub-domain boundaries cut them. */
+/* Area, perimeter and self-crossings of whole polygons, wherever the periodic
+   boundary or the sub-domain boundaries cut them. */
 
 class PolygonOutline : protected Pointers {
  public:
@@ -20,13 +20,15 @@ class PolygonOutline : protected Pointers {
 
   struct Vertex {
     int i, prev, next;    // local or ghost indices
+    int a, b;             // image flags: lattice vectors from the box to the unwrapped place
   };
 
   void init(const char *caller, int groupbit);       // collective, refuses a group that cuts a polygon
   void refresh(const char *caller, int groupbit);    // collective, after each neighbor build
   void areas(std::vector<double> &) const;           // collective, indexed by molecule ID
   void perimeters(std::vector<double> &) const;      // collective, indexed by molecule ID
-  void position(int, double *) const;                // of an owned vertex, unwrapped, from its origin
+  void crossings(std::vector<double> &) const;       // collective, indexed by molecule ID: pairs of edges
+  void position(const Vertex &, double *) const;     // unwrapped, from the origin of its polygon
   tagint count() const { return topology.count(); }
   const std::vector<Vertex> &vertices() const { return owned; }
 

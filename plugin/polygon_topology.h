@@ -24,7 +24,7 @@ class PolygonTopology : protected Pointers {
   void build(const char *caller);
 
   tagint count() const { return static_cast<tagint>(first.size()) - 1; }
-  tagint size(tagint mol) const { return last[mol] - first[mol] + 1; }
+  tagint size(tagint mol) const { return last[mol] < first[mol] ? 0 : last[mol] - first[mol] + 1; }
   tagint first_tag(tagint mol) const { return first[mol]; }
   tagint next_tag(tagint tag, tagint mol) const { return tag == last[mol] ? first[mol] : tag + 1; }
   tagint prev_tag(tagint tag, tagint mol) const { return tag == first[mol] ? last[mol] : tag - 1; }

@@ -1,6 +1,7 @@
 """Fixtures that several test files share: the independent reference and packings that are made once per run."""
 
 import importlib.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,25 @@ import jamlab
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 
 
+def _module(name):
+    """A file of this folder that is no test, as a module."""
+    spec = importlib.util.spec_from_file_location(f"jamlab_{name}", Path(__file__).with_name(f"{name}.py"))
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look themselves up there
+    spec.loader.exec_module(module)
+    return module
+
+
 @pytest.fixture(scope="session")
 def reference():
     """The module tests/reference.py."""
-    spec = importlib.util.spec_from_file_location("jamlab_reference", Path(__file__).with_name("reference.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return _module("reference")
+
+
+@pytest.fixture(scope="session")
+def contact_paths():
+    """The module tests/contact_paths.py."""
+    return _module("contact_paths")
 
 
 def _disks(tilt=0.0, units="eps", seed=0, n=20, phi=0.9):
@@ -58,6 +71,34 @@ def _wedge(width, gap, delta):
     law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline", "a0": [1.0, 0.1]}
     box = [[width + gap, 0.0], [0.0, 3.0]]
     return jamlab.Packing("dp", box, np.concatenate([square, tip]) + 0.1, law, offsets=[0, 12, 15])
+
+
+def _spanning(form, tilt=0.0, seed=0):
+    """Three wide, flat polygons in one narrow box: each meets its own images at both ends, and the others on its sides.
+
+    Wider than half the box, so that vertices of one polygon are nearest to those of another copy.
+    """
+    rng = np.random.default_rng(seed)
+    width, height, delta = 1.7, 0.5, 0.22
+    along, up = np.linspace(0, 1, 8, endpoint=False), np.linspace(0, 1, 3, endpoint=False)
+    ring = np.concatenate(
+        [
+            np.column_stack([along, 0 * along]),
+            np.column_stack([1 + 0 * up, up]),
+            np.column_stack([1 - along, 1 + 0 * along]),
+            np.column_stack([0 * up, 1 - up]),
+        ]
+    ) * [width, height]
+    rings = [ring + np.array([0.31 * k - 0.4, 0.62 * k - 0.3]) + rng.uniform(-0.03, 0.03, ring.shape) for k in range(3)]
+    law = {"gamma": 0.1, "ka": 3.0, "eps": 1.3, "delta": delta, "eta": 0.0, "contact": form}
+    box = [[width + 0.14, 0.0], [tilt, 3 * 0.62 + 0.02]]
+    return jamlab.Packing("dp", box, np.vstack(rings), law | {"a0": [0.8] * 3}, offsets=22 * np.arange(4))
+
+
+@pytest.fixture(scope="session")
+def spanning():
+    """Function that makes polygons that touch their own images, see `_spanning`."""
+    return _spanning
 
 
 @pytest.fixture(scope="session")

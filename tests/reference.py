@@ -53,8 +53,10 @@ def _polygons(p):
     energy = sum(_bare(p, ring, a0, forces, moment) for ring, a0 in zip(rings, p.params["a0"], strict=True))
     contact = 0.0
     for m, ring in enumerate(rings):
-        for other in rings[:m]:
+        for other in rings[: m + 1]:
             for a, b in IMAGES:
+                if other is ring and (a, b) <= (0, 0):  # its own images: one of two opposite ones, not itself
+                    continue
                 shift = a * p.box[0] + b * p.box[1]
                 if not _far(p.positions[ring], p.positions[other] + shift, p.params["delta"]):
                     contact += _meet(p, ring, other, shift, forces, moment)
@@ -97,14 +99,17 @@ def _meet(p, ring, other, shift, forces, moment):
         return energy
     for e in _sides(one):
         for f in _sides(two):
-            closest = min(_foot(e[0], f), _foot(e[1], f), _foot(f[0], e), _foot(f[1], e))
-            energy += _contact(p, closest, forces, moment)
+            feet = _foot(e[0], f), _foot(e[1], f), _foot(f[0], e), _foot(f[1], e)
+            if p.params["contact"] == "segment":
+                energy += _contact(p, min(feet), forces, moment)
+            else:
+                energy += sum(_contact(p, foot, forces, moment, weight=0.5) for foot in feet)
     return energy
 
 
-def _contact(p, foot, forces, moment):
+def _contact(p, foot, forces, moment, weight=1.0):
     distance, i, x, tail, head, t, nearest = foot
-    delta, eps = p.params["delta"], p.params["eps"]
+    delta, eps = p.params["delta"], weight * p.params["eps"]
     if distance >= delta:
         return 0.0
     r = np.subtract(x, nearest)

@@ -77,7 +77,7 @@ def test_what_is_no_packing_of_disks_is_refused(changes, message):
         ({"params": LAW | {"a0": [1.0, -1.0]}}, r"params\['a0'\]\[1\] is -1: must be positive"),
         (
             {"params": LAW | {"a0": [1.0, 1.0], "contact": "sphere"}},
-            "contact form 'sphere': use one of outline, segment",
+            "contact form 'sphere': use one of outline, segment, segment/smooth",
         ),
         ({"params": LAW | {"a0": [1.0, 1.0], "ka": -1.0}}, r"params\['ka'\] is -1.0: must be a positive number"),
         ({"params": LAW | {"a0": [1.0, 1.0], "delta": 0.0}}, r"params\['delta'\] is 0.0"),

@@ -15,7 +15,6 @@ atom_style molecular
 """
 FORCE = """
 special_bonds lj/coul 1.0 1.0 1.0
-neigh_modify exclude molecule/intra all
 bond_style line/tension
 bond_coeff * 0.1
 pair_style circuloline 0.25 2.0
@@ -85,7 +84,7 @@ def test_a_correct_deck_runs(lmp, tmp_path):
         ("0.0 2.0", "delta 0.0 must be positive"),
         ("0.25 -2.0", "longest edge -2.0 must be positive"),
         ("0.25 2.0 form outline", "unknown keyword form, expected contact"),
-        ("0.25 2.0 contact sphere", "unknown contact form sphere, expected outline or segment"),
+        ("0.25 2.0 contact sphere", "unknown contact form sphere, expected outline, segment or segment/smooth"),
     ],
 )
 def test_pair_style(refuses, arguments, message):

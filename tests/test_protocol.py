@@ -159,7 +159,10 @@ def test_pack_meets_its_pressure(pressure):
         ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
         ({"gamma": 0.1}, "model sp has no parameter 'gamma'"),
         ({"model": "dp", "viscosity": 1.0}, "model dp has no parameter 'viscosity'.*gamma"),
-        ({"model": "dp", "contact": "sphere"}, "unknown contact form 'sphere': use one of outline, segment"),
+        (
+            {"model": "dp", "contact": "sphere"},
+            "unknown contact form 'sphere': use one of outline, segment, segment/smooth",
+        ),
         ({"model": "dp", "gamma": -0.1}, r"gamma.*-0.1"),
         ({"model": "dp", "delta": 0.0}, r"delta.* 0.0"),
         ({"model": "dp", "ka": float("nan")}, r"ka.*nan"),

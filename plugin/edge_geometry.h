@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_EDGE_GEOMETRY_H
+#define JAMLAB_EDGE_GEOMETRY_H
+
+#include <algorithm>
+
+namespace LAMMPS_NS {
+
+/* Closest point of an edge to a vertex: the vector from it to the vertex, its
+   square, and the place t in [0, 1] from the tail to the head. */
+
+struct Foot {
+  double dx, dy, rsq, t;
+};
+
+inline Foot foot_on_edge(const double *vertex, const double *tail, const double *head)
+{
+  const double ex = head[0] - tail[0], ey = head[1] - tail[1];
+  const double rx = vertex[0] - tail[0], ry = vertex[1] - tail[1];
+  const double lsq = ex * ex + ey * ey;
+  double t = lsq > 0.0 ? (rx * ex + ry * ey) / lsq : 0.0;
+  t = std::min(1.0, std::max(0.0, t));
+  const double dx = rx - t * ex, dy = ry - t * ey;
+  return {dx, dy, dx * dx + dy * dy, t};
+}
+
+inline double cross(const double *o, const double *a, const double *b)
+{
+  return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+}
+
+// edges a-b and c-d pass through each other; touching ends do not count
+
+inline bool edges_cross(const double *a, const double *b, const double *c, const double *d)
+{
+  return cross(a, b, c) * cross(a, b, d) < 0.0 && cross(c, d, a) * cross(c, d, b) < 0.0;
+}
+
+}    // namespace LAMMPS_NS
+
+#endif
