@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Forces = Callable[[Array], tuple[float, Array]]
 Preconditioner = Callable[[Array], Callable[[Array], Array]]
-Enough = Callable[[], bool]
+Enough = Callable[[float], bool]
 
 _PAIRS = 30
 _REFRESH = 30  # steps that one factorisation serves
@@ -42,7 +42,7 @@ def descend(
         preconditioner: positions -> function that multiplies a (2 n,) force by an approximate inverse Hessian.
         tolerance: on the largest force.
         steps: at most.
-        enough: asked after each step; stops the descent.
+        enough: largest force -> whether to stop; asked at each step.
 
     Returns:
         (n, 2) positions, and whether the tolerance was met.
@@ -54,8 +54,9 @@ def descend(
     solve = preconditioner(start)
     age = 0
     for _ in range(steps):
-        if np.hypot(*force.reshape(shape).T).max() <= tolerance:
-            return x.reshape(shape), True
+        largest = float(np.hypot(*force.reshape(shape).T).max())
+        if largest <= tolerance or (enough is not None and enough(largest)):
+            return x.reshape(shape), largest <= tolerance
         if age == _REFRESH:
             solve, age = preconditioner(x.reshape(shape)), 0
             pairs.clear()
@@ -70,8 +71,6 @@ def descend(
                 break
             age = _REFRESH
             continue
-        if enough is not None and enough():
-            return found[0].reshape(shape), False
         moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
         curvature = float(change @ bend)

@@ -39,7 +39,7 @@ Progress = Callable[[str, float], None]  # stage and packing fraction reached
 SEARCHES = ("bisection", "paper")
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
-_LOOSE_TOLERANCE = 1e-8  # DP: enough to tell a state at onset from a loose one
+_LOOSE_TOLERANCE = 5e-8  # DP: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
 _DECOMPRESSIONS = 80
 _JUMP = 0.1  # contacts lost within this part of the way to the extrapolated onset are lost in one go
 _SMALLEST_INCREMENT = 1e-12  # of phi, in the paper's search
@@ -234,7 +234,7 @@ class _Search:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start, phi))
         if start.model == "dp" and self.relax_state is relax:
-            found = settle(self.session, _LOOSE_TOLERANCE, loose=self.protocol["u_contact"])
+            found = settle(self.session, _LOOSE_TOLERANCE)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self._state(Relaxed(found, False, 0))
         return self._state(self.relax_state(self.session, near=True))

@@ -34,6 +34,7 @@ _FIRE_STRETCH = 3000
 _FIRE_STEPS = {"sp": 20_000, "dp": 300}
 _LBFGS_STEPS = 5000
 _SETTLE_STEPS = 1500
+_LOOSE_FORCE = 2e-5  # DP: below, forces that are left cannot bring a packing to jam that has no contacts
 _SHIFT = 1e-2  # added to the Hessian's diagonal in L-BFGS at first: while contacts change, long steps miss
 _SHIFT_DECAY = 0.7  # at every new factorisation
 _LEAST_SHIFT = 3e-4  # with less, steps along soft modes are longer than the quadratic model holds
@@ -66,12 +67,13 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluat
     Args:
         session: is left in the state reached.
         tolerance: on the largest force.
-        loose: DP: give up a packing whose contact energy per vertex falls below this on the way.
+        loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
     """
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0, 0.0)
     state = _descend_preconditioned(session, tolerance, _SETTLE_STEPS, loose * session.size)
-    if state.max_force > tolerance and state.contact_energy >= loose * session.size:
+    given_up = state.max_force < _LOOSE_FORCE and state.contact_energy < loose * session.size
+    if state.max_force > tolerance and not given_up:
         _newton(session, tolerance)
         state = session.evaluate()
     return state
@@ -190,8 +192,10 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
 
 def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
     packing = session.packing()
-    enough = (lambda: session.contact_energy() < loose) if loose else None
     shift = _SHIFT / _SHIFT_DECAY
+
+    def enough(largest_force: float) -> bool:
+        return largest_force < _LOOSE_FORCE and session.contact_energy() < loose
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
         nonlocal shift
@@ -199,6 +203,7 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
         return _factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
 
     try:
+        # line tension can press droplets together that have just lost touch, as long as its forces are large
         positions, _ = descend(
             session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps, enough=enough
         )
