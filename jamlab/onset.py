@@ -37,6 +37,7 @@ from jamlab.start import (
 Progress = Callable[[str, float], None]  # stage and packing fraction reached
 
 SEARCHES = ("bisection", "paper")
+STARTS = ("carried", "scratch")
 
 _SEARCH_TOLERANCE = {"sp": 1e-12, "dp": 1e-6}  # enough to tell a state jammed by step_fine from a loose one
 _LOOSE_TOLERANCE = 5e-8  # DP: forces that are left could not make up u_contact, F^2 delta^2/(2 eps)
@@ -54,6 +55,7 @@ def jam(
     search: str = "bisection",
     step: float | None = None,
     ensemble: str = "fixed-box",
+    start: str = "carried",
     progress: Progress | None = None,
     **parameters: Any,
 ) -> Packing:
@@ -68,6 +70,8 @@ def jam(
             "bisection" takes no more than `step_near` from `phi_near` on.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
             is sheared until no shear stress is left.
+        start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
+            leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
         progress: called with the stage and phi after each minimisation.
         parameters: for "dp": values that replace those of `dp.parameters`, e.g. `contact="segment"`.
 
@@ -88,20 +92,26 @@ def jam(
     relax_state = minimizer(ensemble)
     if search == "paper" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
+    if start not in STARTS:
+        raise InputError(f"unknown start {start!r}: use one of {', '.join(STARTS)}")
+    if model == "sp" and start != "carried":
+        raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "sp" and parameters:
         raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
     check_bidisperse(n, seed, protocol["phi_start"])
     began = time.perf_counter()
-    start = _start(model, n, seed, protocol, parameters)
-    with Session(start) as session:
+    highest = protocol["phi_carried" if start == "carried" else "phi_start"]
+    loose = _start(model, n, seed, protocol, highest, parameters)
+    with Session(loose) as session:
         searched = _Search(session, protocol, relax_state, progress)
-        onset = searched.by_paper(start, first_step) if search == "paper" else searched.by_bisection(start, first_step)
+        onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
     return record(
         onset.packing.with_state(onset=onset.phi),
         onset.found,
         protocol="boromand-2.3",
         search=search,
         ensemble=ensemble,
+        start=start,
         seed=seed,
         step=first_step,
         wall_time=time.perf_counter() - began,
@@ -252,8 +262,10 @@ class _Search:
         return self.protocol["u_contact"] <= state.energy <= self.protocol["u_jammed"] and state.found.converged
 
 
-def _start(model: str, n: int, seed: int, protocol: dict[str, float], parameters: dict[str, Any]) -> Packing:
-    """Random particles without contacts: disks at phi_start, droplets at phi_carried.
+def _start(
+    model: str, n: int, seed: int, protocol: dict[str, float], highest: float, parameters: dict[str, Any]
+) -> Packing:
+    """Random particles without contacts: disks at phi_start, droplets at `highest` or where their disks jam.
 
     Polygons on random places would start with crossed outlines, which no contact form can undo. So disks that just hold
     the droplets are pushed apart and compressed first; as long as they do not jam, the droplets in them cannot touch.
@@ -268,10 +280,10 @@ def _start(model: str, n: int, seed: int, protocol: dict[str, float], parameters
     holders = disks.with_state(
         box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
     )
-    steps = max(0, int(np.ceil((protocol["phi_carried"] - phi) / protocol["step"] - 1e-9)))
+    steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
     loose: Packing | None = None
     with Session(holders) as session:
-        for reached in np.linspace(phi, max(phi, protocol["phi_carried"]), steps + 1):
+        for reached in np.linspace(phi, max(phi, highest), steps + 1):
             session.load(at_phi(loose or holders, holders.phi * reached / phi))
             if relax(session).evaluation.energy > 1e-12 * n:
                 break

@@ -115,7 +115,9 @@ def relax(
                 return Relaxed(state, state.max_force <= tolerance, newton_steps)
         else:
             if round_:
+                before = session.positions()
                 session.minimize(tolerance, style="fire", steps=_FIRE_STEPS["dp"])
+                _undo_if_folded(session, before)
             state = _descend_preconditioned(session, tolerance, _LBFGS_STEPS)
         if state.max_force > tolerance:
             newton_steps += _newton(session, tolerance)
@@ -208,9 +210,16 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
             session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps, enough=enough
         )
         session.set_positions(positions)
+        _undo_if_folded(session, packing.positions)
     except InputError:  # outlines crossed on the way: no Hessian there
         session.set_positions(packing.positions)
     return session.evaluate()
+
+
+def _undo_if_folded(session: Session, before: Array) -> None:
+    """Go back to positions in which no polygon has folded over itself: from there no minimum is one of a packing."""
+    if len(session.self_crossings()):
+        session.set_positions(before)
 
 
 def _newton(session: Session, tolerance: float, steps: int = _NEWTON_STEPS) -> int:
