@@ -23,12 +23,13 @@ class WorkerSupply:
     Args:
         scheduler: address.
         count: processes.
-        give_up: called with a reason when workers die as fast as they start.
+        give_up: called when workers die as fast as they start; `failure` says so, and none is started anew.
     """
 
-    def __init__(self, scheduler: str, count: int, give_up: Callable[[str], None]) -> None:
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:
         self._line = [sys.executable, "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
         self._count = count
+        self.failure: str | None = None
         self._give_up = give_up
         self._stop = threading.Event()
         # the kernel ties a worker's life to the thread that started it: one thread starts them all and stays
@@ -52,9 +53,9 @@ class WorkerSupply:
                         continue
                     early = early + 1 if time.monotonic() - began < _EARLY else 0
                     if early > _EARLY_DEATHS * self._count:
-                        self._give_up(
-                            f"workers die as soon as they start, the last with exit code {process.returncode}"
-                        )
+                        code = process.returncode
+                        self.failure = f"workers die as soon as they start, the last with exit code {code}: see stderr"
+                        self._give_up()
                         return
                     workers[k] = (self._start(), time.monotonic())
         finally:

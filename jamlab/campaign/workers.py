@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jamlab.campaign.worker_supply import WorkerSupply
-from jamlab.errors import InputError
+from jamlab.errors import EngineError, InputError
 
 _DEATH_TIMEOUT = 60  # seconds after which a job without its scheduler ends
 _SETTINGS = {
@@ -51,6 +51,7 @@ class Workers:
 
         Raises:
             InputError: no scheduler answers, its workers run several tasks at once, or SLURM is not usable.
+            EngineError: workers on this machine die as soon as they start.
         """
         import dask
         from distributed import Client
@@ -63,9 +64,14 @@ class Workers:
             client = stack.enter_context(Client(cluster, set_as_default=False))
             if self.slurm:
                 cluster.scale(jobs=self.expected)
-            else:
-                stack.enter_context(WorkerSupply(cluster.scheduler_address, self.expected, lambda _: cluster.close()))
-            yield client
+                yield client
+                return
+            supply = WorkerSupply(cluster.scheduler_address, self.expected, lambda: _cancel_all(client))
+            stack.enter_context(supply)
+            try:
+                yield client
+            except EngineError as error:
+                raise EngineError(supply.failure or str(error)) from error
 
     @property
     def expected(self) -> int:
@@ -85,6 +91,11 @@ class Workers:
             return SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
             raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
+
+
+def _cancel_all(client: Any) -> None:
+    """Let the driver, which waits for results, go on: every future ends as cancelled."""
+    client.restart(timeout=10, wait_for_workers=False)
 
 
 def _scheduler() -> Any:
