@@ -5,12 +5,15 @@ import os
 import subprocess
 import sys
 import time
+import tomllib
 
 import psutil
 import pytest
 
 import jamlab
 from jamlab.campaign import driver, worker_supply
+from jamlab.campaign.campaign_file import CampaignTable
+from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.campaign.workers import Workers
 from jamlab.errors import EngineError, InputError
@@ -59,6 +62,20 @@ def test_a_scheduler_that_is_there(campaign, scheduler):
     assert not worker.is_running()
 
 
+def test_only_a_few_tasks_wait_at_once(campaign, scheduler, tmp_path):
+    """200 tasks that are done already; the client knows no more of them than two for each worker."""
+    campaign.folder.prepare()
+    content = CampaignTable.model_validate(tomllib.loads(FILE.replace("seeds = 4", "seeds = 200")))
+    for name in batches(content)[0].names():
+        campaign.folder.task_file(name).touch()
+    known = []
+    with WorkerSupply(scheduler, 1, pytest.fail), Workers(scheduler=scheduler).client() as client:
+        tasks = driver.to_do(batches(content), set())
+        done = driver.drive(client, campaign.folder, tasks, lambda *_: known.append(len(client.futures)))
+    assert (done.finished, len(known)) == (200, 200)
+    assert max(known) <= 2
+
+
 def test_workers_with_threads_are_refused(campaign, scheduler):
     line = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2", "--no-nanny"]
     with subprocess.Popen([*line, "--no-dashboard"], stderr=subprocess.DEVNULL) as process:
@@ -95,11 +112,12 @@ def test_no_scheduler_there(campaign):
 
 @pytest.mark.slow
 def test_slurm_with_the_same_file(tmp_path, monkeypatch):
-    """sbatch and scancel that run jobs here."""
+    """With sbatch and scancel that run jobs here; the real sbatch keeps a copy of the script too."""
     pytest.importorskip("dask_jobqueue")
     bin_ = tmp_path / "bin"
     bin_.mkdir()
-    job = '#!/bin/bash\ncp "$1" {0}/job.sh\nsetsid bash "$1" > {0}/job.log 2>&1 &\necho $! >> {0}/jobs\necho "job $!"\n'
+    job = '#!/bin/bash\ncp "$1" {0}/job.sh\nsetsid bash {0}/job.sh > {0}/job.log 2>&1 &\n'
+    job += 'echo $! >> {0}/jobs\necho "job $!"\n'
     (bin_ / "sbatch").write_text(job.format(tmp_path))
     (bin_ / "scancel").write_text('#!/bin/bash\nfor j in "$@"; do kill -- -$j; done\n')
     for program in bin_.iterdir():

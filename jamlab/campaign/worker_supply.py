@@ -27,7 +27,7 @@ class WorkerSupply:
     """
 
     def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:
-        self._line = [sys.executable, "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
+        self._line = [sys.executable, "-P", "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
         self._count = count
         self.failure: str | None = None
         self._give_up = give_up
@@ -66,6 +66,6 @@ class WorkerSupply:
 
     def _start(self) -> subprocess.Popen[bytes]:
         environment = os.environ | dict.fromkeys(_THREADS, "1") | {"DASK_LOGGING__DISTRIBUTED": "critical"}
-        # packages that this script found through sys.path, the worker finds too
-        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        # the same modules as here, whatever lies in the folder that this script runs in
+        environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
         return subprocess.Popen(self._line, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)

@@ -115,11 +115,11 @@ def _external(address: str) -> Any:
             f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "
             "`dask worker --nthreads 1 ADDRESS`"
         ) from error
-    for worker in client.scheduler_info(n_workers=-1)["workers"].values():
-        if worker["nthreads"] != 1:
+    for worker, threads in client.nthreads().items():
+        if threads != 1:
             client.close()
             raise InputError(
-                f"worker {worker['id']} at {address} runs {worker['nthreads']} tasks at once in threads, LAMMPS cannot:"
+                f"worker {worker} of {address} runs {threads} tasks at once in threads, LAMMPS cannot:"
                 " start workers with `dask worker --nthreads 1 --nworkers N`"
             )
     return client
