@@ -7,7 +7,7 @@ Beside the layout of `jamlab.storage`, version 1 of the campaign adds
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
 | /campaign jamlab_campaign | int            | 1                                                                     |
-| /campaign missing         | str            | JSON list: target pressures that were not met, with the reason        |
+| /campaign missing         | str            | JSON list: states that could not be made, with the reason             |
 | /campaign seconds, host   | float, str     | time the task took and where it ran: all that may differ between runs |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
@@ -25,17 +25,19 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.atomic_file import atomic_file
-from jamlab.campaign.sweep_states import SweepStates
-from jamlab.campaign.sweep_tables import Columns
 from jamlab.campaign.tasks import TASK_VERSION, Task
 from jamlab.errors import StorageError
 from jamlab.storage import file_image, opened
+
+if TYPE_CHECKING:  # `status` needs neither LAMMPS nor the analysis
+    from jamlab.campaign.sweep_states import SweepStates
+    from jamlab.campaign.sweep_tables import Columns
 
 _USER_BLOCK = 512  # the smallest that HDF5 looks behind
 _HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
@@ -55,27 +57,25 @@ class TaskFile:
         target_pressure: (frames,).
         wall_time: (frames,) seconds each state took.
         seconds: the whole task.
-        missing: pressures that were not met.
     """
 
     task: str
     parameters: dict[str, Any]
     units: str
     observables: dict[str, NDArray[np.float64]]
-    tables: dict[str, Columns]
+    tables: "dict[str, Columns]"
     converged: NDArray[np.bool_]
     target_pressure: NDArray[np.float64]
     wall_time: NDArray[np.float64]
     seconds: float
-    missing: list[dict[str, Any]]
 
 
 def write_task_file(
     path: Path,
     task: Task,
-    states: SweepStates,
+    states: "SweepStates",
     measured: Mapping[str, NDArray[np.float64]],
-    tables: Mapping[str, Columns],
+    tables: "Mapping[str, Columns]",
     seconds: float,
 ) -> None:
     """Write a finished task; the file appears whole or not at all.
@@ -143,16 +143,22 @@ def read_task_file(path: Path) -> TaskFile:
             target_pressure=group["target_pressure"][()],
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
-            missing=json.loads(group.attrs["missing"]),
         )
 
 
-def read_task_table(path: Path, table: str) -> tuple[dict[str, Any], Columns]:
+def read_task_table(path: Path, table: str) -> "tuple[dict[str, Any], Columns]":
     """Parameters and one table alone; no columns if the task did not make it. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         parameters = json.loads(file["campaign"].attrs["parameters"])
         name = f"tables/{table}"
         return parameters, {c: values[()] for c, values in file[name].items()} if name in file else {}
+
+
+def read_gaps(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Parameters, and the states that could not be made: `state` and `reason`. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        attributes = file["campaign"].attrs
+        return json.loads(attributes["parameters"]), json.loads(attributes["missing"])
 
 
 def read_seconds(path: Path) -> float:
