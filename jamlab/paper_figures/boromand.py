@@ -1,0 +1,420 @@
+"""Mechanics and onset of Boromand et al.: figs 5, 6, 7, 10 and tables 1-2. Geometry is in boromand_geometry.py."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.bootstrap import Interval, bootstrap
+from jamlab.errors import InputError
+from jamlab.figures import MODEL_STYLE
+from jamlab.paper_figures.claims import Claim, claim
+from jamlab.paper_figures.ensembles import Ensemble, RESAMPLES, average, ensemble, groups_by, log_edges, sizes
+from jamlab.paper_figures.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.paper_figures.tables import Tables
+from jamlab.scaling import collapse_exponents, finite_size, power_law
+
+Array = NDArray[np.float64]
+
+# tables 1 and 2: (z_J, rho_J or phi_J, z_0, z_1), (G_0, G_1) with exponents 0.5 and 1
+TABLE_1 = {"SP(φ)": (3.97, 0.84, 3.7, 0.0), "SP(ρ)": (3.97, 0.84, 2.6, 4.0), "DP(ρ)": (3.97, 0.835, 3.3, 7.1)}
+TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
+SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
+NEAR = log_edges(10**-6.1, 10**0.1)
+LINEAR = np.arange(0.80, 1.30, 0.01)
+REGIME = (1e-3, 0.2)  # where the paper sees the square root, fig 6
+DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"
+NO_SHEAR = "the paper's G is said to follow an affine shear without relaxing; ours is the relaxed modulus"
+
+
+def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
+    """The size at hand that is nearest to the paper's, by ratio.
+
+    Raises:
+        InputError: no packing of the model.
+    """
+    found = sizes(table, model)
+    if not found:
+        raise InputError(
+            f"no {model} packing among the states: run a campaign with model {model}, or use another source"
+        )
+    return min(found, key=lambda n: abs(np.log(n / wanted)))
+
+
+def has(table: pd.DataFrame, model: str) -> bool:
+    """Whether there are packings of a model."""
+    return bool((table["model"] == model).any())
+
+
+def figure_5(tables: Tables) -> Drawing:
+    """z and G against rho and phi, with the fits of tables 1-2."""
+    states = tables.states
+    out, (top, bottom) = drawing("boromand-5", 1, 2, 5.4, 4.4)
+    departures: dict[str, Interval | None] = {}
+    for axes, column, name in (
+        (top, "z", "coordination z"),
+        (bottom, "g", r"shear modulus $G$  [$\epsilon/\sigma^2$]"),
+    ):
+        curves: dict[str, Ensemble] = {}
+        for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
+            for wanted, small in ((32, True), (256, False)):
+                if not has(states, model):
+                    continue
+                n = nearest_size(states, model, wanted)
+                if not small and n == nearest_size(states, model, 32):
+                    continue
+                e = ensemble(states, model, n, by, column, LINEAR)
+                x, y = e.band()
+                series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
+                look = {"color": MODEL_STYLE[model]["color"] if by == "rho" else "#009E73"}
+                look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
+                out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
+                curves[f"{model}-{by}"] = e
+        _table_lines(out, axes, column)
+        # far beyond confluence phi says little, and the paper's panel ends near there
+        label(axes, r"packing fraction $\rho$ or $\phi$", name)
+        axes.set_xlim(0.82, 1.06)
+        axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
+        if "sp-rho" in curves and "dp-rho" in curves:
+            share = 0.02 if column == "z" else 0.1
+            departures[column] = _departure(curves["sp-rho"], curves["dp-rho"], share)
+    for column, share in (("z", "2"), ("g", "10")):
+        out.claims.append(
+            claim(
+                out.name,
+                f"rho from which {column} of DP exceeds SP by {share} %",
+                departures.get(column),
+                0.88,
+                0.005,
+                how="last crossing of the mean curves" if column in departures else "no DP packings",
+                reason="the paper gives no rule for where the models part",
+            )
+        )
+    out.caption = (
+        "z and G against packing fraction; bands: 95 % bootstrap over packings. Dashed: the paper's fits, tables 1-2. "
+        "Unjammed states and states that are no minimum are left out."
+    )
+    return out
+
+
+def _table_lines(out: Drawing, axes: Any, column: str) -> None:
+    """The paper's fits."""
+    d = np.linspace(1e-4, 0.2, 60)
+    for name, (z_j, onset, z0, z1) in TABLE_1.items():
+        g0, g1 = TABLE_2[name]
+        y = z_j + z0 * d**0.5 + z1 * d if column == "z" else g0 * d**0.5 + g1 * d
+        colour = {"SP(φ)": "#009E73", "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
+        out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
+
+
+def _departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
+    """rho above which the mean of DP stays beyond that of SP by a share."""
+
+    def crossing(groups: list[Array]) -> float:
+        (x, y), (u, v) = [(average(g[..., 0]), average(g[..., 1])) for g in groups]
+        kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
+        excess = v[kept] / np.interp(u[kept], x, y) - 1 - share
+        inside = np.flatnonzero(excess <= 0)
+        if not len(inside) or inside[-1] == len(excess) - 1:
+            return np.nan
+        k = inside[-1]
+        return float(np.interp(0, excess[k : k + 2], u[kept][k : k + 2]))
+
+    return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing, resamples=RESAMPLES)
+
+
+def figure_6(tables: Tables) -> Drawing:
+    """z - z_J and G against the distance to onset, log-log, one curve per size."""
+    states = tables.states
+    out, axes = drawing("boromand-6", 2, 3, 4.4, 3.9)
+    panels = [("d_z", s) for s in SERIES] + [("g", s) for s in SERIES]
+    for part, (column, series) in zip(axes, panels, strict=True):
+        scale(part)
+        model, by = SERIES[series]
+        for n in sizes(states, model):
+            x, y = ensemble(states, model, n, by, column, NEAR).band()
+            out.curve(part, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
+        d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
+        c0, c1 = TABLE_1[series][2:] if column == "d_z" else TABLE_2[series]
+        out.curve(part, "paper: table fit", d, c0 * d**0.5 + c1 * d, **PAPER)
+        if column == "d_z":
+            out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
+        elif model == "dp":
+            out.slope(part, 0.8, (1e-3, 1e-1), 2e-3)
+        name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
+        out.window(part, *(REGIME if model == "sp" else (1e-2, 0.16)))
+        label(
+            part,
+            f"{series[:2]}: {name}",
+            r"$z - z_J$" if column == "d_z" else r"$G$  [$\epsilon/\sigma^2$]",
+            loc="upper left",
+        )
+        part.set_xlim(5e-7, 0.7)
+        part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
+    out.claims = _exponents_6(states, out.name)
+    out.caption = (
+        "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits and "
+        "slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset may be "
+        "negative in a fixed box and are then not shown."
+    )
+    return out
+
+
+def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
+    claims = []
+    for column, series, window, paper, text, reason in (
+        ("d_z", "SP(φ)", REGIME, 0.5, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
+        ("g", "SP(φ)", REGIME, 0.5, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
+        ("d_z", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of z - z_J in drho", DP_UNKNOWN),
+        ("g", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of G in drho", f"{DP_UNKNOWN}; {NO_SHEAR}"),
+    ):
+        model, by = SERIES[series]
+        found, how = None, f"no {model} packings"
+        if has(states, model):
+            n = sizes(states, model)[-1]
+            how = f"N = {n}, {window[0]:g} < d < {window[1]:g}"
+            e = ensemble(states, model, n, by, column, NEAR)
+            found = e.interval(lambda x, y, w=window: power_law(x, y, low=w[0], high=w[1]).exponents[0])
+        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, 0.05, how=how, reason=reason))
+    claims.append(
+        claim(
+            name,
+            "a: (z - z_J) N against dphi N^a, SP",
+            _size_exponent(states),
+            2.0,
+            0.0,
+            how="best collapse, dphi < 0.2",
+        )
+    )
+    return claims
+
+
+def _size_exponent(states: pd.DataFrame) -> Interval | None:
+    """a of the crossover dphi* ~ N^-a, from the collapse of all sizes."""
+    n = [m for m in sizes(states, "sp")]
+    if len(n) < 2:
+        return None
+    curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]
+    groups = [np.stack([e.x, e.y], axis=-1) for e in curves]
+
+    def exponent(drawn: list[Array]) -> float:
+        family = []
+        for g in drawn:
+            x, y = average(g[..., 0]), average(g[..., 1])
+            kept = (y > 0) & (x < REGIME[1])
+            family.append((x[kept], y[kept]))
+        return collapse_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
+
+    return bootstrap(groups, exponent, resamples=RESAMPLES // 2)
+
+
+def figure_7(tables: Tables) -> Drawing:
+    """z_conf - z against rho* - rho, and both times N."""
+    states = tables.states
+    out, axes = drawing("boromand-7", 2, 2, 5.0, 3.9)
+    for model, plain, scaled in (("sp", axes[0], axes[1]), ("dp", axes[2], axes[3])):
+        scale(plain)
+        scale(scaled)
+        last: tuple[int, Ensemble] | None = None
+        for n in sizes(states, model):
+            part = below_confluence(states[(states["model"] == model) & (states["n"] == n)])
+            if part.empty:
+                continue
+            e = ensemble(part, model, n, "to_confluence", "missing", log_edges(10**-4.1, 0.2, 5))
+            x, y = e.band()
+            out.curve(plain, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
+            out.curve(
+                scaled, f"N = {n}", x * n, *(v * n for v in (y.value, y.low, y.high)), linestyle="none", **size_style(n)
+            )
+            last = n, e
+        if model == "sp":
+            out.curve(scaled, "paper: limit 2", [1e-2, 30], [2, 2], **PAPER)
+        else:
+            out.slope(plain, 1.0, (1e-3, 1e-1), 0.02)
+        name = model.upper()
+        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
+        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
+        out.claims += _confluence_claims(out.name, model, last)
+    out.caption = (
+        "Missing contacts below confluence, z_conf = 6 at rho* of each packing; packings that never reach z = 6 are left "
+        "out. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of the paper."
+    )
+    return out
+
+
+def below_confluence(states: pd.DataFrame) -> pd.DataFrame:
+    """States below the first one with z >= 6, with to_confluence = rho* - rho and missing = 6 - z."""
+    full = states[states["z"] >= 6].groupby("seed")["rho"].min().rename("rho_star")
+    s = states.join(full, on="seed").dropna(subset=["rho_star"])
+    s = s[(s["rho"] < s["rho_star"]) & (s["z"] < 6)]
+    return s.assign(to_confluence=s["rho_star"] - s["rho"], missing=6 - s["z"])
+
+
+def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None) -> list[Claim]:
+    nothing = f"no {model} packing reaches z = 6"
+    found = slope = None
+    if last is not None:
+        n, e = last
+        found = e.interval(lambda x, y: y[np.nanargmin(x)] * n)
+        slope = e.interval(lambda x, y: power_law(x, y, low=3e-3, high=0.1).exponents[0])
+    limit = claim(
+        name,
+        f"(z_conf - z) N nearest to rho*, {model.upper()}",
+        found,
+        2.0 if model == "sp" else 0.0,
+        0.05,
+        how=f"N = {last[0]}" if last else nothing,
+        reason="a packing one contact short of z = 6 has (6 - z) N = 2: with rho* of each packing the limit is 2 by "
+        "counting, and 0 only if rho* is read off the mean curve"
+        if model == "dp"
+        else "the last contacts may form in pairs within one step of the sweep",
+    )
+    if model == "sp":
+        return [limit]
+    how = "3e-3 < rho* - rho < 0.1" if last else nothing
+    return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, 1.0, 0.05, how=how)]
+
+
+def figure_10(tables: Tables) -> Drawing:
+    """Distributions of onset, their width and mean against N."""
+    onset = tables.onset
+    out, (left, right, width, mean) = drawing("boromand-10", 2, 2, 5.0, 3.8)
+    scale(width)
+    groups: dict[str, list[Array]] = {}
+    for model, axes, column in (("sp", left, "phi_J"), ("dp", right, "rho_J")):
+        part = onset[onset["model"] == model]
+        if part.empty:
+            axes.text(0.5, 0.5, f"no {model.upper()} packings", ha="center", transform=axes.transAxes)
+            label(axes, r"$\rho_J$", r"$P(\rho_J)$", legend=False)
+            continue
+        n = sizes(onset, model)
+        groups[model] = groups_by(part, "n", column, n)
+        inset = axes.inset_axes((0.1, 0.52, 0.36, 0.42))
+        inset.set_gid(axes.get_gid() + "-inset")
+        for size, values in zip(n, groups[model], strict=True):
+            look = size_style(size)
+            density, edges = np.histogram(values, bins=max(5, round(len(values) ** 0.5)), density=True)
+            out.curve(axes, f"N = {size} ({len(values)})", 0.5 * (edges[1:] + edges[:-1]), density, **look)
+            share = np.arange(1, len(values) + 1) / len(values)
+            out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
+        symbol = r"\phi_J" if model == "sp" else r"\rho_J"
+        label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
+        axes.set_ylim(0, 1.5 * axes.get_ylim()[1])
+        inset.tick_params(labelsize=7)
+        inset.set_title(f"$f_J$", fontsize=8, pad=2)
+        look = {"color": MODEL_STYLE[model]["color"], "marker": MODEL_STYLE[model]["marker"], "linestyle": "none"}
+        spread = bootstrap(groups[model], lambda g: [float(v.std(ddof=1)) if len(v) > 1 else np.nan for v in g])
+        centre = bootstrap(groups[model], lambda g: [float(v.mean()) for v in g])
+        out.curve(
+            width,
+            f"{model.upper()}: width",
+            n,
+            spread.value,
+            spread.low,
+            spread.high,
+            band=False,
+            label=model.upper(),
+            **look,
+        )
+        out.curve(
+            mean,
+            f"{model.upper()}: mean",
+            n,
+            centre.value,
+            centre.low,
+            centre.high,
+            band=False,
+            label=model.upper(),
+            **look,
+        )
+        out.claims += _onset_claims(out.name, model, n, groups[model])
+    out.slope(width, -0.55, (sizes(onset, "sp" if has(onset, "sp") else "dp")[0], 256), 0.012, r"$N^{-0.55}$")
+    label(width, "N", r"width of the distribution $\sigma$")
+    out.curve(mean, "paper: large-N limit 0.842", [10, 512], [0.842, 0.842], **PAPER)
+    mean.set_xscale("log")
+    label(mean, "N", r"mean onset", loc="lower right")
+    out.caption = (
+        "Onset of jamming: densities (insets: share jammed at or below), width and mean against N, with 95 % bars."
+    )
+    return out
+
+
+def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> list[Claim]:
+    big = model.upper()
+    theta = limit = None
+    if len(n) > 1 and min(len(g) for g in groups) > 2:
+        theta = bootstrap(groups, lambda g: -power_law(n, [v.std(ddof=1) for v in g]).exponents[0])
+        limit = bootstrap(
+            groups,
+            lambda g: (
+                finite_size(n, [v.mean() for v in g], [v.std(ddof=1) / len(v) ** 0.5 for v in g], exponent=0.7).limit
+            ),
+        )
+    how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
+    return [
+        claim(name, f"theta: sigma ~ N^-theta, {big}", theta, 0.55, 0.005, how=how),
+        claim(
+            name,
+            f"onset in the large-N limit, {big}",
+            limit,
+            0.842,
+            0.0005,
+            how=f"{how}, correction N^-0.7 (O'Hern et al. 2003)" if limit is not None else how,
+            reason="onset depends on the protocol of compression",
+        ),
+    ]
+
+
+def tables_1_2(tables: Tables) -> Drawing:
+    """Coefficients of tables 1 and 2 from our packings, over the paper's."""
+    states = tables.states
+    out, (axes,) = drawing("boromand-tables", 1, 1, 7.6, 6.4)
+    for series, (model, by) in SERIES.items():
+        if not has(states, model):
+            continue
+        n = nearest_size(states, model, 256)
+        high = 0.2 if by == "d_phi" else 0.13
+        onset = "phi_J" if by == "d_phi" else "rho_J"
+        at = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
+        for column, paper in (("z", TABLE_1[series][0]), (onset, TABLE_1[series][1])):
+            values = at["z" if column == "z" else ("phi" if by == "d_phi" else "rho")].to_numpy(dtype=float)
+            found = bootstrap([values], lambda g: g[0].mean()) if len(values) else None
+            why = f"z_J = 4 - 2/N' by counting, here N = {n}" if column == "z" else "small systems jam earlier, fig 10"
+            name = f"{'z_J' if column == 'z' else onset}, {series}"
+            out.claims.append(claim(out.name, name, found, paper, 0.005, how=f"N = {n}", reason=why))
+        exponents = (0.5,) if by == "d_phi" else (0.5, 1.0)
+        for column, symbol, paper_values in (("d_z", "z", TABLE_1[series][2:]), ("g", "G", TABLE_2[series])):
+            e = ensemble(states, model, n, by, column, log_edges(1e-3, high, 8))
+            found = e.interval(lambda x, y, p=exponents, h=high: power_law(x, y, p, low=1e-3, high=h).coefficients)
+            for k, paper in enumerate(paper_values[: len(exponents)]):
+                out.claims.append(
+                    claim(
+                        out.name,
+                        f"{symbol}_{k}, {series}",
+                        None if found is None else found[k],
+                        paper,
+                        0.5 * 10.0 ** -(1 if paper >= 1 else 2),
+                        how=f"N = {n}, 1e-3 < d < {high:g}",
+                        reason="" if column == "d_z" and model == "sp" else (DP_UNKNOWN if model == "dp" else NO_SHEAR),
+                    )
+                )
+    _forest(out, axes)
+    out.caption = (
+        "Coefficients of tables 1-2 over the paper's: z - z_J = z_0 d^0.5 + z_1 d, G = G_0 d^0.5 + G_1 d, fitted with "
+        "equal relative weight to bins of equal ratio. Grey: the paper's own margin."
+    )
+    return out
+
+
+def _forest(out: Drawing, axes: Any) -> None:
+    """Measured over paper, one row per claim."""
+    for row, c in enumerate(reversed(out.claims)):
+        ratio = np.array([c.value, c.low, c.high]) / c.paper
+        axes.barh(row, 2 * c.margin / abs(c.paper), left=1 - c.margin / abs(c.paper), color="#CCCCCC", height=0.7)
+        look: dict[str, Any] = {"color": "#0072B2" if c.agrees else "#D55E00", "marker": "o" if c.agrees else "X"}
+        out.curve(axes, c.quantity, [ratio[0]], [row], label=None, **look)
+        axes.plot(ratio[1:], [row, row], color=look["color"], linewidth=1.6)
+    axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
+    axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
+    label(axes, "measured / paper  (blue: agrees, red cross: differs)", "", legend=False)
