@@ -22,7 +22,6 @@ from jamlab.start import check_number
 Array = NDArray[np.float64]
 
 _SECANT_STEPS = 15
-_PER_DECADE = 5  # states per decade while steps grow
 _SHORTEST = 1e-7  # of phi, in one step that follows a basin
 _LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth foretelling
 
@@ -34,6 +33,7 @@ def compress(
     *,
     by: str = "rho",
     nearest: float | None = None,
+    per_decade: int = 5,
     error: float | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Packing]:
@@ -46,8 +46,9 @@ def compress(
         to: last packing fraction, reached to 1e-6.
         step: distance of two states; met to 1 % of a step.
         by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
-        nearest: distance of the first state from the start; from there on five states per decade of distance, until
-            they are `step` apart. By default all states are.
+        nearest: distance of the first state from the start; from there on `per_decade` states per decade of distance,
+            until they are `step` apart. By default all states are.
+        per_decade: see `nearest`.
         error: follow the basin: go on by sub-steps so short that linear response foretells every pressure to this
             relative error. By default each state is reached in one step, which may jump to another basin. A small
             packing may come loose even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
@@ -59,7 +60,7 @@ def compress(
         `provenance["step_error"]` is the largest relative error of a pressure foretold since the state before.
 
     Raises:
-        InputError: `to`, `step`, `nearest` or `error` out of range.
+        InputError: `to`, `step`, `nearest`, `per_decade` or `error` out of range.
     """
     if by not in ("rho", "phi"):
         raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")
@@ -67,18 +68,20 @@ def compress(
     check_number("to", to, 1.0 if by == "rho" else 2.0)
     if nearest is not None:
         check_number("nearest", nearest, step)
+    check_number("per_decade", per_decade, 1000)
     if error is not None:
         check_number("error", error, 1.0)
     minimizer(_ensemble(packing))
-    return _sweep(packing, to, step, by, nearest, error, progress)
+    value = packing_fraction(packing) if by == "rho" else packing.phi
+    return _sweep(packing, grid(value, to, step, nearest, per_decade), by, error, progress)
 
 
-def grid(start: float, to: float, step: float, nearest: float | None = None) -> Array:
+def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int = 5) -> Array:
     """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
     way = abs(to - start)
     distances: Array = np.empty(0)
     if nearest is not None:
-        growth = 10 ** (1 / _PER_DECADE)
+        growth = 10 ** (1 / per_decade)
         count = 1 + int(np.ceil(np.log(step / ((growth - 1) * nearest)) / np.log(growth)))
         distances = np.asarray(nearest * growth ** np.arange(max(1, count)))
     last = distances[-1] if len(distances) else 0.0
@@ -93,13 +96,7 @@ def _ensemble(packing: Packing) -> str:
 
 
 def _sweep(
-    packing: Packing,
-    to: float,
-    step: float,
-    by: str,
-    nearest: float | None,
-    error: float | None,
-    progress: Progress | None,
+    packing: Packing, targets: Array, by: str, error: float | None, progress: Progress | None
 ) -> Iterator[Packing]:
     def measure(state: Packing) -> float:
         return packing_fraction(state) if by == "rho" else state.phi
@@ -108,9 +105,9 @@ def _sweep(
     relax_state = minimizer(_ensemble(packing))
     before = value
     with Session(packing) as session:
-        for target in grid(value, to, step, nearest):
+        for target in targets:
             began = time.perf_counter()
-            tolerance = min(0.01 * abs(target - before), 1e-6 if target == to else 1.0)
+            tolerance = min(0.01 * abs(target - before), 1e-6 if target == targets[-1] else 1.0)
             step_error = 0.0
             # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
             for _ in range(_SECANT_STEPS):

@@ -26,7 +26,7 @@ of a newer version is refused. MDAnalysis opens the file (in float32) with a top
 import json
 import os
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import metadata
 from typing import Any
@@ -60,6 +60,23 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
     """
+    image = file_image(packings, observables)
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(image)
+
+
+def file_image(
+    packings: Iterable[Packing],
+    observables: Mapping[str, ArrayLike] | None = None,
+    extend: Callable[[Any], None] | None = None,
+) -> bytes:
+    """The bytes of such a file; arguments and errors as in `write`.
+
+    Args:
+        packings: see `write`.
+        observables: see `write`.
+        extend: called with the open h5py.File before it is closed, to add groups of its own.
+    """
     frames = list(packings)
     _check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
@@ -75,10 +92,10 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
         group = file.create_group("observables")
         for name, values in results.items():
             _write_element(group, name, values, clock=particles["position"])
+        if extend is not None:
+            extend(file)
         file.flush()
-        image = file.id.get_file_image()
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(image)
+        return bytes(file.id.get_file_image())
 
 
 def read(path: FilePath, frame: int = -1) -> Packing:
@@ -90,7 +107,7 @@ def read(path: FilePath, frame: int = -1) -> Packing:
     """
     if not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
-    with _opened(path) as file:
+    with opened(path) as file:
         count = _count(file)
         if not -count <= frame < count:
             raise StorageError(f"{path} has no frame {frame}: it holds {count}, 0 to {count - 1} or -1 for the last")
@@ -99,13 +116,13 @@ def read(path: FilePath, frame: int = -1) -> Packing:
 
 def read_all(path: FilePath) -> list[Packing]:
     """Read every frame, in the order written. Errors as in `read`."""
-    with _opened(path) as file:
+    with opened(path) as file:
         return [_packing(path, file, frame) for frame in range(_count(file))]
 
 
 def read_observables(path: FilePath) -> dict[str, Array]:
     """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
-    with _opened(path) as file:
+    with opened(path) as file:
         return {name: element["value"][()] for name, element in file["observables"].items()}
 
 
@@ -231,7 +248,8 @@ def _jamlab_version() -> str:
 
 
 @contextmanager
-def _opened(path: FilePath) -> Iterator[Any]:
+def opened(path: FilePath) -> Iterator[Any]:
+    """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
     try:
         with open(path, "rb"):
             pass

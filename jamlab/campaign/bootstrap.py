@@ -1,0 +1,130 @@
+"""Means over packings with bootstrap intervals.
+
+Packings are what is independent, not the states of one packing. So the values of each packing in a group are first
+replaced by their mean, and whole packings are drawn again.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STATISTICS = {"mean": np.mean, "median": np.median}
+_DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
+_SEED = 0
+
+
+def aggregate(
+    frame: "pd.DataFrame",
+    values: Sequence[str],
+    by: Sequence[str],
+    *,
+    along: str | None = None,
+    bins: ArrayLike | None = None,
+    statistic: str = "mean",
+    confidence: float = 0.95,
+    resamples: int = 1000,
+) -> "pd.DataFrame":
+    """Values of each group of rows, with intervals over packings.
+
+    Args:
+        frame: rows with columns model, n and seed, which tell packings apart.
+        values: columns to average; rows where a value is nan or not finite do not count for it.
+        by: columns whose values, to five digits, make a group.
+        along: a further column that is cut into bins.
+        bins: edges for it, ascending.
+        statistic: "mean" or "median", over packings.
+        confidence: of the intervals, percentiles of the bootstrap.
+        resamples: how often packings are drawn; the random numbers are the same every time.
+
+    Returns:
+        One row per group: `by`, the mean of `along`, and for each value `<value>`, `<value>_low`, `<value>_high` and
+        `<value>_packings`, how many packings have it. Intervals of one packing are nan.
+
+    Raises:
+        InputError: a column that is not there, `along` without `bins`, or numbers out of range.
+    """
+    import pandas as pd
+
+    _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
+    keys = {name: _rounded(frame[name]) for name in by}
+    if along is not None:
+        edges = np.asarray(bins, dtype=np.float64)
+        place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
+        inside = (place >= 0) & (place < len(edges) - 1)
+        frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
+        keys["bin"] = pd.Series(place[inside], index=frame.index)
+    if not len(frame):
+        return pd.DataFrame()
+    rows = []
+    for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
+        labels = group if isinstance(group, tuple) else (group,)
+        row: dict[str, Any] = dict(zip(keys, labels, strict=True))
+        if along is not None:
+            row[along] = float(part[along].mean())
+        for name in values:
+            numbers = part[name].astype(np.float64)
+            kept = part[np.isfinite(numbers)]
+            packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
+            low, high = interval(packings, statistic, confidence, resamples)
+            row[name] = float(STATISTICS[statistic](packings)) if len(packings) else np.nan
+            row |= {f"{name}_low": low, f"{name}_high": high, f"{name}_packings": len(packings)}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def interval(
+    packings: NDArray[np.float64], statistic: str = "mean", confidence: float = 0.95, resamples: int = 1000
+) -> tuple[float, float]:
+    """Percentile bootstrap interval of a statistic of (packings,) values; nan for fewer than two."""
+    from scipy.stats import bootstrap
+
+    if len(packings) < 2:
+        return float("nan"), float("nan")
+    found = bootstrap(
+        (packings,),
+        STATISTICS[statistic],
+        confidence_level=confidence,
+        n_resamples=resamples,
+        method="percentile",
+        rng=np.random.default_rng(_SEED),
+    ).confidence_interval
+    return float(found.low), float(found.high)
+
+
+def _rounded(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    if column.dtype.kind != "f":
+        return column
+    return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
+
+
+def _check(
+    frame: "pd.DataFrame",
+    columns: list[str],
+    along: str | None,
+    bins: ArrayLike | None,
+    statistic: str,
+    confidence: float,
+    resamples: int,
+) -> None:
+    for name in columns:
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if (along is None) != (bins is None):
+        raise InputError(f"along = {along!r} and bins = {bins!r}: give both or none")
+    if bins is not None:
+        edges = np.asarray(bins, dtype=np.float64)
+        if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
+            raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
+    if statistic not in STATISTICS:
+        raise InputError(f"unknown statistic {statistic!r}: use one of {', '.join(STATISTICS)}")
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
+    if resamples < 1:
+        raise InputError(f"resamples = {resamples}: must be 1 or more")

@@ -1,0 +1,115 @@
+"""Task files into tidy tables."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.sweep_tables import SCHEMA
+from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
+from jamlab.errors import InputError
+from jamlab.measure import COLUMNS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids")
+
+_WHO = ("task", "model", "n", "seed")
+TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
+    "states": (
+        *_WHO,
+        *("units", "ensemble", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
+        *("gamma", "ka", "delta", "contact", "wall_time"),
+    ),
+    "onset": (*_WHO, *SCHEMA["onset"], "seconds"),
+    "voids": (*_WHO, "state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area"),
+    **{
+        name: (*_WHO, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
+        for name in ("spectra", "quasistatic", "correlation")
+    },
+}
+
+
+def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFrame":
+    """One table of many tasks, `TABLE_COLUMNS[name]`, sorted by model, n, seed, and as in the files within a task.
+
+    Args:
+        folder: of the campaign.
+        names: tasks; those without a file are left out.
+        name: one of `TABLES`.
+
+    Raises:
+        InputError: no such table.
+        StorageError: a file is damaged.
+    """
+    import pandas as pd
+
+    if name not in TABLES:
+        raise InputError(f"no table {name!r}: use one of {', '.join(TABLES)}")
+    parts: list[dict[str, Any]] = []
+    for task in names:
+        path = folder.task_file(task)
+        if name in ("states", "onset", "voids"):
+            file = read_task_file(path)
+            columns = {"states": _states, "onset": _onset, "voids": _voids}[name](file)
+            parameters = file.parameters
+        else:
+            parameters, found = read_task_table(path, name)
+            columns = _with_law(found)
+        if columns:
+            who = {"task": task, **{key: parameters[key] for key in _WHO[1:]}}
+            parts.append({**who, **columns})
+    parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
+    frames = {}
+    for column in TABLE_COLUMNS[name]:
+        values = [np.broadcast_to(np.asarray(part[column]), _rows(part)) for part in parts]
+        frames[column] = np.concatenate(values) if values else np.empty(0)
+    return pd.DataFrame(frames)
+
+
+def _rows(part: dict[str, Any]) -> int:
+    return next(len(values) for values in part.values() if isinstance(values, np.ndarray))
+
+
+def _states(file: TaskFile) -> dict[str, Any]:
+    law = file.parameters["force_law"] if file.parameters["model"] == "dp" else {}
+    rho_j, phi_j = _at_onset(file)
+    return {
+        "units": file.units,
+        "ensemble": file.parameters["ensemble"],
+        "state": np.arange(len(file.converged)),
+        "onset": rho_j,
+        "onset_phi": phi_j,
+        "target_pressure": file.target_pressure,
+        "converged": file.converged,
+        **{name: file.observables[name] for name in COLUMNS},
+        **{name: law.get(name, np.nan) for name in ("gamma", "ka", "delta")},
+        "contact": str(law.get("contact", "")),
+        "wall_time": file.wall_time,
+    }
+
+
+def _onset(file: TaskFile) -> dict[str, Any]:
+    return {**file.tables["onset"], "seconds": file.seconds} if "onset" in file.tables else {}
+
+
+def _voids(file: TaskFile) -> dict[str, Any]:
+    if "voids" not in file.tables:
+        return {}
+    columns = file.tables["voids"]
+    return {**columns, "rho": file.observables["rho"][columns["state"]], "onset": _at_onset(file)[0]}
+
+
+def _at_onset(file: TaskFile) -> tuple[float, float]:
+    """rho_J and phi_J; nan for packings at a pressure."""
+    if "onset" not in file.tables:
+        return np.nan, np.nan
+    return float(file.tables["onset"]["rho_J"][0]), float(file.tables["onset"]["phi_J"][0])
+
+
+def _with_law(columns: dict[str, Any]) -> dict[str, Any]:
+    if "stokes" not in columns:
+        return columns
+    return {**columns, "law": np.where(columns["stokes"], "stokes", "contact")}

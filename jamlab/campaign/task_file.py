@@ -1,0 +1,169 @@
+"""One task in one HDF5 file: the frames and observables of `jamlab.storage`, and the tables of the campaign.
+
+Beside the layout of `jamlab.storage`, version 1 of the campaign adds
+
+| name                      | type           | content                                                               |
+|---------------------------|----------------|-----------------------------------------------------------------------|
+| /campaign task            | str            | name of the task, a hash of its parameters                            |
+| /campaign parameters      | str            | these parameters, JSON                                                |
+| /campaign jamlab_campaign | int            | 1                                                                     |
+| /campaign missing         | str            | JSON list: target pressures that were not met, with the reason        |
+| /campaign seconds, host   | float, str     | time the task took and where it ran: all that may differ between runs |
+| /campaign/converged       | (F,) bool      | one per frame                                                         |
+| /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
+| /tables/<table>/<column>  | (rows,)        | `SCHEMA` of sweep_tables.py; `state` is the frame                     |
+
+The file starts with an HDF5 user block of 512 bytes: one line of text with the name of the task and the SHA-256 of all
+that follows. So damage is found at the speed of reading, without HDF5.
+"""
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.atomic_file import atomic_file
+from jamlab.campaign.sweep_states import SweepStates
+from jamlab.campaign.sweep_tables import Columns
+from jamlab.campaign.tasks import TASK_VERSION, Task
+from jamlab.errors import StorageError
+from jamlab.storage import file_image, opened
+
+_USER_BLOCK = 512  # the smallest that HDF5 looks behind
+_HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
+
+
+@dataclass(frozen=True)
+class TaskFile:
+    """What tables need of a file.
+
+    Attributes:
+        task: name.
+        parameters: of the task.
+        units: of all frames.
+        observables: name -> (frames,).
+        tables: table -> column -> (rows,).
+        converged: (frames,).
+        target_pressure: (frames,).
+        wall_time: (frames,) seconds each state took.
+        seconds: the whole task.
+        missing: pressures that were not met.
+    """
+
+    task: str
+    parameters: dict[str, Any]
+    units: str
+    observables: dict[str, NDArray[np.float64]]
+    tables: dict[str, Columns]
+    converged: NDArray[np.bool_]
+    target_pressure: NDArray[np.float64]
+    wall_time: NDArray[np.float64]
+    seconds: float
+    missing: list[dict[str, Any]]
+
+
+def write_task_file(
+    path: Path,
+    task: Task,
+    states: SweepStates,
+    measured: Mapping[str, NDArray[np.float64]],
+    tables: Mapping[str, Columns],
+    seconds: float,
+) -> None:
+    """Write a finished task; the file appears whole or not at all.
+
+    Raises:
+        StorageError: the file cannot be written, e.g. the disk is full.
+    """
+
+    def extend(file: Any) -> None:
+        group = file.create_group("campaign")
+        group.attrs.update(task=task.name, parameters=json.dumps(task.parameters, sort_keys=True))
+        group.attrs.update(jamlab_campaign=TASK_VERSION, missing=json.dumps(states.missing))
+        group.attrs.update(seconds=seconds, host=os.uname().nodename)
+        group["converged"] = np.array(states.converged)
+        group["target_pressure"] = np.array(states.target_pressures)
+        for name, columns in tables.items():
+            table = file.create_group(f"tables/{name}")
+            for column, values in columns.items():
+                table[column] = values
+
+    image = file_image(states.packings, measured, extend)
+    header = f"jamlab task {task.name} sha256 {hashlib.sha256(image).hexdigest()}\n".encode()
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(header.ljust(_USER_BLOCK, b"\0") + image)
+
+
+def damage(path: Path, task: str) -> str | None:
+    """What is wrong with a file that should hold a task, or None.
+
+    Raises:
+        StorageError: the file cannot be read at all.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise StorageError(f"cannot read {path}: {error.strerror}; check the disk and its permissions") from error
+    header = _HEADER.fullmatch(content[:_USER_BLOCK])
+    if header is None:
+        return "no task file of this jamlab" if content else "empty"
+    if header[1].decode() != task:
+        return f"holds task {header[1].decode()}"
+    if hashlib.sha256(memoryview(content)[_USER_BLOCK:]).hexdigest().encode() != header[2]:
+        return "its checksum does not fit: truncated or changed"
+    return None
+
+
+def read_task_file(path: Path) -> TaskFile:
+    """Read all but the positions.
+
+    Raises:
+        StorageError: the file is damaged or was not written by a campaign.
+    """
+    with _campaign(path) as file:
+        group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
+        return TaskFile(
+            task=group.attrs["task"],
+            parameters=json.loads(group.attrs["parameters"]),
+            units=file["parameters"].attrs["units"],
+            observables={name: element["value"][()] for name, element in file["observables"].items()},
+            tables={
+                name: {column: values[()] for column, values in table.items()}
+                for name, table in file.get("tables", {}).items()
+            },
+            converged=group["converged"][()],
+            target_pressure=group["target_pressure"][()],
+            wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
+            seconds=float(group.attrs["seconds"]),
+            missing=json.loads(group.attrs["missing"]),
+        )
+
+
+def read_task_table(path: Path, table: str) -> tuple[dict[str, Any], Columns]:
+    """Parameters and one table alone; no columns if the task did not make it. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        parameters = json.loads(file["campaign"].attrs["parameters"])
+        name = f"tables/{table}"
+        return parameters, {c: values[()] for c, values in file[name].items()} if name in file else {}
+
+
+def read_seconds(path: Path) -> float:
+    """Time that a task took. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        return float(file["campaign"].attrs["seconds"])
+
+
+@contextmanager
+def _campaign(path: Path) -> Iterator[Any]:
+    with opened(path) as file:
+        if "campaign" not in file:
+            raise StorageError(f"{path} holds packings, but no task of a campaign: move it elsewhere")
+        yield file

@@ -1,0 +1,137 @@
+"""Sweeps into tasks: one task is one packing followed through one sweep, and becomes one file.
+
+The name of a task is a hash of everything its result depends on: the parameters of the sweep that matter for it, n, the
+seed, the defaults of the LAMMPS decks, and the version of the file schema. Not the name of the sweep, and nothing about
+where or how fast it runs. So a file may be renamed, sweeps may share tasks, and more seeds add tasks without touching
+those there are.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from jamlab.campaign.campaign_file import CampaignTable, SweepTable
+from jamlab.errors import InputError
+from jamlab.parameters import defaults
+from jamlab.storage import SCHEMA_VERSION
+
+TASK_VERSION = 1  # of the groups of task_file.py and of what the parameters mean
+_NAME_LENGTH = 32
+
+
+@dataclass(frozen=True)
+class Task:
+    """One packing through one sweep.
+
+    Attributes:
+        name: hash of the parameters, 32 hexadecimal digits.
+        parameters: everything the result depends on, plain numbers and text.
+    """
+
+    name: str
+    parameters: dict[str, Any]
+
+    @property
+    def label(self) -> str:
+        """For people: model, n and seed."""
+        return f"{self.parameters['model']} n={self.parameters['n']} seed={self.parameters['seed']}"
+
+
+@dataclass(frozen=True)
+class Batch:
+    """The tasks of one sweep, model and n: they differ by the seed alone.
+
+    Attributes:
+        sweep: name of the sweep.
+        parameters: of every task, without the seed.
+        seeds: one task each.
+    """
+
+    sweep: str
+    parameters: dict[str, Any]
+    seeds: list[int] | range
+
+    def tasks(self) -> Iterator[Task]:
+        """The tasks, one at a time."""
+        for seed in self.seeds:
+            yield Task(self.name_of(seed), {**self.parameters, "seed": seed})
+
+    def names(self) -> Iterator[str]:
+        """Names alone, which is all that `status` needs."""
+        return map(self.name_of, self.seeds)
+
+    def name_of(self, seed: int) -> str:
+        """Name of the task of one seed."""
+        digest = self._digest.copy()
+        digest.update(f'"seed":{seed}'.encode())
+        return digest.hexdigest()[:_NAME_LENGTH]
+
+    @cached_property
+    def _digest(self) -> Any:
+        return hashlib.sha256(json.dumps(self.parameters, sort_keys=True, separators=(",", ":")).encode())
+
+
+def task_name(parameters: dict[str, Any]) -> str:
+    """Name of the task with these parameters, seed included."""
+    rest = {key: value for key, value in parameters.items() if key != "seed"}
+    return Batch("", rest, []).name_of(parameters["seed"])
+
+
+def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
+    """All tasks of a campaign, in the order of its file.
+
+    Args:
+        campaign: the file.
+        only: names of sweeps to keep.
+
+    Raises:
+        InputError: no sweep of that name.
+    """
+    names = [sweep.name for sweep in campaign.sweep]
+    for name in only or ():
+        if name not in names:
+            raise InputError(f"campaign {campaign.name} has no sweep {name!r}: use one of {', '.join(names)}")
+    chosen = [sweep for sweep in campaign.sweep if not only or sweep.name in only]
+    return [
+        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds)
+        for sweep in chosen
+        for model in sweep.model
+        for n in sweep.n
+    ]
+
+
+def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
+    law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
+    law.pop("law", None)  # the protocol decides
+    law.pop("longest_edge", None)  # speed only
+    parameters: dict[str, Any] = {
+        "version": [SCHEMA_VERSION, TASK_VERSION],
+        "model": model,
+        "n": n,
+        "ensemble": sweep.ensemble,
+        "observables": sorted({"states", *sweep.observables}),
+        "force_law": law,
+        "search": defaults("protocol"),
+        "tolerances": sweep.tolerances.model_dump(),
+    }
+    if sweep.compress is not None:
+        parameters["compress"] = sweep.compress.model_dump()
+    elif sweep.pressures is not None:
+        parameters["pressures"] = sorted(map(float, sweep.pressures), reverse=True)
+    else:
+        parameters["onset"] = True
+    if {"spectra", "correlation"} & set(sweep.observables):
+        parameters["damping"] = {law: sorted(map(float, values)) for law, values in sweep.damping.model_dump().items()}
+    if {"spectra", "correlation", "quasistatic"} & set(sweep.observables):
+        parameters["prestress"] = sorted(sweep.prestress)
+    for key in ("omega", "correlation_omega"):
+        if getattr(sweep, key) is not None:
+            parameters[key] = sorted(map(float, getattr(sweep, key)))
+    return parameters
+
+
+def _plain(value: Any) -> Any:
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

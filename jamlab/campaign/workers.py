@@ -1,0 +1,112 @@
+"""Dask workers: processes on this machine, a running scheduler, or jobs of SLURM. One task at a time in each.
+
+Every worker is a process of its own, because LAMMPS and its MPI are not made for threads. Workers on this machine exit
+when the driver dies, however it dies: they watch a pipe to it (distributed/process.py). So do SLURM's when they lose
+their scheduler, which lives in the driver.
+"""
+
+import contextlib
+import logging
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from jamlab.errors import InputError
+
+_DEATH_TIMEOUT = 60  # seconds after which a job without its scheduler ends
+_SETTINGS = {
+    "distributed.scheduler.worker-ttl": None,  # a long factorisation keeps a worker from answering; death is seen
+    "distributed.scheduler.allowed-failures": 5,  # workers that may die over one task
+    "distributed.comm.timeouts.connect": "60s",
+}
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Where tasks run.
+
+    Attributes:
+        count: worker processes here, or SLURM jobs; by default the cores this process may use.
+        scheduler: address of a running Dask scheduler, whose workers see the same folder.
+        slurm: start SLURM jobs with `slurm_options`.
+        slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
+    """
+
+    count: int | None = None
+    scheduler: str | None = None
+    slurm: bool = False
+    slurm_options: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.count is not None and self.count < 1:
+            raise InputError(f"workers = {self.count}: must be 1 or more")
+        if self.scheduler is not None and (self.slurm or self.count is not None):
+            raise InputError(f"scheduler = {self.scheduler}: it has its own workers, leave workers and slurm out")
+
+    @contextlib.contextmanager
+    def client(self) -> Iterator[Any]:
+        """A connected `distributed.Client`; what was started for it ends with it.
+
+        Raises:
+            InputError: no scheduler answers, its workers run several tasks at once, or SLURM is not usable.
+        """
+        import dask
+
+        with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
+            client = stack.enter_context(self._connected(stack))
+            yield client
+
+    def _connected(self, stack: contextlib.ExitStack) -> Any:
+        from distributed import Client, LocalCluster
+
+        if self.scheduler is not None:
+            return _external(self.scheduler)
+        if self.slurm:
+            cluster = stack.enter_context(self._slurm_cluster())
+            cluster.scale(jobs=self.count or 1)
+        else:
+            count = self.count or len(os.sched_getaffinity(0))
+            cluster = stack.enter_context(
+                LocalCluster(  # type: ignore[no-untyped-call]
+                    n_workers=count,
+                    threads_per_worker=1,
+                    processes=True,
+                    memory_limit=0,
+                    dashboard_address=None,
+                    silence_logs=logging.ERROR,
+                )
+            )
+        return Client(cluster, set_as_default=False)  # type: ignore[no-untyped-call]
+
+    def _slurm_cluster(self) -> Any:
+        try:
+            from dask_jobqueue import SLURMCluster
+        except ImportError:
+            raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
+        options = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"} | self.slurm_options
+        fixed = {"processes": 1, "death_timeout": _DEATH_TIMEOUT}
+        try:
+            return SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
+        except (TypeError, ValueError) as error:
+            raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
+
+
+def _external(address: str) -> Any:
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "
+            "`dask worker --nthreads 1 ADDRESS`"
+        ) from error
+    for worker in client.scheduler_info(n_workers=-1)["workers"].values():
+        if worker["nthreads"] != 1:
+            client.close()
+            raise InputError(
+                f"worker {worker['id']} at {address} runs {worker['nthreads']} tasks at once in threads, LAMMPS cannot:"
+                " start workers with `dask worker --nthreads 1 --nworkers N`"
+            )
+    return client
