@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import InputError, JamlabError
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,8 @@ class Interval:
 
     Attributes:
         value: of the ensemble itself, float64 of any shape.
-        low, high: percentiles over the ensembles drawn; nan where more than half of these have no value.
+        low, high: percentiles over the ensembles drawn; nan where more than half of these have no value, and if no
+            group has two packings.
     """
 
     value: Array
@@ -44,8 +45,8 @@ def bootstrap(
 
     Args:
         groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.
-        statistic: of such a list of arrays; a number or an array. May give nan, or raise ConvergenceError, for an
-            ensemble drawn, which then takes no part; not for the ensemble itself.
+        statistic: of such a list of arrays; a number or an array. May give nan, or raise a JamlabError, for an
+            ensemble drawn, which then takes no part. What it raises for the ensemble itself is raised.
         resamples: ensembles drawn.
         level: probability that the interval should hold.
         seed: of the drawing.
@@ -65,9 +66,10 @@ def bootstrap(
         sample = [a[rng.integers(len(a), size=len(a))] for a in arrays]
         try:
             drawn[k] = statistic(sample)
-        except ConvergenceError:
+        except JamlabError:
             continue
     missing = np.isnan(drawn).sum(axis=0) > resamples // 2
+    missing |= max(map(len, arrays)) < 2  # one packing says nothing about its spread
     tail = 0.5 * (1 - level)
     ends = np.full((2, *value.shape), np.nan)
     if not missing.all():

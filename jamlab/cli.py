@@ -9,6 +9,7 @@ import typer
 from jamlab.atomic_file import check_target
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
+from jamlab.figure_command import figure
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
@@ -194,6 +195,9 @@ def gstar(
         print_json(found.summary())
     else:
         print_spectra(f"{law}, {found.description}", found)
+
+
+app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
 
 
 @app.command(epilog="Example: jamlab doctor")

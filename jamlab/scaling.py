@@ -26,8 +26,8 @@ class PowerLaw:
         coefficients, exponents: (terms,).
         low, high: first and last x fitted.
         points: number of points fitted.
-        spread: root mean square of the relative residuals.
-        worst: largest relative residual.
+        spread: root mean square of the residuals, relative or in standard errors.
+        worst: the largest of them.
     """
 
     coefficients: Array
@@ -48,51 +48,56 @@ def power_law(
     y: ArrayLike,
     exponents: Sequence[float | None] = (None,),
     *,
+    error: ArrayLike | None = None,
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
     """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14.
 
-    Relative residuals (model - y)/y count alike, so that every decade does; one free power law alone is a straight
-    line through ln y against ln x. Points that are nan, or where x or y is not positive, take no part.
+    Without errors relative residuals (model - y)/y count alike, so that every decade does; one free power law alone is
+    a straight line through ln y against ln x. With errors it is least squares in (model - y)/error. Points that are
+    nan, or where x or the error (without errors: y) is not positive, take no part.
 
     Args:
         x, y: (m,).
         exponents: one for each term; None is fitted.
+        error: (m,) standard errors of y.
         low, high: window in x.
 
     Raises:
         InputError: shapes that differ, no term, fewer usable points than unknowns.
         ConvergenceError: the free exponents were not found.
     """
-    x, y = _points(x, y)
     if not exponents:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
-    kept = (x >= low) & (x <= high) & (x > 0) & (y > 0)
-    x, y = x[kept], y[kept]
+    x, y = _row(x, y)
+    unit = y if error is None else _row(x, error)[1]
+    kept = (x >= low) & (x <= high) & (x > 0) & (unit > 0) & np.isfinite(x + y + unit)
+    x, y, unit = x[kept], y[kept], unit[kept]
     free = [k for k, e in enumerate(exponents) if e is None]
     if len(x) < max(len(exponents) + len(free), 2):
         raise InputError(
             f"{len(x)} points between {low:g} and {high:g} for {len(exponents)} power law(s): widen the window"
         )
     powers = np.array([np.nan if e is None else e for e in exponents])
-    slope = np.polyfit(np.log(x), np.log(y), 1)
-    if free and len(powers) == 1:
+    up = y > 0
+    slope = np.polyfit(np.log(x[up]), np.log(y[up]), 1) if up.sum() > 1 else np.array([1.0, 0.0])
+    if free and len(powers) == 1 and error is None:
         powers, coefficients = slope[:1], np.exp(slope[1:])
     else:
         if free:
-            powers = _free(x, y, powers, free, float(slope[0]))
-        coefficients = _linear(x, y, powers)
-    residual = (x[:, None] ** powers) @ coefficients / y - 1
+            powers = _free(x, y, unit, powers, free, float(slope[0]))
+        coefficients = _linear(x, y, unit, powers)
+    residual = ((x[:, None] ** powers) @ coefficients - y) / unit
     spread, worst = float(np.sqrt(np.mean(residual**2))), float(np.abs(residual).max())
     return PowerLaw(coefficients, powers, float(x.min()), float(x.max()), len(x), spread, worst)
 
 
-def _linear(x: Array, y: Array, powers: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(x[:, None] ** powers / y[:, None], np.ones_like(y), rcond=None)[0])
+def _linear(x: Array, y: Array, unit: Array, powers: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(x[:, None] ** powers / unit[:, None], y / unit, rcond=None)[0])
 
 
-def _free(x: Array, y: Array, powers: Array, free: list[int], slope: float) -> Array:
+def _free(x: Array, y: Array, unit: Array, powers: Array, free: list[int], slope: float) -> Array:
     """Free exponents by variable projection: for each set of them the coefficients are linear."""
 
     def filled(values: Array) -> Array:
@@ -102,7 +107,7 @@ def _free(x: Array, y: Array, powers: Array, free: list[int], slope: float) -> A
 
     def residual(values: Array) -> Array:
         trial = filled(values)
-        return np.asarray((x[:, None] ** trial) @ _linear(x, y, trial) / y - 1)
+        return np.asarray(((x[:, None] ** trial) @ _linear(x, y, unit, trial) - y) / unit)
 
     start = slope + 0.4 * (np.arange(len(free)) - 0.5 * (len(free) - 1))
     start += 0.1 * np.any(np.isclose(powers[:, None], start), axis=0)  # two equal terms would be one
@@ -179,11 +184,12 @@ def finite_size(
         InputError: fewer sizes than unknowns, sizes or errors that are not positive.
     """
     n, y = _points(n, y)
-    weight = 1 / np.asarray(np.ones_like(y) if error is None else error, dtype=np.float64)
+    spread = np.asarray(np.ones_like(y) if error is None else error, dtype=np.float64)
     if len(np.unique(n)) < (3 if exponent is None else 2):
         raise InputError(f"{len(np.unique(n))} sizes: give three or more, or two and the exponent")
-    if not (np.all(n > 0) and np.all(np.isfinite(weight)) and np.all(weight > 0)):
-        raise InputError("sizes and errors must be positive")
+    if spread.shape != y.shape or not (np.all(n > 0) and np.all(spread > 0) and np.all(np.isfinite(spread))):
+        raise InputError("sizes and errors must be positive, one error for each value")
+    weight = 1 / spread
 
     def solve(e: float) -> tuple[Array, float]:
         columns = np.column_stack([np.ones_like(n), n**-e]) * weight[:, None]
@@ -294,9 +300,14 @@ def collapse_exponents(
     return ScalingCollapse(best[0], best[1], spread(best), spread((0.0, 0.0)))
 
 
-def _points(x: ArrayLike, y: ArrayLike) -> Curve:
+def _row(x: ArrayLike, y: ArrayLike) -> Curve:
     a, b = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape:
         raise InputError(f"x and y have shapes {a.shape} and {b.shape}: need two rows of the same length")
+    return a, b
+
+
+def _points(x: ArrayLike, y: ArrayLike) -> Curve:
+    a, b = _row(x, y)
     kept = np.isfinite(a) & np.isfinite(b)
     return a[kept], b[kept]

@@ -1,8 +1,8 @@
 """A campaign from Python.
 
-    campaign = jamlab.open_campaign("campaign.toml")
-    campaign.run()
-    states = campaign.table("states")
+campaign = jamlab.open_campaign("campaign.toml")
+campaign.run()
+states = campaign.table("states")
 """
 
 import os

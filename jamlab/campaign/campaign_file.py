@@ -179,7 +179,9 @@ class SweepTable(_Table):
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is of model sp: give droplets a sweep of their own")
         if self.force_law and "sp" in self.model:
-            raise ValueError("force_law is of model dp, disks have no free parameter: give droplets a sweep of their own")
+            raise ValueError(
+                "force_law is of model dp, disks have no free parameter: give droplets a sweep of their own"
+            )
         laws = len(self.damping.contact) + len(self.damping.stokes)
         for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
             if observable in self.observables and getattr(self, key) is None:

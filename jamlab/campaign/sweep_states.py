@@ -78,4 +78,3 @@ def _converged(packing: Packing, limit: float | None) -> bool:
     reached = packing.provenance
     within = limit is None or reached["max_force"] <= limit
     return bool(reached["converged"] and reached.get("on_target", True) and within)
-

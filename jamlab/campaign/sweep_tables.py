@@ -31,8 +31,7 @@ SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     | dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT),
     "correlation": {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT, **_LAW}
     | dict.fromkeys(("omega", "delta", "c", "box"), FLOAT),
-    "voids": {"state": WHOLE, "sides": WHOLE}
-    | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
+    "voids": {"state": WHOLE, "sides": WHOLE} | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
 }
 
 

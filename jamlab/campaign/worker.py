@@ -57,6 +57,4 @@ def _do(folder: CampaignFolder, task: Task, began: float) -> None:
     states = sweep_states(task.parameters)
     measured = table(states.packings)
     tables = sweep_tables(task.parameters, states, measured["pressure"])
-    write_task_file(
-        folder.task_file(task.name), task, states, measured, tables, seconds=time.perf_counter() - began
-    )
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=time.perf_counter() - began)

@@ -1,4 +1,4 @@
-"""Mechanics and onset of Boromand et al.: figs 5, 6, 7, 10 and tables 1-2. Geometry is in boromand_geometry.py."""
+"""Contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. The other figures are in boromand_*.py."""
 
 from typing import Any
 
@@ -10,10 +10,17 @@ from jamlab.bootstrap import Interval, bootstrap
 from jamlab.errors import InputError
 from jamlab.figures import MODEL_STYLE
 from jamlab.paper_figures.claims import Claim, claim
-from jamlab.paper_figures.ensembles import Ensemble, RESAMPLES, average, ensemble, groups_by, log_edges, sizes
-from jamlab.paper_figures.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.paper_figures.ensembles import (
+    RESAMPLES,
+    Ensemble,
+    average,
+    ensemble,
+    log_edges,
+    sizes,
+)
+from jamlab.paper_figures.panels import PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.paper_figures.tables import Tables
-from jamlab.scaling import collapse_exponents, finite_size, power_law
+from jamlab.scaling import collapse_exponents, power_law
 
 Array = NDArray[np.float64]
 
@@ -25,7 +32,6 @@ NEAR = log_edges(10**-6.1, 10**0.1)
 LINEAR = np.arange(0.80, 1.30, 0.01)
 REGIME = (1e-3, 0.2)  # where the paper sees the square root, fig 6
 DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"
-NO_SHEAR = "the paper's G is said to follow an affine shear without relaxing; ours is the relaxed modulus"
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
@@ -87,7 +93,11 @@ def figure_5(tables: Tables) -> Drawing:
                 departures.get(column),
                 0.88,
                 0.005,
-                how="last crossing of the mean curves" if column in departures else "no DP packings",
+                how=(
+                    "last crossing of the mean curves, if DP ends above"
+                    if column in departures
+                    else "needs packings of both models"
+                ),
                 reason="the paper gives no rule for where the models part",
             )
         )
@@ -154,8 +164,8 @@ def figure_6(tables: Tables) -> Drawing:
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
     out.claims = _exponents_6(states, out.name)
     out.caption = (
-        "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits and "
-        "slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset may be "
+        "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits "
+        "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset may be "
         "negative in a fixed box and are then not shown."
     )
     return out
@@ -167,7 +177,7 @@ def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
         ("d_z", "SP(φ)", REGIME, 0.5, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
         ("g", "SP(φ)", REGIME, 0.5, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
         ("d_z", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of z - z_J in drho", DP_UNKNOWN),
-        ("g", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of G in drho", f"{DP_UNKNOWN}; {NO_SHEAR}"),
+        ("g", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of G in drho", DP_UNKNOWN),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
@@ -206,7 +216,7 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
             family.append((x[kept], y[kept]))
         return collapse_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
-    return bootstrap(groups, exponent, resamples=RESAMPLES // 2)
+    return bootstrap(groups, exponent, resamples=RESAMPLES // 4)
 
 
 def figure_7(tables: Tables) -> Drawing:
@@ -237,8 +247,8 @@ def figure_7(tables: Tables) -> Drawing:
         label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
         out.claims += _confluence_claims(out.name, model, last)
     out.caption = (
-        "Missing contacts below confluence, z_conf = 6 at rho* of each packing; packings that never reach z = 6 are left "
-        "out. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of the paper."
+        "Missing contacts below confluence, z_conf = 6 at rho* of each packing; packings that never reach z = 6 are "
+        "left out. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of the paper."
     )
     return out
 
@@ -274,147 +284,3 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
         return [limit]
     how = "3e-3 < rho* - rho < 0.1" if last else nothing
     return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, 1.0, 0.05, how=how)]
-
-
-def figure_10(tables: Tables) -> Drawing:
-    """Distributions of onset, their width and mean against N."""
-    onset = tables.onset
-    out, (left, right, width, mean) = drawing("boromand-10", 2, 2, 5.0, 3.8)
-    scale(width)
-    groups: dict[str, list[Array]] = {}
-    for model, axes, column in (("sp", left, "phi_J"), ("dp", right, "rho_J")):
-        part = onset[onset["model"] == model]
-        if part.empty:
-            axes.text(0.5, 0.5, f"no {model.upper()} packings", ha="center", transform=axes.transAxes)
-            label(axes, r"$\rho_J$", r"$P(\rho_J)$", legend=False)
-            continue
-        n = sizes(onset, model)
-        groups[model] = groups_by(part, "n", column, n)
-        inset = axes.inset_axes((0.1, 0.52, 0.36, 0.42))
-        inset.set_gid(axes.get_gid() + "-inset")
-        for size, values in zip(n, groups[model], strict=True):
-            look = size_style(size)
-            density, edges = np.histogram(values, bins=max(5, round(len(values) ** 0.5)), density=True)
-            out.curve(axes, f"N = {size} ({len(values)})", 0.5 * (edges[1:] + edges[:-1]), density, **look)
-            share = np.arange(1, len(values) + 1) / len(values)
-            out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
-        symbol = r"\phi_J" if model == "sp" else r"\rho_J"
-        label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
-        axes.set_ylim(0, 1.5 * axes.get_ylim()[1])
-        inset.tick_params(labelsize=7)
-        inset.set_title(f"$f_J$", fontsize=8, pad=2)
-        look = {"color": MODEL_STYLE[model]["color"], "marker": MODEL_STYLE[model]["marker"], "linestyle": "none"}
-        spread = bootstrap(groups[model], lambda g: [float(v.std(ddof=1)) if len(v) > 1 else np.nan for v in g])
-        centre = bootstrap(groups[model], lambda g: [float(v.mean()) for v in g])
-        out.curve(
-            width,
-            f"{model.upper()}: width",
-            n,
-            spread.value,
-            spread.low,
-            spread.high,
-            band=False,
-            label=model.upper(),
-            **look,
-        )
-        out.curve(
-            mean,
-            f"{model.upper()}: mean",
-            n,
-            centre.value,
-            centre.low,
-            centre.high,
-            band=False,
-            label=model.upper(),
-            **look,
-        )
-        out.claims += _onset_claims(out.name, model, n, groups[model])
-    out.slope(width, -0.55, (sizes(onset, "sp" if has(onset, "sp") else "dp")[0], 256), 0.012, r"$N^{-0.55}$")
-    label(width, "N", r"width of the distribution $\sigma$")
-    out.curve(mean, "paper: large-N limit 0.842", [10, 512], [0.842, 0.842], **PAPER)
-    mean.set_xscale("log")
-    label(mean, "N", r"mean onset", loc="lower right")
-    out.caption = (
-        "Onset of jamming: densities (insets: share jammed at or below), width and mean against N, with 95 % bars."
-    )
-    return out
-
-
-def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> list[Claim]:
-    big = model.upper()
-    theta = limit = None
-    if len(n) > 1 and min(len(g) for g in groups) > 2:
-        theta = bootstrap(groups, lambda g: -power_law(n, [v.std(ddof=1) for v in g]).exponents[0])
-        limit = bootstrap(
-            groups,
-            lambda g: (
-                finite_size(n, [v.mean() for v in g], [v.std(ddof=1) / len(v) ** 0.5 for v in g], exponent=0.7).limit
-            ),
-        )
-    how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
-    return [
-        claim(name, f"theta: sigma ~ N^-theta, {big}", theta, 0.55, 0.005, how=how),
-        claim(
-            name,
-            f"onset in the large-N limit, {big}",
-            limit,
-            0.842,
-            0.0005,
-            how=f"{how}, correction N^-0.7 (O'Hern et al. 2003)" if limit is not None else how,
-            reason="onset depends on the protocol of compression",
-        ),
-    ]
-
-
-def tables_1_2(tables: Tables) -> Drawing:
-    """Coefficients of tables 1 and 2 from our packings, over the paper's."""
-    states = tables.states
-    out, (axes,) = drawing("boromand-tables", 1, 1, 7.6, 6.4)
-    for series, (model, by) in SERIES.items():
-        if not has(states, model):
-            continue
-        n = nearest_size(states, model, 256)
-        high = 0.2 if by == "d_phi" else 0.13
-        onset = "phi_J" if by == "d_phi" else "rho_J"
-        at = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
-        for column, paper in (("z", TABLE_1[series][0]), (onset, TABLE_1[series][1])):
-            values = at["z" if column == "z" else ("phi" if by == "d_phi" else "rho")].to_numpy(dtype=float)
-            found = bootstrap([values], lambda g: g[0].mean()) if len(values) else None
-            why = f"z_J = 4 - 2/N' by counting, here N = {n}" if column == "z" else "small systems jam earlier, fig 10"
-            name = f"{'z_J' if column == 'z' else onset}, {series}"
-            out.claims.append(claim(out.name, name, found, paper, 0.005, how=f"N = {n}", reason=why))
-        exponents = (0.5,) if by == "d_phi" else (0.5, 1.0)
-        for column, symbol, paper_values in (("d_z", "z", TABLE_1[series][2:]), ("g", "G", TABLE_2[series])):
-            e = ensemble(states, model, n, by, column, log_edges(1e-3, high, 8))
-            found = e.interval(lambda x, y, p=exponents, h=high: power_law(x, y, p, low=1e-3, high=h).coefficients)
-            for k, paper in enumerate(paper_values[: len(exponents)]):
-                out.claims.append(
-                    claim(
-                        out.name,
-                        f"{symbol}_{k}, {series}",
-                        None if found is None else found[k],
-                        paper,
-                        0.5 * 10.0 ** -(1 if paper >= 1 else 2),
-                        how=f"N = {n}, 1e-3 < d < {high:g}",
-                        reason="" if column == "d_z" and model == "sp" else (DP_UNKNOWN if model == "dp" else NO_SHEAR),
-                    )
-                )
-    _forest(out, axes)
-    out.caption = (
-        "Coefficients of tables 1-2 over the paper's: z - z_J = z_0 d^0.5 + z_1 d, G = G_0 d^0.5 + G_1 d, fitted with "
-        "equal relative weight to bins of equal ratio. Grey: the paper's own margin."
-    )
-    return out
-
-
-def _forest(out: Drawing, axes: Any) -> None:
-    """Measured over paper, one row per claim."""
-    for row, c in enumerate(reversed(out.claims)):
-        ratio = np.array([c.value, c.low, c.high]) / c.paper
-        axes.barh(row, 2 * c.margin / abs(c.paper), left=1 - c.margin / abs(c.paper), color="#CCCCCC", height=0.7)
-        look: dict[str, Any] = {"color": "#0072B2" if c.agrees else "#D55E00", "marker": "o" if c.agrees else "X"}
-        out.curve(axes, c.quantity, [ratio[0]], [row], label=None, **look)
-        axes.plot(ratio[1:], [row, row], color=look["color"], linewidth=1.6)
-    axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
-    axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
-    label(axes, "measured / paper  (blue: agrees, red cross: differs)", "", legend=False)

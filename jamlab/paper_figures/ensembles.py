@@ -16,7 +16,7 @@ Statistic = Callable[[Array, Array], ArrayLike]
 PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "contact")
 RESAMPLES = 200
 _PACKING = ["model", "n", "seed"]
-_SHARE = 0.5  # of the packings that a bin must hold
+SHARE = 0.5  # of the packings that a bin must hold
 
 
 def derive(states: pd.DataFrame) -> pd.DataFrame:
@@ -24,7 +24,7 @@ def derive(states: pd.DataFrame) -> pd.DataFrame:
 
     Added: d_rho, d_phi, d_z: rho, phi and z less their values at onset; overlap: phi - rho; lost: 1 - <a>/a_J, the
     part of their area that particles lose, from rho/phi since phi times the cell's area is constant; excess: A - 1 for
-    disks, A - A_J for polygons; u: energy per particle. Tables that hold these columns already are returned as they are.
+    disks, A - A_J for polygons; u: energy per particle. Tables that hold these columns are returned as they are.
     """
     if "lost" in states:
         return states
@@ -81,19 +81,28 @@ class Ensemble:
         found = bootstrap([self.y], lambda g: transform(average(g[0])), resamples=RESAMPLES)
         return average(self.x), found
 
+    @property
+    def error(self) -> Array:
+        """(bins,) standard error of the mean of y; of the smallest spread seen where one packing stands alone."""
+        known = np.isfinite(self.y)
+        centred = np.where(known, self.y - average(self.y), 0.0)
+        count = known.sum(axis=0)
+        spread = np.sqrt((centred**2).sum(axis=0) / np.maximum(count - 1, 1))
+        some = spread[spread > 0]
+        return np.asarray(
+            np.where(spread > 0, spread, some.min() if len(some) else 1.0) / np.sqrt(np.maximum(count, 1))
+        )
+
     def interval(self, statistic: Statistic) -> Interval | None:
         """Statistic of the mean curve (x, y) with its interval; None where the data do not give it."""
         both = np.stack([self.x, self.y], axis=-1)
 
         def of(groups: list[Array]) -> ArrayLike:
-            try:
-                return statistic(average(groups[0][..., 0]), average(groups[0][..., 1]))
-            except InputError as error:  # a packing that decides whether there are points enough was not drawn
-                raise ConvergenceError(str(error)) from None
+            return statistic(average(groups[0][..., 0]), average(groups[0][..., 1]))
 
         try:
             return bootstrap([both], of, resamples=RESAMPLES)
-        except ConvergenceError:
+        except (ConvergenceError, InputError):  # too few points, or no law fits
             return None
 
 
@@ -121,13 +130,19 @@ def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, edges: Ar
         return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
     means = part.groupby(["seed", "bin"], sort=True)[[x, y]].mean().unstack("bin")
     mx, my = means[x].to_numpy(dtype=np.float64), means[y].to_numpy(dtype=np.float64)
-    kept = np.isfinite(my).sum(axis=0) >= max(_SHARE * len(my), 1)
+    kept = np.isfinite(my).sum(axis=0) >= max(SHARE * len(my), 1)
     return Ensemble(mx[:, kept], my[:, kept])
 
 
 def log_edges(low: float, high: float, per_decade: int = 5) -> Array:
     """Edges of bins of equal ratio."""
     return np.asarray(np.geomspace(low, high, round(per_decade * np.log10(high / low)) + 1))
+
+
+def near_onset(last: float = 1.0) -> Array:
+    """Edges of bins of a distance to onset: of equal ratio up to 0.02, 0.01 wide from there on."""
+    fine = log_edges(10**-6.1, 10**-1.7)
+    return np.concatenate([fine[:-1], np.arange(0.025, last, 0.01)])
 
 
 def groups_by(table: pd.DataFrame, by: str, value: str, keys: Sequence[float]) -> list[Array]:

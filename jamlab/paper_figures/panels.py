@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.paper_figures.claims import Claim
@@ -32,6 +33,16 @@ FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alph
 def style(index: int) -> dict[str, Any]:
     """Colour and marker of the index-th series."""
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
+
+
+def sequence(index: int, count: int) -> dict[str, Any]:
+    """Colour and marker of the index-th of an ordered series; many are told apart by shade."""
+    if count <= 5:
+        return style(index)
+    return {
+        "color": matplotlib.colormaps["viridis"](0.92 * index / (count - 1)),
+        "marker": MARKERS[index % len(MARKERS)],
+    }
 
 
 def size_style(n: int) -> dict[str, Any]:
@@ -142,6 +153,11 @@ def label(axes: Any, x: str, y: str, *, log: str = "", legend: bool = True, **pl
     axes.tick_params(labelsize=9.5)
     axes.grid(alpha=0.25)
     axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
+    for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
+        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap, or there are none
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+            axis.set_minor_formatter(NullFormatter())
     if legend:
         axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
 

@@ -75,12 +75,17 @@ class Tables:
     @cached_property
     def quasistatic(self) -> pd.DataFrame:
         """One row per packing."""
-        return _filled("quasistatic", self._read("quasistatic"))
+        return _filled("quasistatic", _at_target(self._read("quasistatic").dropna(subset=["sliding"])))
 
     @cached_property
     def correlation(self) -> pd.DataFrame:
         """One row per packing, law, frequency and distance."""
-        return _filled("correlation", self._read("correlation"))
+        return _filled("correlation", _at_target(self._read("correlation")))
+
+
+def _at_target(table: pd.DataFrame) -> pd.DataFrame:
+    """The target pressure, which packings share to the last digit, in place of the measured one."""
+    return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
 def _filled(name: str, table: pd.DataFrame) -> pd.DataFrame:
