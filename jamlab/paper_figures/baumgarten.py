@@ -89,7 +89,7 @@ def figure_1(tables: Tables) -> Drawing:
         out.claims.append(claim(out.name, text, found, paper, 0.05, how=how))
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
-        "paper's displacement fields are not redrawn: a table holds none (`jamlab.oscillating_displacements` gives them)."
+        "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
     )
     return out
 

@@ -229,7 +229,7 @@ def figure_8(tables: Tables) -> Drawing:
         label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N^{{{a:g}}}$  [$k\,\tau_1$]")
     out.caption = (
         "Viscosity at low frequency over N^a against p N^2. Filled: without pre-stress, open: with it (text of the "
-        "paper; its caption says the reverse). Packings that are not stable in shear have no viscosity and are left out."
+        "paper; its caption says the reverse). Packings unstable in shear have no viscosity and are left out."
     )
     return out
 

@@ -16,6 +16,8 @@ from jamlab.scaling import power_law, widest_window
 
 Array = NDArray[np.float64]
 
+SQUARE = "a regular polygon has the least A of its area, so A - A_J grows as the square of small displacements"
+
 
 def figure_11(tables: Tables) -> Drawing:
     """Five power laws that tie packing fractions, energy, area and shape together."""
@@ -69,7 +71,7 @@ def figure_11(tables: Tables) -> Drawing:
                 0.02,
                 f"omega: drho ~ (A - 1)^omega, small A, {model.upper()}",
                 True,
-                "vertices of the bare polygon move first; A_J is taken off" if dp else "",
+                SQUARE if dp else "",
             ),
             (0.3, 0.05, 0.2, f"omega: drho ~ (A - 1)^omega, large A, {model.upper()}", True, why),
         ]

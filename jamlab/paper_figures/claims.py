@@ -64,7 +64,7 @@ class Claim:
     def paper_text(self) -> str:
         """The paper's value as text."""
         sign = "" if self.relation == "=" else f"{self.relation} "
-        return f"{sign}{self.paper:g}" + (f" ± {self.margin:g}" if self.margin else "")
+        return f"{sign}{self.paper:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
 
     def row(self) -> dict[str, Any]:
         """Plain values for CSV and JSON."""
