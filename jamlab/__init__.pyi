@@ -1,3 +1,5 @@
+from .campaign.campaign import Campaign as Campaign
+from .campaign.campaign import open_campaign as open_campaign
 from .compression import compress as compress
 from .contacts import Contacts as Contacts
 from .contacts import contacts as contacts

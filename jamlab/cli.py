@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.atomic_file import check_target
+from jamlab.campaign import cli as campaign
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
 from jamlab.figure_command import figure
@@ -214,6 +215,9 @@ def doctor(as_json: Json = False) -> None:
             out_console.print(f"{mark} {f.subject:12s} {f.detail}", soft_wrap=True)
     if not all(f.right for f in findings):
         raise typer.Exit(1)
+
+
+app.add_typer(campaign.app, name="campaign")
 
 
 def main() -> None:

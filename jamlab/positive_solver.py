@@ -83,6 +83,8 @@ class _Pardiso:
 
         self._failure: type[Exception] = PyPardisoError
         self._solver: Any = PyPardisoSolver(mtype=_CHOLESKY)
+        # PyPardiso searches the whole environment for its library each time, longer than a small packing takes
+        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         self._matrix: sparse.csr_array | None = None
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._upper = np.zeros(0, dtype=bool)

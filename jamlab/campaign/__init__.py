@@ -10,6 +10,7 @@
 | `folder.py`         | finished, failed and damaged tasks in a folder; its lock        |
 | `worker.py`         | one task from start to file                                     |
 | `workers.py`        | Dask: this machine, a scheduler's address, SLURM                |
+| `worker_supply.py`, `worker_process.py` | worker processes here, alive as long as the driver  |
 | `driver.py`         | tasks through workers, a bounded number at a time               |
 | `plan.py`           | time and bytes before anything runs                             |
 | `tables.py`         | files into tidy tables                                          |
@@ -17,6 +18,7 @@
 | `campaign.py`       | all of it from Python: `jamlab.open_campaign`                   |
 | `exchange.py`       | merge folders, export tables and frames                         |
 | `cli.py`            | the command line                                                |
+| `progress.py`       | what it shows while tasks run                                   |
 | `walkthrough.py`    | one campaign from Python, step by step                          |
 | `reference.toml`    | the campaign of the reference data                              |
 """

@@ -15,7 +15,7 @@ from jamlab.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-STATISTICS = {"mean": np.mean, "median": np.median}
+STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
 _SEED = 0
 

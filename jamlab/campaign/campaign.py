@@ -154,7 +154,7 @@ class Campaign:
         verify: bool = True,
         tell: "Tell | None" = None,
     ) -> Run:
-        """Do the tasks that are not done. A script that calls this needs `if __name__ == "__main__":`.
+        """Do the tasks that are not done.
 
         Args:
             workers: processes on this machine, by default as many as it has cores; with `slurm`, jobs.
@@ -191,7 +191,7 @@ class Campaign:
             if names <= skip:
                 return Run(0, 0, repaired)
             with where.client() as client:
-                done: Done = drive(client, self.folder, to_do(chosen, skip), tell, expected=workers or 1)
+                done: Done = drive(client, self.folder, to_do(chosen, skip), tell, expected=where.expected)
         return Run(done.finished, done.failed, repaired)
 
     def table(self, name: str = "states", sweep: str | None = None) -> "pd.DataFrame":
@@ -207,8 +207,7 @@ class Campaign:
         """
         from jamlab.campaign.tables import table
 
-        finished = self.folder.finished()
-        return table(self.folder, sorted(finished & _names(self._batches(sweep))), name)
+        return table(self.folder, self.finished(sweep), name)
 
     def aggregate(
         self,
@@ -243,14 +242,16 @@ class Campaign:
             frame = frame[frame["converged"].astype(bool)]
         return aggregate(frame, values, by, **how)
 
+    def finished(self, sweep: str | None = None) -> list[str]:
+        """Names of the finished tasks, of all sweeps or one."""
+        chosen = batches(self.content, None if sweep is None else [sweep])
+        return sorted(self.folder.finished() & _names(chosen))
+
     def packings(self, task: str) -> list[Any]:
         """The packings of a finished task, frame by frame."""
         from jamlab.storage import read_all
 
         return read_all(self.folder.task_file(task))
-
-    def _batches(self, sweep: str | None) -> list[Batch]:
-        return batches(self.content, None if sweep is None else [sweep])
 
 
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:

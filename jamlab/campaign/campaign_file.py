@@ -179,9 +179,7 @@ class SweepTable(_Table):
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is of model sp: give droplets a sweep of their own")
         if self.force_law and "sp" in self.model:
-            raise ValueError(
-                "force_law is of model dp, disks have no free parameter: give droplets a sweep of their own"
-            )
+            raise ValueError("force_law is of model dp, disks have none: give droplets a sweep of their own")
         laws = len(self.damping.contact) + len(self.damping.stokes)
         for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
             if observable in self.observables and getattr(self, key) is None:
@@ -281,7 +279,7 @@ _REMEDIES = {
 def _known_keys(place: list[Any]) -> list[str]:
     """Keys of the table that holds the last part of a place."""
     table: type[_Table] = CampaignTable
-    inner = {
+    inner: dict[Any, type[_Table]] = {
         "sweep": SweepTable,
         "compress": Compression,
         "damping": DampingLaws,

@@ -60,14 +60,14 @@ def drive(
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
     counts = {FINISHED: 0, FAILED: 0}
-    ended = as_completed([], loop=client.loop)  # type: ignore[no-untyped-call]
+    ended = as_completed([], loop=client.loop)
 
     def fill() -> None:
         wanted = _PER_WORKER * max(expected, len(client.nthreads()))
         for task in itertools.islice(tasks, max(0, wanted - len(under_way))):
             key = f"jamlab-{task.name}"
             under_way[key] = task
-            ended.add(client.submit(run_task, place, task.name, task.parameters, key=key, pure=False))  # type: ignore[no-untyped-call]
+            ended.add(client.submit(run_task, place, task.name, task.parameters, key=key, pure=False))
 
     fill()
     for future in ended:

@@ -107,7 +107,7 @@ def task_seconds(parameters: dict[str, Any]) -> float:
         total = _at(_PACK, n) * scale
     else:
         total = _at(_ONSET[model], n) + (states - 1) * _at(_STATE[model], n)
-    return total + _at(_SPECTRUM[model], n) * (states * _solutions(parameters))
+    return float(total + _at(_SPECTRUM[model], n) * states * _solutions(parameters))
 
 
 def task_bytes(parameters: dict[str, Any]) -> int:
@@ -129,7 +129,7 @@ def _laws(parameters: dict[str, Any]) -> int:
 def _solutions(parameters: dict[str, Any]) -> float:
     """Spectra per state, or what costs as much."""
     spectra = _laws(parameters) * ("omega" in parameters)
-    return spectra + 0.2 * _laws(parameters) * len(parameters.get("correlation_omega", ()))
+    return float(spectra) + 0.2 * _laws(parameters) * len(parameters.get("correlation_omega", ()))
 
 
 def _at(points: tuple[tuple[int, float], ...], n: int) -> float:

@@ -110,7 +110,7 @@ def _spectra(
                 names = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
                 yield row | dict.fromkeys(names, np.nan) | {"converged": False}
                 continue
-            values = {"storage": s.storage, "loss": s.loss, "error": s.error}
+            values: dict[str, Any] = {"storage": s.storage, "loss": s.loss, "error": s.error}
             values |= {"g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf}
             yield row | values | {"converged": converged & (s.error <= limit)}
 

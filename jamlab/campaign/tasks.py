@@ -67,7 +67,7 @@ class Batch:
         """Name of the task of one seed."""
         digest = self._digest.copy()
         digest.update(f'"seed":{seed}'.encode())
-        return digest.hexdigest()[:_NAME_LENGTH]
+        return str(digest.hexdigest()[:_NAME_LENGTH])
 
     @cached_property
     def _digest(self) -> Any:

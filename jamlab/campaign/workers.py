@@ -1,8 +1,7 @@
 """Dask workers: processes on this machine, a running scheduler, or jobs of SLURM. One task at a time in each.
 
-Every worker is a process of its own, because LAMMPS and its MPI are not made for threads. Workers on this machine exit
-when the driver dies, however it dies: they watch a pipe to it (distributed/process.py). So do SLURM's when they lose
-their scheduler, which lives in the driver.
+Every worker is a process of its own, because LAMMPS and its MPI are not made for threads. Workers on this machine die
+with the driver, see `worker_process.py`. SLURM's exit when they lose their scheduler, which lives in the driver.
 """
 
 import contextlib
@@ -12,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.errors import InputError
 
 _DEATH_TIMEOUT = 60  # seconds after which a job without its scheduler ends
@@ -19,6 +19,7 @@ _SETTINGS = {
     "distributed.scheduler.worker-ttl": None,  # a long factorisation keeps a worker from answering; death is seen
     "distributed.scheduler.allowed-failures": 5,  # workers that may die over one task
     "distributed.comm.timeouts.connect": "60s",
+    "logging.distributed": "critical",  # what matters comes back as an outcome or an error
 }
 
 
@@ -52,32 +53,26 @@ class Workers:
             InputError: no scheduler answers, its workers run several tasks at once, or SLURM is not usable.
         """
         import dask
+        from distributed import Client
 
         with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
-            client = stack.enter_context(self._connected(stack))
+            if self.scheduler is not None:
+                yield stack.enter_context(_external(self.scheduler))
+                return
+            cluster = stack.enter_context(self._slurm_cluster() if self.slurm else _scheduler())
+            client = stack.enter_context(Client(cluster, set_as_default=False))
+            if self.slurm:
+                cluster.scale(jobs=self.expected)
+            else:
+                stack.enter_context(WorkerSupply(cluster.scheduler_address, self.expected, lambda _: cluster.close()))
             yield client
 
-    def _connected(self, stack: contextlib.ExitStack) -> Any:
-        from distributed import Client, LocalCluster
-
-        if self.scheduler is not None:
-            return _external(self.scheduler)
-        if self.slurm:
-            cluster = stack.enter_context(self._slurm_cluster())
-            cluster.scale(jobs=self.count or 1)
-        else:
-            count = self.count or len(os.sched_getaffinity(0))
-            cluster = stack.enter_context(
-                LocalCluster(  # type: ignore[no-untyped-call]
-                    n_workers=count,
-                    threads_per_worker=1,
-                    processes=True,
-                    memory_limit=0,
-                    dashboard_address=None,
-                    silence_logs=logging.ERROR,
-                )
-            )
-        return Client(cluster, set_as_default=False)  # type: ignore[no-untyped-call]
+    @property
+    def expected(self) -> int:
+        """Workers that there will be; 1 where a scheduler has its own."""
+        if self.scheduler is not None or self.slurm:
+            return self.count or 1
+        return self.count or len(os.sched_getaffinity(0))
 
     def _slurm_cluster(self) -> Any:
         try:
@@ -92,11 +87,18 @@ class Workers:
             raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
 
 
+def _scheduler() -> Any:
+    """A scheduler in this process, without workers."""
+    from distributed import LocalCluster
+
+    return LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
+
+
 def _external(address: str) -> Any:
     from distributed import Client
 
     try:
-        client = Client(address, timeout="10s", set_as_default=False)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
             f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "

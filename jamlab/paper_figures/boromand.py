@@ -165,8 +165,8 @@ def figure_6(tables: Tables) -> Drawing:
     out.claims = _exponents_6(states, out.name)
     out.caption = (
         "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits "
-        "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset may "
-        "be negative in a fixed box and are then not shown."
+        "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset "
+        "may be negative in a fixed box and are then not shown."
     )
     return out
 

@@ -200,8 +200,8 @@ def _report(
     lead = (
         "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. "
         f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing} differ, {missing} could "
-        "not be measured. A number agrees if its 95 % bootstrap interval over packings meets the paper's value within the "
-        "paper's own margin: the error it states, half a unit of its last digit, or what its words allow. Red: "
+        "not be measured. A number agrees if its 95 % bootstrap interval over packings meets the paper's value within "
+        "the paper's own margin: the error it states, half a unit of its last digit, or what its words allow. Red: "
         "differs, with the reason if one is known, else open."
     )
     write_page(path, "Figures of both papers", lead, parts, pictures, tables.facts | versions())

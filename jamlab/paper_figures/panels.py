@@ -91,32 +91,29 @@ class Drawing:
         Args:
             label: of the legend; "" stands for the series, None for no entry.
         """
-        x, y = np.atleast_1d(np.asarray(x, dtype=float)), np.atleast_1d(np.asarray(y, dtype=float))
-        ends = [
-            np.full(y.shape, np.nan) if e is None else np.atleast_1d(np.asarray(e, dtype=float)) for e in (low, high)
-        ]
-        kept = np.isfinite(x) & np.isfinite(y)
+        px, py = _row(x), _row(y)
+        bottom, top = (np.full(py.shape, np.nan) if e is None else _row(e) for e in (low, high))
+        kept = np.isfinite(px) & np.isfinite(py)
         if axes.get_xscale() == "log":
-            kept &= x > 0
+            kept &= px > 0
         if axes.get_yscale() == "log":
-            kept &= y > 0
-        x, y, low, high = x[kept], y[kept], ends[0][kept], ends[1][kept]
-        values = {"panel": axes.get_gid(), "series": series, "x": x, "y": y, "low": low, "high": high}
+            kept &= py > 0
+        px, py, bottom, top = px[kept], py[kept], bottom[kept], top[kept]
+        values = {"panel": axes.get_gid(), "series": series, "x": px, "y": py, "low": bottom, "high": top}
         self.rows.append(pd.DataFrame(values))
         text = series if label == "" else label
-        look = {"linewidth": 1.2, "markersize": 4.5, "label": text} | look
-        axes.plot(x, y, **look)
-        known = np.isfinite(low) & np.isfinite(high)
+        axes.plot(px, py, **{"linewidth": 1.2, "markersize": 4.5, "label": text} | look)
+        known = np.isfinite(bottom) & np.isfinite(top)
         if not known.any():
             return
-        floor = 0.3 * y if axes.get_yscale() == "log" else low
-        low = np.maximum(low, floor)
+        if axes.get_yscale() == "log":  # a band that reaches below zero ends at a third of the value
+            bottom = np.maximum(bottom, 0.3 * py)
         colour = look.get("color")
         if band:
-            axes.fill_between(x[known], low[known], high[known], color=colour, alpha=0.22, linewidth=0)
+            axes.fill_between(px[known], bottom[known], top[known], color=colour, alpha=0.22, linewidth=0)
         else:
-            lengths = np.maximum([(y - low)[known], (high - y)[known]], 0)
-            axes.errorbar(x[known], y[known], lengths, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2.5)
+            lengths = np.maximum([(py - bottom)[known], (top - py)[known]], 0)
+            axes.errorbar(px[known], py[known], lengths, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2.5)
 
     def slope(self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None) -> None:
         """A line of the paper's slope from (x[0], y) to x[1], dashed, with its exponent beside it."""
@@ -166,3 +163,7 @@ def scale(axes: Any, x: str = "log", y: str = "log") -> None:
     """Set the scales before curves are drawn, so that what a logarithm cannot show is left out."""
     axes.set_xscale(x)
     axes.set_yscale(y)
+
+
+def _row(values: ArrayLike) -> Array:
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))

@@ -37,9 +37,13 @@ class Group:
 
     def members(self) -> list[ComplexModulus]:
         """As `jamlab.collapse` takes them."""
-        parts = zip(self.storage, self.loss, self.g0, self.eta0, self.eta_inf, strict=True)
         none = np.full(self.omega.shape, np.nan)
-        return [ComplexModulus(self.omega, up, down, *map(float, ends), "table", none) for up, down, *ends in parts]
+        return [
+            ComplexModulus(self.omega, storage, loss, float(g0), float(eta0), float(eta_inf), "table", none)
+            for storage, loss, g0, eta0, eta_inf in zip(
+                self.storage, self.loss, self.g0, self.eta0, self.eta_inf, strict=True
+            )
+        ]
 
     def interval(self, statistic: Callable[[Array, Array], Any]) -> Interval:
         """Statistic of (packings, m) storage and loss."""

@@ -1,0 +1,134 @@
+"""Campaigns between machines and programs: merge folders, export tables and frames."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from jamlab.atomic_file import atomic_file, check_target
+from jamlab.campaign.campaign import Campaign
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.task_file import damage
+from jamlab.errors import InputError, StorageError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMATS = ("csv", "parquet", "dump")
+
+
+def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
+    """Copy finished tasks from other folders into the folder of a campaign.
+
+    Tasks that are there already stay as they are: the same task has the same content wherever it ran.
+
+    Args:
+        campaign: takes them; its campaign file is copied into its folder.
+        sources: folders in which campaigns ran.
+
+    Returns:
+        How many files were "copied", "present" already, and "damaged", which are left out.
+
+    Raises:
+        InputError: a source holds no campaign.
+        StorageError: the folder is in use or cannot be written.
+    """
+    for source in sources:
+        if not (source / "tasks").is_dir():
+            raise InputError(f"no campaign has run in the folder {source}: give folders with a folder tasks in them")
+    counts = {"copied": 0, "present": 0, "damaged": 0}
+    campaign.folder.prepare()
+    with campaign.folder.lock():
+        campaign.folder.keep_copy(campaign.file)
+        for other in map(CampaignFolder, sources):
+            for name in sorted(other.finished()):
+                target = campaign.folder.task_file(name)
+                if target.exists():
+                    counts["present"] += 1
+                elif damage(other.task_file(name), name) is not None:
+                    counts["damaged"] += 1
+                else:
+                    with atomic_file(target) as temporary:
+                        temporary.write_bytes(other.task_file(name).read_bytes())
+                    counts["copied"] += 1
+    return counts
+
+
+def export_table(frame: "pd.DataFrame", path: Path) -> None:
+    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing.
+
+    Raises:
+        InputError: another ending, or Parquet without pyarrow.
+        StorageError: the file cannot be written.
+    """
+    if path.suffix not in (".csv", ".parquet"):
+        raise InputError(f"cannot tell what to write to {path}: end its name in .csv or .parquet")
+    if path.suffix == ".parquet":
+        check_parquet()
+    with atomic_file(path) as temporary:
+        if path.suffix == ".csv":
+            frame.to_csv(temporary, index=False, float_format="%.17g")
+        else:
+            frame.to_parquet(temporary, index=False, engine="pyarrow")
+
+
+def check_parquet() -> None:
+    """Refuse Parquet where it cannot be written.
+
+    Raises:
+        InputError: naming what to install.
+    """
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise InputError("Parquet needs pyarrow: pip install 'jamlab[parquet]', or export csv") from None
+
+
+def export(
+    campaign: Campaign, out: Path, form: str = "csv", tables: Sequence[str] = (), sweep: str | None = None
+) -> list[Path]:
+    """Write tables, or the frames of every task, into a folder.
+
+    Args:
+        campaign: to export.
+        out: folder, made if needed.
+        form: "csv", "parquet", or "dump": one LAMMPS text dump a task, for OVITO.
+        tables: names; by default all that have rows.
+        sweep: tasks of this sweep alone.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InputError: an unknown format, table or sweep.
+        StorageError: a file is damaged or cannot be written.
+    """
+    from jamlab.campaign.tables import TABLES
+
+    if form not in FORMATS:
+        raise InputError(f"unknown format {form!r}: use one of {', '.join(FORMATS)}")
+    if form == "parquet":
+        check_parquet()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"cannot make the folder {out}: {error.strerror}; choose another") from error
+    check_target(out / "table.csv")
+    if form == "dump":
+        return _dumps(campaign, out, sweep)
+    written = []
+    for name in tables or TABLES:
+        frame = campaign.table(name, sweep)
+        if len(frame) or tables:
+            written.append(out / f"{name}.{form}")
+            export_table(frame, written[-1])
+    return written
+
+
+def _dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
+    from jamlab.lammps_files import write_dump
+
+    written = []
+    for name in sorted(campaign.finished(sweep)):
+        written.append(out / f"{name}.dump")
+        write_dump(written[-1], campaign.packings(name))
+    return written

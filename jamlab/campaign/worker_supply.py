@@ -1,0 +1,68 @@
+"""Worker processes on this machine, started anew whenever one dies.
+
+Dask's own nannies give up when a worker dies while it starts, and need `if __name__ == "__main__":` in every script.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import Self
+
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_LOOK = 0.1  # seconds between looks at the processes
+_EARLY = 30.0  # a worker that dies sooner than this, s, died early
+_EARLY_DEATHS = 12  # in a row and for each worker, after which something is wrong with the installation
+
+
+class WorkerSupply:
+    """Keeps a number of worker processes alive; a context manager.
+
+    Args:
+        scheduler: address.
+        count: processes.
+        give_up: called with a reason when workers die as fast as they start.
+    """
+
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[str], None]) -> None:
+        self._line = [sys.executable, "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
+        self._count = count
+        self._give_up = give_up
+        self._stop = threading.Event()
+        # the kernel ties a worker's life to the thread that started it: one thread starts them all and stays
+        self._thread = threading.Thread(target=self._keep, name="jamlab workers", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _keep(self) -> None:
+        workers = [(self._start(), time.monotonic()) for _ in range(self._count)]
+        early = 0
+        try:
+            while not self._stop.wait(_LOOK):
+                for k, (process, began) in enumerate(workers):
+                    if process.poll() is None:
+                        continue
+                    early = early + 1 if time.monotonic() - began < _EARLY else 0
+                    if early > _EARLY_DEATHS * self._count:
+                        self._give_up(f"workers die as soon as they start, the last with exit code {process.returncode}")
+                        return
+                    workers[k] = (self._start(), time.monotonic())
+        finally:
+            for process, _ in workers:
+                process.kill()
+            for process, _ in workers:
+                process.wait()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        environment = os.environ | dict.fromkeys(_THREADS, "1") | {"DASK_LOGGING__DISTRIBUTED": "critical"}
+        # packages that this script found through sys.path, the worker finds too
+        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        return subprocess.Popen(self._line, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
