@@ -194,7 +194,7 @@ def finite_size(
     def solve(e: float) -> tuple[Array, float]:
         columns = np.column_stack([np.ones_like(n), n**-e]) * weight[:, None]
         solution = np.linalg.lstsq(columns, y * weight, rcond=None)[0]
-        return solution, float(np.sum((columns @ solution - y * weight) ** 2))
+        return np.asarray(solution), float(np.sum((columns @ solution - y * weight) ** 2))
 
     if exponent is None:
         exponent = float(minimize_scalar(lambda e: solve(e)[1], bounds=(0.1, 4.0), method="bounded").x)

@@ -38,6 +38,7 @@ def draw(
         ("G'", group.storage, {"linestyle": "-"}),
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
     ):
+        both: dict[str, Any] = look | more
         band = bootstrap([values], lambda g: average(g[0]), resamples=RESAMPLES)
         text = (name or None) if part == "G'" else None
         series = f"{part} {name}"
@@ -51,8 +52,7 @@ def draw(
             band.high * y,
             label=text,
             markevery=m,
-            **look,
-            **more,
+            **both,
         )
 
 
@@ -208,7 +208,7 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     """G* at one pressure for every beta, its viscosities in an inset, and the claim on their growth."""
     stressed = table[table["prestress"].astype(bool)]
     count = stressed.groupby("target_pressure")["beta"].nunique()
-    p = float(count.idxmax())
+    p = float(count.index[int(count.argmax())])
     part = stressed[stressed["target_pressure"] == p]
     betas = sorted(part["beta"].unique())
     ends: dict[float, Group] = {}
@@ -248,7 +248,7 @@ def figure_6(tables: Tables) -> Drawing:
     scale(b)
     _collapsed(out, None, a, groups)
     count = stokes.groupby("target_pressure")["eta_f"].nunique()
-    p = float(count.idxmax())
+    p = float(count.index[int(count.argmax())])
     part = stokes[stokes["target_pressure"] == p]
     viscosity: dict[float, Array] = {}
     for index, eta_f in enumerate(sorted(part["eta_f"].unique())):

@@ -11,7 +11,7 @@ from jamlab.errors import InputError
 from jamlab.paper_figures.claims import claim
 from jamlab.paper_figures.ensembles import RESAMPLES, average, groups_by
 from jamlab.paper_figures.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
-from jamlab.paper_figures.spectral_groups import LARGE, chosen, limits_of, power_text
+from jamlab.paper_figures.spectral_groups import LARGE, chosen, largest_ensemble, limits_of, power_text
 from jamlab.paper_figures.tables import Tables
 from jamlab.scaling import collapse_exponents, power_law
 
@@ -45,9 +45,10 @@ def figure_5(tables: Tables) -> Drawing:
         out.slope(axes, paper, (p[0], p[-1]), float(band.value[0]) * (1.4 if paper < 0 else 0.6), f"{paper:+g}")
         found = None
         if len(fitted) > 1:
-            q = [p[k] for k in fitted]
-            kept = [groups[k] for k in fitted]
-            found = bootstrap(kept, lambda g, q=q: power_law(q, [v.mean() for v in g]).exponents[0])
+            found = bootstrap(
+                [groups[k] for k in fitted],
+                lambda g: power_law([p[k] for k in fitted], [v.mean() for v in g]).exponents[0],
+            )
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
@@ -91,8 +92,8 @@ def figure_7(tables: Tables) -> Drawing:
     label(d, r"$\omega\,\tau_1 / p^{1/2}$", r"$l\,(-\ln p)^{0.65}$")
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
         slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
-        box = float(slow["box"].mean())
-        share = bootstrap([correlations(slow)], lambda g, box=box: first_zero(g[0]) / box, resamples=RESAMPLES)
+        scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
+        share = bootstrap([scaled], lambda g: first_zero(g[0]), resamples=RESAMPLES)
         how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
         out.claims.append(claim(out.name, text, share, 0.25, 0.03, how=how))
     _log_claim(out, n, side, pressures, family)
@@ -112,9 +113,7 @@ def largest(table: pd.DataFrame, law: str) -> pd.DataFrame:
     part = table[table["law"] == law]
     if part.empty:
         raise InputError(f"no correlation under {law} damping: run a campaign that measures it")
-    packings = part.groupby("n")["seed"].nunique()
-    several = packings.index[packings > 1]
-    return part[part["n"] == (several if len(several) else packings.index).max()]
+    return part.loc[part["n"] == largest_ensemble(part)]
 
 
 def correlations(part: pd.DataFrame) -> Array:
@@ -251,7 +250,7 @@ def _size_claims(
         family: list[list[tuple[float, float]]] = [[] for _ in sizes]
         for (i, j), values in zip(place, drawn, strict=True):
             family[i].append((p[j], float(values.mean())))
-        return [tuple(np.array(points).T) for points in family]  # type: ignore[misc]
+        return [(np.array([x for x, _ in points]), np.array([y for _, y in points])) for points in family]
 
     def exponent(drawn: list[Array]) -> float:
         return -collapse_exponents(np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -a)).b

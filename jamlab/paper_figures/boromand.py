@@ -13,6 +13,7 @@ from jamlab.paper_figures.claims import Claim, claim
 from jamlab.paper_figures.ensembles import (
     RESAMPLES,
     Ensemble,
+    Statistic,
     average,
     ensemble,
     log_edges,
@@ -73,7 +74,7 @@ def figure_5(tables: Tables) -> Drawing:
                 e = ensemble(states, model, n, by, column, LINEAR)
                 x, y = e.band()
                 series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
-                look = {"color": MODEL_STYLE[model]["color"] if by == "rho" else "#009E73"}
+                look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else "#009E73"}
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
                 out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
                 curves[f"{model}-{by}"] = e
@@ -83,8 +84,7 @@ def figure_5(tables: Tables) -> Drawing:
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
         if "sp-rho" in curves and "dp-rho" in curves:
-            share = 0.02 if column == "z" else 0.1
-            departures[column] = _departure(curves["sp-rho"], curves["dp-rho"], share)
+            departures[column] = _departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
     for column, share in (("z", "2"), ("g", "10")):
         out.claims.append(
             claim(
@@ -184,8 +184,7 @@ def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
         if has(states, model):
             n = sizes(states, model)[-1]
             how = f"N = {n}, {window[0]:g} < d < {window[1]:g}"
-            e = ensemble(states, model, n, by, column, NEAR)
-            found = e.interval(lambda x, y, w=window: power_law(x, y, low=w[0], high=w[1]).exponents[0])
+            found = ensemble(states, model, n, by, column, NEAR).interval(_exponent(*window))
         claims.append(claim(name, f"{text}, {series[:2]}", found, paper, 0.05, how=how, reason=reason))
     claims.append(
         claim(
@@ -198,6 +197,11 @@ def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
         )
     )
     return claims
+
+
+def _exponent(low: float, high: float) -> Statistic:
+    """The single power of a mean curve in a window."""
+    return lambda x, y: power_law(x, y, low=low, high=high).exponents[0]
 
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:

@@ -1,5 +1,6 @@
 """Packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.figures import MODEL_STYLE
 from jamlab.paper_figures.boromand import DP_UNKNOWN, LINEAR, below_confluence, has, nearest_size
 from jamlab.paper_figures.claims import Claim, claim
-from jamlab.paper_figures.ensembles import Statistic, ensemble, log_edges
+from jamlab.paper_figures.ensembles import ensemble, log_edges
 from jamlab.paper_figures.panels import FIT, GREEN, PAPER, Drawing, drawing, label, scale
 from jamlab.paper_figures.tables import Tables
 from jamlab.scaling import power_law
@@ -61,8 +62,7 @@ def figure_4(tables: Tables) -> Drawing:
         x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
         out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_look(model))
     d = np.linspace(0.0, 0.155, 40)
-    x, y = ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean
-    height = _at(0.12)(x, y) / 0.12**2.5
+    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**2.5
     out.curve(b, r"paper: slope 2.5 in $\rho - \rho_J$", d, 1 - height * d**2.5, **PAPER)
     b.set_ylim(0.82, 1.02)
     label(b, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
@@ -98,7 +98,7 @@ def figure_4(tables: Tables) -> Drawing:
 C_REASON = "C is 1 at onset by definition, so it depends on the window, which the paper does not print"
 
 
-def _at(place: float) -> Statistic:
+def _at(place: float) -> Callable[[Array, Array], float]:
     """The mean curve at one x; nan beyond its ends."""
 
     def value(x: Array, y: Array) -> float:

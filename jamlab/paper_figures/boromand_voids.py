@@ -73,7 +73,7 @@ def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
 
 
 def _ratio(above: Array, below: Array) -> Array:
-    return np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0)
+    return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
 
 
 def _share(cube: Array, sides: tuple[int, ...]) -> Array:

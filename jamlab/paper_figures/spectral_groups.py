@@ -77,24 +77,30 @@ def chosen(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **pa
 def spectral(table: pd.DataFrame) -> pd.DataFrame:
     """Rows of the size that has many frequencies and more than one packing; of such the largest."""
     count = table.groupby("n")["omega"].nunique()
-    full = list(count.index[count >= max(0.5 * count.max(), 3)])
-    if not full:
+    full = count.index[count >= max(0.5 * count.max(), 3)]
+    if full.empty:
         raise InputError("no spectrum has three frequencies: run a campaign with more")
+    return table.loc[table["n"] == largest_ensemble(table.loc[table["n"].isin(full)])]
+
+
+def largest_ensemble(table: pd.DataFrame) -> int:
+    """The largest size with more than one packing; the largest of all if there is none."""
     packings = table.groupby("n")["seed"].nunique()
-    several = [n for n in full if packings[n] > 1]
-    return table[table["n"] == max(several or full)]
+    several = packings.loc[packings > 1]
+    return int((several if len(several) else packings).index.max())
 
 
 def by_pressure(table: pd.DataFrame) -> dict[float, Group]:
     """Pressure -> packings, of the one law that the rows hold; those with a modulus that is not positive left out."""
     out = {}
-    for p, part in table.groupby("target_pressure"):
+    for p in table["target_pressure"].unique():
+        part = table.loc[table["target_pressure"] == p]
         wide = part.pivot_table(index="seed", columns="omega", values=["storage", "loss"]).dropna()
         up, down = (wide[name].to_numpy(dtype=np.float64) for name in ("storage", "loss"))
-        stable = (up > 0).all(axis=1) & (down > 0).all(axis=1)
+        stable: NDArray[np.bool_] = (up > 0).all(axis=1) & (down > 0).all(axis=1)
         if not stable.any():
             continue
-        ends = part.drop_duplicates("seed").set_index("seed").loc[wide.index[stable]]
+        ends = part.drop_duplicates("seed").set_index("seed").loc[wide.index.to_numpy()[stable]]
         omega = wide["storage"].columns.to_numpy(dtype=np.float64)
         out[float(p)] = Group(
             omega, up[stable], down[stable], *(ends[c].to_numpy(dtype=np.float64) for c in ("g0", "eta0", "eta_inf"))
