@@ -1,5 +1,6 @@
 """The tables that figures are drawn from: those of a campaign, or the reference data packed with jamlab."""
 
+import gzip
 import json
 from collections.abc import Callable
 from functools import cached_property
@@ -172,7 +173,7 @@ def save(tables: Tables, folder: Path, facts: dict[str, Any]) -> dict[str, int]:
             continue
         kept = _thinned(table[[c for c in _COLUMNS[name] if c in table]])
         with atomic_file(path) as temporary:
-            kept.to_csv(temporary, index=False, compression={"method": "gzip", "mtime": 0})
+            temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
         written[name], rows[name] = path.stat().st_size, len(kept)
     if not written:
         raise InputError("no table has rows: finish some tasks of the campaign first")
