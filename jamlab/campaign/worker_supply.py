@@ -52,7 +52,9 @@ class WorkerSupply:
                         continue
                     early = early + 1 if time.monotonic() - began < _EARLY else 0
                     if early > _EARLY_DEATHS * self._count:
-                        self._give_up(f"workers die as soon as they start, the last with exit code {process.returncode}")
+                        self._give_up(
+                            f"workers die as soon as they start, the last with exit code {process.returncode}"
+                        )
                         return
                     workers[k] = (self._start(), time.monotonic())
         finally:
