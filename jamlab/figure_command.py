@@ -7,14 +7,19 @@ import typer
 from rich.text import Text
 
 from jamlab.console import err_console, out_console, print_json, print_table
+from jamlab.errors import InputError
 
 
 def figure(
-    names: Annotated[list[str], typer.Argument(help="Figures such as boromand-6; all; or list, to see their names.")],
+    names: Annotated[
+        list[str],
+        typer.Argument(help="Figures such as boromand-6; all; list: their names; reference: thin a campaign's tables."),
+    ],
     source: Annotated[
-        Path | None, typer.Option("--from", help="Campaign folder or reference tables; default: those packed in.")
+        Path | None, typer.Option("--from", help="Campaign or folder of reference tables; default: those packed in.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-figures"),
+    commit: Annotated[str, typer.Option(help="With the name reference: commit to write down.")] = "unknown",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of lines.")] = False,
 ) -> None:
     """Figures of both papers from our own packings, each with a verdict: measured, interval, paper's value."""
@@ -26,6 +31,15 @@ def figure(
             print_json(found)
         else:
             print_table("figures", ["name", "shows"], [[name, title] for name, title in found.items()])
+        return
+    if names == ["reference"]:
+        if source is None:
+            raise InputError("reference needs a campaign: name its file or folder with --from")
+        written = gallery.save_reference(source, out, commit)
+        if as_json:
+            print_json({"out": str(out), "bytes": written})
+        else:
+            print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
         return
     chosen = gallery.check_names(names)
     tables = gallery.open_tables(source)

@@ -285,7 +285,7 @@ def test_command(tmp_path):
     ("call", "message"),
     [
         (["boromand-3"], "no figure boromand-3"),
-        (["boromand-4", "--from", "nowhere"], "no folder"),
+        (["boromand-4", "--from", "nowhere"], "nowhere"),
     ],
 )
 def test_bad_calls_are_refused(call, message):

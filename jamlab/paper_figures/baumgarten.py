@@ -12,7 +12,16 @@ from jamlab.errors import InputError
 from jamlab.paper_figures.claims import Claim, claim
 from jamlab.paper_figures.ensembles import RESAMPLES, average
 from jamlab.paper_figures.panels import Drawing, drawing, label, scale, sequence
-from jamlab.paper_figures.spectral_groups import LARGE, Group, by_pressure, chosen, large, power_text, spectral
+from jamlab.paper_figures.spectral_groups import (
+    LARGE,
+    Group,
+    by_pressure,
+    chosen,
+    large,
+    power_text,
+    same_frequencies,
+    spectral,
+)
 from jamlab.paper_figures.tables import Tables
 from jamlab.scaling import power_law
 from jamlab.scaling_collapse import collapse
@@ -121,7 +130,8 @@ def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[
     how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
         try:
-            fit = collapse(list(groups), [g.members() for g in groups.values()], resamples=_COLLAPSE_RESAMPLES)
+            members = [g.members() for g in same_frequencies(groups).values()]
+            fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
             how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
         except InputError as error:

@@ -138,13 +138,17 @@ FREQUENCY = r"frequency $\omega\,\tau_1$"
 
 
 def _contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
-    p = part["pressure"].min()
+    count = part.groupby("pressure")["n"].nunique()
+    p = float(count.index[count == count.max()].min())
     part = part[part["pressure"] == p]
-    omegas = np.sort(part["omega"].unique())
+    sizes = np.sort(part["n"].unique())[-2:][::-1]
+    omegas = np.sort(part.loc[part["n"] == sizes[0], "omega"].unique())
     shown = omegas[np.unique([0, len(omegas) // 2, len(omegas) - 1])]
     for index, omega in enumerate(shown):
-        for n, fill in zip(np.sort(part["n"].unique())[-2:][::-1], ("full", "none"), strict=False):
-            rows = part[(part["n"] == n) & (part["omega"] == omega)]
+        for n, fill in zip(sizes, ("full", "none"), strict=False):
+            rows = part[(part["n"] == n) & np.isclose(part["omega"], omega)]
+            if rows.empty:
+                continue
             look = style(index) | {"fillstyle": fill}
             name = rf"$N = {n}$, $\omega = {power_text(float(omega))}$"
             _correlation(out, axes, name, rows, float(rows["box"].mean()), look)
@@ -156,6 +160,7 @@ def _stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
     p = part["pressure"].min()
     part = part[part["pressure"] == p]
     omegas = np.sort(part["omega"].unique())
+    omegas = omegas[np.unique(np.linspace(0, len(omegas) - 1, 7).round().astype(int))]
     for index, omega in enumerate(omegas):
         name = rf"$\omega = {power_text(float(omega))}$"
         _correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
@@ -220,7 +225,9 @@ def figure_8(tables: Tables) -> Drawing:
                 name = f"N = {n}"
                 series = f"{name}, {'with' if prestress else 'no'} pre-stress"
                 out.curve(axes, series, x * n**2, *y, band=False, label=None if prestress else name, **look)
-            _size_claims(out, law, a, prestress, sizes, p, groups)
+            several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
+            kept_sizes = [sizes[k] for k in several]
+            _size_claims(out, law, a, prestress, kept_sizes, p, [groups[k] for k in several])
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
         out.slope(axes, -a / 2, (x0, x1), 1.6 * y0, rf"$-a/2$, $a = {a:g}$")

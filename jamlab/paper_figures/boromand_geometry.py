@@ -117,11 +117,11 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
         claim(
             name,
             "A near confluence, SP",
-            by_rho.interval(_at(0.997)),
+            by_rho.interval(_at(0.995)),
             1.10,
             0.0,
             relation=">",
-            how=f"N = {n}, rho = 0.997",
+            how=f"N = {n}, rho = 0.995",
         ),
     ]
     area = shape = None

@@ -20,9 +20,10 @@ from jamlab.paper_figures import (
 )
 from jamlab.paper_figures.claims import Claim
 from jamlab.paper_figures.panels import Drawing
-from jamlab.paper_figures.tables import Tables
+from jamlab.paper_figures.tables import Tables, read_folder, reference_tables, save
 from jamlab.provenance import versions
-from jamlab.report import Table, save, write_page
+from jamlab.report import Table, write_page
+from jamlab.report import save as save_png
 
 FIGURES: dict[str, Callable[[Tables], Drawing]] = {
     "boromand-4": boromand_geometry.figure_4,
@@ -64,23 +65,41 @@ def check_names(names: Sequence[str]) -> list[str]:
 
 
 def open_tables(source: Path | None) -> Tables:
-    """Tables of a campaign folder or of a folder of reference tables; None: the reference data packed with jamlab.
+    """Tables of a campaign (its file or folder) or of reference tables; None: the reference data packed with jamlab.
 
     Raises:
-        StorageError: neither of both.
+        InputError, StorageError: neither of these.
     """
-    from jamlab.paper_figures.tables import read_folder, reference_tables
-
     if source is None:
         return reference_tables()
     if (source / "reference.json").is_file():
         return read_folder(source)
-    if not source.is_dir():
-        raise StorageError(f"{source} is no folder: give a campaign folder or one of reference tables")
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(source)
     return Tables(campaign.table, {"campaign": str(source), **versions()})
+
+
+def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
+    """Thin the tables of a campaign to reference data, with what made them.
+
+    Args:
+        source: campaign file or folder.
+        folder: to write to.
+        commit: of the code that ran the campaign.
+
+    Returns:
+        Table -> bytes.
+
+    Raises:
+        InputError: no campaign, or none of its tasks is finished.
+        StorageError: the folder cannot be written.
+    """
+    from jamlab.campaign.campaign import open_campaign
+
+    campaign = open_campaign(source)
+    facts = {"campaign": campaign.name, "commit": commit, **versions()}
+    return save(Tables(campaign.table), folder, facts, campaign.file.read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -116,7 +135,7 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
     """
     make_folder(folder)
     paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
-    png = save(drawing.figure, paths[0])
+    png = save_png(drawing.figure, paths[0])
     buffer = BytesIO()
     drawing.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     with atomic_file(paths[1]) as temporary:

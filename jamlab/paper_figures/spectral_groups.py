@@ -51,6 +51,16 @@ class Group:
         return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]), resamples=RESAMPLES)
 
 
+def same_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
+    """The groups at the frequencies that all of them have."""
+    shared = set.intersection(*(set(g.omega) for g in groups.values()))
+    out = {}
+    for p, g in groups.items():
+        kept = np.array([w in shared for w in g.omega])
+        out[p] = Group(g.omega[kept], g.storage[:, kept], g.loss[:, kept], g.g0, g.eta0, g.eta_inf)
+    return out
+
+
 def limits_of(table: pd.DataFrame) -> pd.DataFrame:
     """One row per packing and law, without the frequencies; only packings whose moduli are positive."""
     keys = ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"]

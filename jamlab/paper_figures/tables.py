@@ -143,13 +143,14 @@ def read_folder(folder: Path) -> Tables:
     return Tables(read, {name: str(value) for name, value in facts["facts"].items()})
 
 
-def save(tables: Tables, folder: Path, facts: dict[str, Any]) -> dict[str, int]:
+def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:
     """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
 
     Args:
         tables: of a campaign.
         folder: made if it is not there; its tables are replaced.
-        facts: versions, commit, campaign file, anything worth knowing; kept in reference.json.
+        facts: versions, commit, anything worth showing in a report; kept in reference.json.
+        campaign: text of the campaign file, kept there too.
 
     Returns:
         Table -> bytes written. A table that the campaign has no rows of is left out.
@@ -177,7 +178,7 @@ def save(tables: Tables, folder: Path, facts: dict[str, Any]) -> dict[str, int]:
         written[name], rows[name] = path.stat().st_size, len(kept)
     if not written:
         raise InputError("no table has rows: finish some tasks of the campaign first")
-    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows}
+    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
     with atomic_file(folder / "reference.json") as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return written
