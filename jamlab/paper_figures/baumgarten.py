@@ -81,7 +81,7 @@ def figure_1(tables: Tables) -> Drawing:
     out.window(axes, low, high)
     w = group.omega
     out.slope(axes, 1.0, (w[0], 0.1 * p), 0.4 * group.loss.mean(axis=0)[0])
-    out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, group.storage.mean(axis=0)))
+    out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, group.storage.mean(axis=0)), above=True)
     if w[-1] > 30:
         out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, group.loss.mean(axis=0)))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
@@ -118,8 +118,8 @@ def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]
     x = np.concatenate([g.omega / p for p, g in groups.items()])
     low = max(x.min(), 1e-4)
     level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
-    out.slope(scaled, 1.0, (low, 1e-1), 0.3 * level * low)
-    out.slope(scaled, 0.5, (30.0, 3e4), 3.0 * level * 30**0.5 / 2)
+    out.slope(scaled, 1.0, (low, 1e-1), 0.1 * level * low)
+    out.slope(scaled, 0.5, (30.0, 3e4), 3.0 * level * 30**0.5 / 2, above=True)
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="upper left")
 
 
@@ -145,7 +145,8 @@ def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[
 
 def figure_3(tables: Tables) -> Drawing:
     """G* of balanced contact damping for a range of pressures, and its collapse."""
-    table = spectral(chosen(tables.spectra, "contact", prestress=True, beta=1.0))
+    every = chosen(tables.spectra, "contact", prestress=True, beta=1.0)
+    table = spectral(every)
     groups = by_pressure(table)
     out, (a, b) = drawing("baumgarten-3", 1, 2, 5.6, 4.6)
     scale(a)
@@ -153,13 +154,29 @@ def figure_3(tables: Tables) -> Drawing:
     _collapsed(out, a, b, groups)
     w = next(iter(groups.values())).omega
     lowest = list(groups.values())[-1]
-    out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0])
+    out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
+    _largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left")
     out.claims = _exponents(out.name, groups, "contact damping", int(table["n"].iloc[0]))
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
     return out
+
+
+def _largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
+    """The largest packing of all as a black line, if it stands alone and has a whole spectrum."""
+    n = int(table["n"].max())
+    part = table[table["n"] == n]
+    if n == int(spectral(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
+        return
+    for p, group in by_pressure(part).items():
+        kept = group.omega <= _CRITICAL[1]
+        for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
+            series = f"{name} N = {n}, p = {p:g}"
+            text = rf"$N = {n}$, $p = {power_text(p)}$" if name == "G'" else None
+            out.curve(plain, series, group.omega, values, label=text, color="#222222")
+            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color="#222222")
 
 
 def figure_4(tables: Tables) -> Drawing:
@@ -184,7 +201,7 @@ def figure_4(tables: Tables) -> Drawing:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
         gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g), resamples=RESAMPLES)
     label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
-    out.slope(a, 1.0, (1e-6, 1e-4), 1e-5)
+    out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
     out.claims.append(
         claim(
             out.name,

@@ -53,7 +53,7 @@ def figure_10(tables: Tables) -> Drawing:
         out.claims += _onset_claims(out.name, model, n, groups[model])
     out.slope(width, -0.55, (sizes(onset, "sp" if has(onset, "sp") else "dp")[0], 256), 0.012, r"$N^{-0.55}$")
     label(width, "N", r"width of the distribution $\sigma$")
-    out.curve(mean, "paper: large-N limit 0.842", [10, 512], [0.842, 0.842], **PAPER)
+    out.curve(mean, "paper: large-N limit 0.842", [12, 500], [0.842, 0.842], **PAPER)
     mean.set_xscale("log")
     label(mean, "N", "mean onset", loc="lower right")
     out.caption = (

@@ -161,7 +161,8 @@ def _power(
         line = np.geomspace(*ends, 20)
         own = out.claims[-1].value
         slope = 1 / paper if inverse else paper
-        theirs = fit(np.array([ends[0]]))[0] * 0.5 * (line / ends[0]) ** slope
+        middle = (ends[0] * ends[1]) ** 0.5
+        theirs = float(fit(middle)) * 0.4 * (line / middle) ** slope
         pairs = [(f"fit: {own:.3g}", fit(line), FIT), (f"paper: {paper:g}", theirs, PAPER)]
         for text, values, look in pairs:
             out.curve(axes, text, *((values, line) if swap else (line, values)), **look)

@@ -136,6 +136,7 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
     make_folder(folder)
     paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
     png = save_png(drawing.figure, paths[0])
+    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
     buffer = BytesIO()
     drawing.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     with atomic_file(paths[1]) as temporary:

@@ -115,8 +115,10 @@ class Drawing:
             lengths = np.maximum([(py - bottom)[known], (top - py)[known]], 0)
             axes.errorbar(px[known], py[known], lengths, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2.5)
 
-    def slope(self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None) -> None:
-        """A line of the paper's slope from (x[0], y) to x[1], dashed, with its exponent beside it."""
+    def slope(
+        self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None, above: bool = False
+    ) -> None:
+        """A line of the paper's slope from (x[0], y) to x[1], dashed, with its exponent below it or above."""
         ends = np.asarray(x, dtype=float)
         values = y * (ends / ends[0]) ** exponent
         self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
@@ -125,8 +127,9 @@ class Drawing:
             f"{exponent:g}" if text is None else text,
             middle,
             textcoords="offset points",
-            xytext=(5, -11) if exponent >= 0 else (5, 5),
+            xytext=((-8, 7) if above else (5, -11)) if exponent >= 0 else (5, 5),
             fontsize=9,
+            ha="right" if above and exponent >= 0 else "left",
         )
 
     def window(self, axes: Any, low: float, high: float) -> None:
@@ -149,7 +152,8 @@ def label(axes: Any, x: str, y: str, *, log: str = "", legend: bool = True, **pl
     axes.set_ylabel(y, fontsize=11)
     axes.tick_params(labelsize=9.5)
     axes.grid(alpha=0.25)
-    axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
+    if len(axes.figure.axes) > 1:
+        axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
     for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
         if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap, or there are none
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

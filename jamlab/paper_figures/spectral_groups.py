@@ -127,6 +127,6 @@ def power_text(p: float) -> str:
     """10^n, or a x 10^n, as mathtext."""
     exponent = int(np.floor(np.log10(p) + 1e-9))
     if exponent in (-1, 0, 1):
-        return f"{p:g}"
+        return f"{p:.2g}"
     front = p / 10.0**exponent
     return f"10^{{{exponent}}}" if abs(front - 1) < 1e-6 else rf"{front:.2g}\times 10^{{{exponent}}}"
