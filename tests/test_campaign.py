@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 import jamlab
+from jamlab.campaign import sweep_states
 from jamlab.campaign.bootstrap import aggregate, interval
 from jamlab.campaign.campaign_file import CampaignTable, read_campaign_file
 from jamlab.campaign.driver import to_do
@@ -343,7 +344,8 @@ def test_groups_bins_and_what_is_left_out():
 def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
     status = full.status(verify=True)
     assert (status.tasks, status.finished, status.failed, status.left) == (6, 6, 0, 0)
-    assert (status.damaged, status.foreign) == ({}, 0)
+    assert (status.damaged, status.gaps, status.foreign) == ({}, {}, 0)
+    assert jamlab.open_campaign(full.folder.path / "campaign.toml").finished() == full.finished()
     shutil.copytree(full.folder.path, tmp_path / "full")
     path = tmp_path / "full.toml"
     path.write_text(FULL.replace("seeds = [3, 4]", "seeds = [4, 5]"))
@@ -400,6 +402,35 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     done = campaign.run(1, retry_failed=True)
     assert (done.finished, done.failed) == (0, 1)
     assert campaign.folder.failure_file(task_name(record["parameters"])).stat().st_mtime_ns > first
+
+
+def test_a_sweep_that_breaks_off_keeps_its_states_and_says_so(tmp_path, monkeypatch):
+    def breaks_off(packing, to, **_):
+        yield packing
+        raise jamlab.EngineError("LAMMPS stopped")
+
+    monkeypatch.setattr(sweep_states, "compress", breaks_off)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1))
+    assert run_here(campaign)[0][0] == "finished"
+    assert len(campaign.table("states")) == 2
+    (line,) = campaign.status(verify=True).gaps.values()
+    assert line == "sp n=8 seed=1 lacks states after 1: LAMMPS stopped"
+
+
+def test_pressures_that_are_not_met(tmp_path, monkeypatch):
+    def fussy(n, pressure, seed, **how):
+        if pressure < 1e-2:
+            raise jamlab.ConvergenceError("not met")
+        return jamlab.pack(n, pressure, seed, **how)
+
+    monkeypatch.setattr(sweep_states, "pack", fussy)
+    path = written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2, 1e-3])
+    campaign = jamlab.open_campaign(path)
+    assert run_here(campaign)[0][0] == "finished"
+    assert campaign.table("states")["target_pressure"].tolist() == [1e-2]
+    assert list(campaign.status(verify=True).gaps.values()) == ["sp n=8 seed=1 lacks pressure 0.001: not met"]
+    alone = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-3]))
+    assert run_here(alone)[0][0] == "failed"
 
 
 def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):

@@ -48,6 +48,7 @@ class Status:
         sweeps: one entry for each sweep, model and n.
         failures: failed task -> record with label, error and reason.
         damaged: finished task -> what is wrong with its file; None if files were not looked into.
+        gaps: finished task -> states that it lacks, and why; None if files were not looked into.
         foreign: finished files that belong to no task of the campaign file, e.g. of seeds taken out again, or made with
             other defaults of jamlab.
     """
@@ -55,6 +56,7 @@ class Status:
     sweeps: list[SweepStatus]
     failures: dict[str, dict[str, Any]]
     damaged: dict[str, str] | None
+    gaps: dict[str, str] | None
     foreign: int
 
     @property
@@ -131,7 +133,8 @@ class Campaign:
             sweeps.append(SweepStatus(batch.sweep, p["model"], p["n"], *counts))
         failures = {name: record for name, record in self.folder.failures().items() if name in known}
         damaged = self.folder.damages(known & finished) if verify else None
-        return Status(sweeps, failures, damaged, len(finished - known))
+        gaps = self.folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
+        return Status(sweeps, failures, damaged, gaps, len(finished - known))
 
     def plan(self, only: Iterable[str] | None = None) -> "list[Estimate]":
         """Tasks, seconds of one core and bytes, without running anything.
@@ -265,6 +268,8 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
         InputError: the file says what no campaign can do, or the folder holds no campaign.
     """
     given = Path(path)
+    if given.name == COPY and folder is None and (given.parent / "tasks").is_dir():  # the copy in a folder
+        given = given.parent
     if given.is_dir():
         if folder is not None:
             raise InputError(f"{path} is a folder already: leave out folder = {folder}")

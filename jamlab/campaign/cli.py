@@ -79,7 +79,9 @@ def status(
     if as_json:
         sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
         totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
-        print_json({**totals, "damaged": found.damaged, "failures": found.failures, "sweeps": sweeps})
+        print_json(
+            {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
+        )
         return
     lines = [
         [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in ("tasks", "finished", "failed", "left"))]
@@ -91,6 +93,8 @@ def status(
         out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
     for task, reason in (found.damaged or {}).items():
         out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
+    for line in (found.gaps or {}).values():
+        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
     if found.damaged:
         out_console.print(f"`jamlab campaign resume {file}` does them again", soft_wrap=True)
     if found.foreign:

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from jamlab.atomic_file import atomic_file
-from jamlab.campaign.task_file import damage
+from jamlab.campaign.task_file import damage, read_gaps
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError
 
@@ -79,6 +79,16 @@ class CampaignFolder:
         """Finished task -> what is wrong with its file; reads every byte."""
         found = ((name, damage(self.task_file(name), name)) for name in sorted(names))
         return {name: reason for name, reason in found if reason is not None}
+
+    def gaps(self, names: Iterable[str]) -> dict[str, str]:
+        """Finished task -> which of its states could not be made, and why; tasks without gaps are left out."""
+        found = {}
+        for name in sorted(names):
+            parameters, missing = read_gaps(self.task_file(name))
+            if missing:
+                lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in missing)
+                found[name] = f"{Task(name, parameters).label} lacks {lines}"
+        return found
 
     def move_aside(self, name: str) -> Path:
         """Move a damaged file to `damaged/`, so that its task is done again."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from jamlab.compression import compress
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.onset import jam
 from jamlab.packing import Packing
 from jamlab.packing_fraction import packing_fraction
@@ -19,13 +19,13 @@ class SweepStates:
         packings: frame by frame; in a compression the first is the onset itself.
         target_pressures: one per packing, k; nan in a compression.
         converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
-        missing: pressures that were not met, each with the reason.
+        missing: what could not be made: `state`, in words, and `reason`.
     """
 
     packings: list[Packing]
     target_pressures: list[float]
     converged: list[bool]
-    missing: list[dict[str, Any]]
+    missing: list[dict[str, str]]
 
 
 def sweep_states(parameters: dict[str, Any]) -> SweepStates:
@@ -37,17 +37,17 @@ def sweep_states(parameters: dict[str, Any]) -> SweepStates:
     Raises:
         ConvergenceError: no onset was found, no pressure was met, or the onset lies above `compress.to`.
     """
-    missing: list[dict[str, Any]] = []
+    missing: list[dict[str, str]] = []
     if "pressures" in parameters:
         packings, targets = _at_pressures(parameters, missing)
     else:
-        packings = _from_onset(parameters)
+        packings = _from_onset(parameters, missing)
         targets = [float("nan")] * len(packings)
     limit = parameters["tolerances"]["max_force"]
     return SweepStates(packings, targets, [_converged(p, limit) for p in packings], missing)
 
 
-def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, Any]]) -> tuple[list[Packing], list[float]]:
+def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> tuple[list[Packing], list[float]]:
     """Each pressure from its own random start of the same seed, so that states of one task are independent."""
     packings, targets = [], []
     for pressure in parameters["pressures"]:
@@ -55,13 +55,14 @@ def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, Any]]) -> 
             packings.append(pack(parameters["n"], pressure, parameters["seed"], ensemble=parameters["ensemble"]))
             targets.append(pressure)
         except ConvergenceError as error:
-            missing.append({"target_pressure": pressure, "reason": str(error)})
+            missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
     if not packings:
         raise ConvergenceError(missing[0]["reason"])
     return packings, targets
 
 
-def _from_onset(parameters: dict[str, Any]) -> list[Packing]:
+def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
+    """Up from onset; a sweep that breaks off keeps the states it has."""
     law = parameters["force_law"] if parameters["model"] == "dp" else {}
     onset = jam(parameters["model"], parameters["n"], parameters["seed"], ensemble=parameters["ensemble"], **law)
     if "compress" not in parameters:
@@ -71,7 +72,13 @@ def _from_onset(parameters: dict[str, Any]) -> list[Packing]:
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
-    return [onset, *compress(onset, to, error=parameters["tolerances"]["step_error"], **how)]
+    packings = [onset]
+    try:
+        for packing in compress(onset, to, error=parameters["tolerances"]["step_error"], **how):
+            packings.append(packing)
+    except JamlabError as error:
+        missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
+    return packings
 
 
 def _converged(packing: Packing, limit: float | None) -> bool:

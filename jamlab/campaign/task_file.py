@@ -7,7 +7,7 @@ Beside the layout of `jamlab.storage`, version 1 of the campaign adds
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
 | /campaign jamlab_campaign | int            | 1                                                                     |
-| /campaign missing         | str            | JSON list: target pressures that were not met, with the reason        |
+| /campaign missing         | str            | JSON list: states that could not be made, with the reason             |
 | /campaign seconds, host   | float, str     | time the task took and where it ran: all that may differ between runs |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
@@ -55,7 +55,6 @@ class TaskFile:
         target_pressure: (frames,).
         wall_time: (frames,) seconds each state took.
         seconds: the whole task.
-        missing: pressures that were not met.
     """
 
     task: str
@@ -67,7 +66,6 @@ class TaskFile:
     target_pressure: NDArray[np.float64]
     wall_time: NDArray[np.float64]
     seconds: float
-    missing: list[dict[str, Any]]
 
 
 def write_task_file(
@@ -143,7 +141,6 @@ def read_task_file(path: Path) -> TaskFile:
             target_pressure=group["target_pressure"][()],
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
-            missing=json.loads(group.attrs["missing"]),
         )
 
 
@@ -153,6 +150,13 @@ def read_task_table(path: Path, table: str) -> tuple[dict[str, Any], Columns]:
         parameters = json.loads(file["campaign"].attrs["parameters"])
         name = f"tables/{table}"
         return parameters, {c: values[()] for c, values in file[name].items()} if name in file else {}
+
+
+def read_gaps(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Parameters, and the states that could not be made: `state` and `reason`. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        attributes = file["campaign"].attrs
+        return json.loads(attributes["parameters"]), json.loads(attributes["missing"])
 
 
 def read_seconds(path: Path) -> float:

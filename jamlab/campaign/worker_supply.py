@@ -23,12 +23,13 @@ class WorkerSupply:
     Args:
         scheduler: address.
         count: processes.
-        give_up: called with a reason when workers die as fast as they start.
+        give_up: called when workers die as fast as they start; `failure` says so, and none is started anew.
     """
 
-    def __init__(self, scheduler: str, count: int, give_up: Callable[[str], None]) -> None:
-        self._line = [sys.executable, "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:
+        self._line = [sys.executable, "-P", "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
         self._count = count
+        self.failure: str | None = None
         self._give_up = give_up
         self._stop = threading.Event()
         # the kernel ties a worker's life to the thread that started it: one thread starts them all and stays
@@ -52,9 +53,9 @@ class WorkerSupply:
                         continue
                     early = early + 1 if time.monotonic() - began < _EARLY else 0
                     if early > _EARLY_DEATHS * self._count:
-                        self._give_up(
-                            f"workers die as soon as they start, the last with exit code {process.returncode}"
-                        )
+                        code = process.returncode
+                        self.failure = f"workers die as soon as they start, the last with exit code {code}: see stderr"
+                        self._give_up()
                         return
                     workers[k] = (self._start(), time.monotonic())
         finally:
@@ -65,6 +66,6 @@ class WorkerSupply:
 
     def _start(self) -> subprocess.Popen[bytes]:
         environment = os.environ | dict.fromkeys(_THREADS, "1") | {"DASK_LOGGING__DISTRIBUTED": "critical"}
-        # packages that this script found through sys.path, the worker finds too
-        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        # the same modules as here, whatever lies in the folder that this script runs in
+        environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
         return subprocess.Popen(self._line, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)

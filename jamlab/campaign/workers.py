@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jamlab.campaign.worker_supply import WorkerSupply
-from jamlab.errors import InputError
+from jamlab.errors import EngineError, InputError
 
 _DEATH_TIMEOUT = 60  # seconds after which a job without its scheduler ends
 _SETTINGS = {
@@ -51,6 +51,7 @@ class Workers:
 
         Raises:
             InputError: no scheduler answers, its workers run several tasks at once, or SLURM is not usable.
+            EngineError: workers on this machine die as soon as they start.
         """
         import dask
         from distributed import Client
@@ -63,9 +64,14 @@ class Workers:
             client = stack.enter_context(Client(cluster, set_as_default=False))
             if self.slurm:
                 cluster.scale(jobs=self.expected)
-            else:
-                stack.enter_context(WorkerSupply(cluster.scheduler_address, self.expected, lambda _: cluster.close()))
-            yield client
+                yield client
+                return
+            supply = WorkerSupply(cluster.scheduler_address, self.expected, lambda: _cancel_all(client))
+            stack.enter_context(supply)
+            try:
+                yield client
+            except EngineError as error:
+                raise EngineError(supply.failure or str(error)) from error
 
     @property
     def expected(self) -> int:
@@ -87,6 +93,11 @@ class Workers:
             raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
 
 
+def _cancel_all(client: Any) -> None:
+    """Let the driver, which waits for results, go on: every future ends as cancelled."""
+    client.restart(timeout=10, wait_for_workers=False)
+
+
 def _scheduler() -> Any:
     """A scheduler in this process, without workers."""
     from distributed import LocalCluster
@@ -104,11 +115,11 @@ def _external(address: str) -> Any:
             f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "
             "`dask worker --nthreads 1 ADDRESS`"
         ) from error
-    for worker in client.scheduler_info(n_workers=-1)["workers"].values():
-        if worker["nthreads"] != 1:
+    for worker, threads in client.nthreads().items():
+        if threads != 1:
             client.close()
             raise InputError(
-                f"worker {worker['id']} at {address} runs {worker['nthreads']} tasks at once in threads, LAMMPS cannot:"
+                f"worker {worker} of {address} runs {threads} tasks at once in threads, LAMMPS cannot:"
                 " start workers with `dask worker --nthreads 1 --nworkers N`"
             )
     return client
