@@ -145,6 +145,7 @@ def correlation():
                             pd.DataFrame(
                                 {
                                     **{"n": n, "seed": seed, "pressure": p, "law": law, "prestress": True},
+                                    **{"beta": 1.0 if law == "contact" else np.nan, "eta_f": 1.0},
                                     **{"omega": omega, "box": box, "delta": delta, "c": c},
                                 }
                             )

@@ -141,7 +141,8 @@ def test_verdicts(low, high, relation, agrees):
 
 def test_a_value_without_interval_is_not_measured_rather_than_right():
     c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), 1.0, how="one packing")
-    assert not c.agrees and c.verdict == "not measured: one packing"
+    assert not c.agrees and c.verdict == "not measured: too few packings for an interval"
+    assert claim("f", "q", None, 1.0, how="no packing").verdict == "not measured: no packing"
     assert claim("f", "q", None, 1.0).verdict == "not measured: too few data"
 
 

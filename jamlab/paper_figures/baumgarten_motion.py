@@ -7,7 +7,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.bootstrap import bootstrap
-from jamlab.errors import InputError
 from jamlab.paper_figures.claims import claim
 from jamlab.paper_figures.ensembles import RESAMPLES, average, groups_by
 from jamlab.paper_figures.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
@@ -68,8 +67,9 @@ def figure_7(tables: Tables) -> Drawing:
     stressed = table["prestress"].astype(bool)
     table = table[stressed] if stressed.any() else table
     out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
-    contact, stokes = largest(table, "contact"), largest(table, "stokes")
-    _contact_correlation(out, a, table[table["law"] == "contact"])
+    balanced = chosen(table, "contact", beta=1.0)
+    contact, stokes = largest(balanced), largest(chosen(table, "stokes", eta_f=1.0))
+    _contact_correlation(out, a, balanced)
     _stokes_correlation(out, b, stokes)
     scale(c)
     scale(d)
@@ -104,16 +104,9 @@ def figure_7(tables: Tables) -> Drawing:
     return out
 
 
-def largest(table: pd.DataFrame, law: str) -> pd.DataFrame:
-    """Rows of one law, of the largest size with more than one packing.
-
-    Raises:
-        InputError: there are none.
-    """
-    part = table[table["law"] == law]
-    if part.empty:
-        raise InputError(f"no correlation under {law} damping: run a campaign that measures it")
-    return part.loc[part["n"] == largest_ensemble(part)]
+def largest(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the largest size with more than one packing."""
+    return table.loc[table["n"] == largest_ensemble(table)]
 
 
 def correlations(part: pd.DataFrame) -> Array:
@@ -272,7 +265,8 @@ def _size_claims(
     found = slope = None
     if len(sizes) > 1 and all(len(x) > 1 for x, _ in curves(flat)):
         found = bootstrap(flat, exponent, resamples=RESAMPLES // 4)
-        slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
+        if sum(q * n**2 >= _TAIL for n, (x, _) in zip(sizes, curves(flat), strict=True) for q in x) >= 3:
+            slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
     how = f"N = {', '.join(map(str, sizes))}"
     why = "pre-stress makes the crossover gradual" if prestress else ""
     out.claims.append(claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, a, 0.05, how=how, reason=why))

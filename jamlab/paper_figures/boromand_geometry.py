@@ -117,11 +117,11 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
         claim(
             name,
             "A near confluence, SP",
-            by_rho.interval(_at(0.995)),
+            by_rho.interval(lambda x, y: y[np.nanargmax(x)]),
             1.10,
             0.0,
             relation=">",
-            how=f"N = {n}, rho = 0.995",
+            how=f"N = {n}, mean over rho > {0.005 * np.floor(200 * np.nanmax(by_rho.mean[0])):.3f}",
         ),
     ]
     area = shape = None

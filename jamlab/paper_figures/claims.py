@@ -48,6 +48,8 @@ class Claim:
     @property
     def verdict(self) -> str:
         """Agrees; differs, with the reason or "open"; or not measured."""
+        if np.isfinite(self.value) and not self.measured:
+            return "not measured: too few packings for an interval"
         if not self.measured:
             return f"not measured: {self.how or 'too few data'}"
         return "agrees" if self.agrees else f"differs: {self.reason or 'open'}"

@@ -80,7 +80,7 @@ def chosen(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **pa
         found = found[np.isclose(found[name], value)]
     if found.empty:
         what = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
-        raise InputError(f"no spectrum with {law} damping {what}, prestress = {prestress}: run a campaign that has it")
+        raise InputError(f"no row with {law} damping {what}, prestress = {prestress}: run a campaign that has it")
     return found
 
 

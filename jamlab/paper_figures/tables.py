@@ -30,7 +30,7 @@ _COLUMNS = {
         *("g0", "eta0", "eta_inf", "converged"),
     ),
     "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
-    "correlation": ("n", "seed", "pressure", "law", "prestress", "omega", "box", "delta", "c"),
+    "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
 }
 _DIGITS = {"c": 4}  # significant digits kept; 6 elsewhere
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
