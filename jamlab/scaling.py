@@ -213,20 +213,28 @@ def collapse_spread(curves: Sequence[Curve]) -> float:
     Raises:
         InputError: fewer than two curves; values that are not positive.
     """
+    return _spread(_logarithms(curves))
+
+
+def _logarithms(curves: Sequence[Curve]) -> list[Curve]:
     if len(curves) < 2:
         raise InputError(f"{len(curves)} curve(s): a collapse needs two or more")
     if not all(np.all(x > 0) and np.all(y > 0) for x, y in curves):
         raise InputError("a collapse is measured in logarithms: x and y must be positive")
-    logs = [(np.log(x), np.log(y)) for x, y in curves]
+    return [(np.log(x), np.log(y)) for x, y in curves]
+
+
+def _spread(logs: list[Curve]) -> float:
     starts, ends = np.array([[x[0], x[-1]] for x, _ in logs]).T
     grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], _GRID)
     inside = (grid >= starts[:, None]) & (grid <= ends[:, None])
     inside &= inside.sum(axis=0) >= 2
-    if not inside.any():
+    count = inside.sum(axis=0)
+    if not count.any():
         return float("inf")
     values = np.where(inside, [np.interp(grid, x, y) for x, y in logs], 0.0)
-    mean = values.sum(axis=0) / np.maximum(inside.sum(axis=0), 1)
-    return float(np.sqrt(np.sum(np.where(inside, values - mean, 0.0) ** 2) / inside.sum()))
+    mean = values.sum(axis=0) / np.maximum(count, 1)
+    return float(np.sqrt(np.sum(np.where(inside, values - mean, 0.0) ** 2) / count.sum()))
 
 
 @dataclass(frozen=True)
@@ -273,13 +281,12 @@ def collapse_exponents(
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
         raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")
     free = [k for k, e in enumerate((a, b)) if e is None]
+    logs = [_logarithms(family) for family in families]
+    moves = np.log(s)
 
     def spread(exponents: tuple[float, float]) -> float:
-        fx, fy = s ** exponents[0], s ** exponents[1]
-        parts = [
-            collapse_spread([(x * i, y * j) for (x, y), i, j in zip(family, fx, fy, strict=True)])
-            for family in families
-        ]
+        p, q = exponents
+        parts = [_spread([(x + p * m, y + q * m) for (x, y), m in zip(family, moves, strict=True)]) for family in logs]
         return float(np.sqrt(np.mean(np.square(parts))))
 
     def filled(values: Array) -> tuple[float, float]:
@@ -294,7 +301,7 @@ def collapse_exponents(
             lambda v: spread(filled(v)) ** 2,
             [start[k] for k in free],
             method="Nelder-Mead",
-            options={"xatol": 1e-5, "fatol": 1e-12},
+            options={"xatol": 1e-4, "fatol": 1e-10},
         )
         best = filled(found.x)
     return ScalingCollapse(best[0], best[1], spread(best), spread((0.0, 0.0)))

@@ -61,7 +61,7 @@ def figure_5(tables: Tables) -> Drawing:
     departures: dict[str, Interval | None] = {}
     for axes, column, name in (
         (top, "z", "coordination z"),
-        (bottom, "g", r"shear modulus $G$  [$\epsilon/\sigma^2$]"),
+        (bottom, "g", r"shear modulus $G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"),
     ):
         curves: dict[str, Ensemble] = {}
         for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
@@ -153,11 +153,12 @@ def figure_6(tables: Tables) -> Drawing:
         elif model == "dp":
             out.slope(part, 0.8, (1e-3, 1e-1), 2e-3)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
+        units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
         out.window(part, *(REGIME if model == "sp" else (1e-2, 0.16)))
         label(
             part,
             f"{series[:2]}: {name}",
-            r"$z - z_J$" if column == "d_z" else r"$G$  [$\epsilon/\sigma^2$]",
+            r"$z - z_J$" if column == "d_z" else rf"$G$  [{units}]",
             loc="upper left",
         )
         part.set_xlim(5e-7, 0.7)
