@@ -22,7 +22,6 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from jamlab.errors import InputError, JamlabError
-from jamlab.start import droplet_params
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
@@ -159,6 +158,10 @@ class SweepTable(_Table):
     @field_validator("force_law")
     @classmethod
     def _known_parameters(cls, value: dict[str, Any]) -> dict[str, Any]:
+        if not value:
+            return value
+        from jamlab.start import droplet_params
+
         try:
             droplet_params(2, **value)
         except JamlabError as error:

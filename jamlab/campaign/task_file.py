@@ -25,17 +25,19 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.atomic_file import atomic_file
-from jamlab.campaign.sweep_states import SweepStates
-from jamlab.campaign.sweep_tables import Columns
 from jamlab.campaign.tasks import TASK_VERSION, Task
 from jamlab.errors import StorageError
 from jamlab.storage import file_image, opened
+
+if TYPE_CHECKING:  # `status` needs neither LAMMPS nor the analysis
+    from jamlab.campaign.sweep_states import SweepStates
+    from jamlab.campaign.sweep_tables import Columns
 
 _USER_BLOCK = 512  # the smallest that HDF5 looks behind
 _HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
@@ -61,7 +63,7 @@ class TaskFile:
     parameters: dict[str, Any]
     units: str
     observables: dict[str, NDArray[np.float64]]
-    tables: dict[str, Columns]
+    tables: "dict[str, Columns]"
     converged: NDArray[np.bool_]
     target_pressure: NDArray[np.float64]
     wall_time: NDArray[np.float64]
@@ -71,9 +73,9 @@ class TaskFile:
 def write_task_file(
     path: Path,
     task: Task,
-    states: SweepStates,
+    states: "SweepStates",
     measured: Mapping[str, NDArray[np.float64]],
-    tables: Mapping[str, Columns],
+    tables: "Mapping[str, Columns]",
     seconds: float,
 ) -> None:
     """Write a finished task; the file appears whole or not at all.
@@ -144,7 +146,7 @@ def read_task_file(path: Path) -> TaskFile:
         )
 
 
-def read_task_table(path: Path, table: str) -> tuple[dict[str, Any], Columns]:
+def read_task_table(path: Path, table: str) -> "tuple[dict[str, Any], Columns]":
     """Parameters and one table alone; no columns if the task did not make it. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         parameters = json.loads(file["campaign"].attrs["parameters"])
