@@ -16,10 +16,11 @@ from jamlab.compression import grid
 from jamlab.errors import StorageError
 
 _SAMPLES = 8  # finished tasks that speak for their batch
-_ONSET = {"sp": ((32, 0.3), (64, 0.5), (128, 1.3), (256, 5.0), (1024, 60.0)), "dp": ((16, 6.0), (32, 10.0), (64, 25.0))}
-_STATE = {"sp": ((32, 0.02), (64, 0.03), (128, 0.05), (256, 0.1), (1024, 0.6)), "dp": ((16, 0.2), (32, 0.4), (64, 1.0))}
+_ONSET = {"sp": ((32, 0.3), (64, 0.5), (128, 1.3), (256, 5.0), (1024, 60.0)), "dp": ((16, 6.0), (32, 20.0), (64, 30.0))}
+_STATE = {"sp": ((32, 0.02), (64, 0.03), (128, 0.05), (256, 0.1), (1024, 0.6)), "dp": ((16, 0.5), (32, 1.2), (64, 2.0))}
 _PACK = ((32, 0.05), (128, 0.1), (512, 0.7), (2048, 3.0), (32768, 120.0))  # at pressure 1e-2
 _PACK_EXPONENT = -0.2  # of the pressure
+_STABILIZED = 2.5  # packings whose box is sheared too
 _SPECTRUM = {
     "sp": ((32, 0.03), (128, 0.1), (512, 0.3), (2048, 0.8), (32768, 25.0)),
     "dp": ((16, 0.5), (64, 2.0)),
@@ -107,6 +108,8 @@ def task_seconds(parameters: dict[str, Any]) -> float:
         total = _at(_PACK, n) * scale
     else:
         total = _at(_ONSET[model], n) + (states - 1) * _at(_STATE[model], n)
+    if parameters["ensemble"] == "shear-stabilized":
+        total *= _STABILIZED
     return float(total + _at(_SPECTRUM[model], n) * states * _solutions(parameters))
 
 
