@@ -3,8 +3,9 @@
 Vertices are almost free to slide along a flat while contacts and areas are stiff, so plain L-BFGS takes thousands of
 force evaluations. Started from the inverse of a Hessian of the same packing, made positive definite by a shift, it
 takes about a hundred. Near onset droplets roll on a nearly flat energy, and contacts open and close at every step of
-Newton's method; L-BFGS on a Hessian of a small shift passes there in hundreds of cheap steps. Near the minimum the energy, which holds the whole perimeter, has no digits left for a line
-search: there the work of the force along the step, (F0 + F1) . s/2, stands for the fall of the energy.
+Newton's method; L-BFGS on a Hessian of a small shift passes there in hundreds of cheap steps. Near the minimum the
+energy, which holds the whole perimeter, has no digits left for a line search: there the work of the force along the
+step, (F0 + F1) . s/2, stands for the fall of the energy.
 """
 
 from collections import deque

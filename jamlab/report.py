@@ -16,11 +16,12 @@ _DPI = 130
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text: heading, column names and rows of cells."""
+    """A table of text: heading, column names, rows of cells, and which rows are red (by default none)."""
 
     heading: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    red: Sequence[bool] = ()
 
 
 def save(figure: Figure, path: Path) -> bytes:

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
+from jamlab.bootstrap import bootstrap
 from jamlab.errors import InputError
 from jamlab.rheology import ComplexModulus
+from jamlab.scaling import collapse_exponents
 
 Array = NDArray[np.float64]
 
-_GRID = 60
 _HIGHEST = 0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling
 _CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted
 
@@ -68,44 +68,26 @@ def collapse(
             )
     kept = omega <= _HIGHEST
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
-    x = np.log(omega[kept])
-    best = _fit(x, np.log(p), [np.log(c.mean(axis=0)) for c in curves])
-    rng = np.random.default_rng(seed)
-    samples = []
-    for _ in range(resamples):
-        drawn = [c[rng.integers(len(c), size=len(c))].mean(axis=0) for c in curves]
-        samples.append(_fit(x, np.log(p), [np.log(c) for c in drawn])[:3])
+    x = omega[kept]
+    best = _fit(x, p, [c.mean(axis=0) for c in curves])
     errors = np.zeros(3)
-    if samples:
-        low, high = np.percentile(np.array(samples), [2.5, 97.5], axis=0)
-        errors = 0.5 * (high - low)
+    if resamples:
+        drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)
+        errors = 0.5 * (drawn.high - drawn.low)
     mu_error, lam_error, exponent_error = (float(e) for e in errors)
     return Collapse(best[0], best[1], best[2], mu_error, lam_error, exponent_error, best[3])
 
 
-def _fit(x: Array, log_p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
-    def spread(exponents: Array) -> float:
-        mu, lam = exponents
-        starts = x - lam * log_p[:, None]
-        # where at least two curves overlap
-        grid = np.linspace(np.sort(starts[:, 0])[1], np.sort(starts[:, -1])[-2], _GRID)
-        inside = (grid >= starts[:, :1]) & (grid <= starts[:, -1:])
-        total = 0.0
-        for part in (0, 1):
-            lines = [np.interp(grid, s, c[part] - mu * lp) for s, c, lp in zip(starts, curves, log_p, strict=True)]
-            values = np.where(inside, lines, 0.0)
-            count = inside.sum(axis=0)
-            mean = values.sum(axis=0) / count
-            total += float(np.sum(np.where(inside, values - mean, 0.0) ** 2) / np.sum(count))
-        return total / 2
-
-    found = minimize(spread, [0.5, 1.0], method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-12})
-    mu, lam = found.x
+def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
+    """mu, lambda, Delta and the spread; curves: (2, m) mean G' and G'' of each pressure."""
+    families = [[(omega, c[part]) for c in curves] for part in (0, 1)]
+    found = collapse_exponents(p, families, start=(-1.0, -0.5))
+    mu, lam = -found.b, -found.a
     slopes = []
-    for c, lp in zip(curves, log_p, strict=True):
-        critical = x - lam * lp > np.log(_CRITICAL)
+    for c, pressure in zip(curves, p, strict=True):
+        critical = omega > _CRITICAL * pressure**lam
         if np.count_nonzero(critical) >= 3:
-            slopes += [np.polyfit(x[critical], part[critical], 1)[0] for part in c]
+            slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
     if not slopes:
         raise InputError(f"no frequency lies between {_CRITICAL:g} p^lambda and {_HIGHEST:g}: lower the pressure")
-    return float(mu), float(lam), float(np.mean(slopes)), float(np.sqrt(found.fun))
+    return mu, lam, float(np.mean(slopes)), found.spread

@@ -1,0 +1,78 @@
+"""Intervals of what an ensemble gives, by drawing whole packings again and again.
+
+States of one packing at neighbouring packing fractions are alike: an interval from single states would be far too
+narrow. So a packing is drawn with all its states, or not at all.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError, JamlabError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A statistic with the ends of its confidence interval.
+
+    Attributes:
+        value: of the ensemble itself, float64 of any shape.
+        low, high: percentiles over the ensembles drawn; nan where more than half of these have no value, and if no
+            group has two packings.
+    """
+
+    value: Array
+    low: Array
+    high: Array
+
+    def __getitem__(self, index: int) -> "Interval":
+        return Interval(self.value[index], self.low[index], self.high[index])
+
+
+def bootstrap(
+    groups: Sequence[ArrayLike],
+    statistic: Callable[[list[Array]], ArrayLike],
+    *,
+    resamples: int = 200,
+    level: float = 0.95,
+    seed: int = 1,
+) -> Interval:
+    """Percentile interval of a statistic of one or several groups of packings (Efron & Tibshirani 1993, ch. 13).
+
+    Args:
+        groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.
+        statistic: of such a list of arrays; a number or an array. May give nan, or raise a JamlabError, for an
+            ensemble drawn, which then takes no part. What it raises for the ensemble itself is raised.
+        resamples: ensembles drawn.
+        level: probability that the interval should hold.
+        seed: of the drawing.
+
+    Raises:
+        InputError: no group, an empty one, no positive number of resamples, a level outside (0, 1).
+    """
+    arrays = [np.asarray(group, dtype=np.float64) for group in groups]
+    if not arrays or not all(a.ndim and len(a) for a in arrays):
+        raise InputError("bootstrap got an empty group: it needs one packing at least in each")
+    if resamples < 1 or not 0 < level < 1:
+        raise InputError(f"resamples = {resamples}, level = {level}: need at least 1, and a level between 0 and 1")
+    value = np.asarray(statistic(arrays), dtype=np.float64)
+    rng = np.random.default_rng(seed)
+    drawn = np.full((resamples, *value.shape), np.nan)
+    for k in range(resamples):
+        sample = [a[rng.integers(len(a), size=len(a))] for a in arrays]
+        try:
+            drawn[k] = statistic(sample)
+        except JamlabError:
+            continue
+    missing = np.isnan(drawn).sum(axis=0) > resamples // 2
+    missing |= max(map(len, arrays)) < 2  # one packing says nothing about its spread
+    tail = 0.5 * (1 - level)
+    ends = np.full((2, *value.shape), np.nan)
+    if not missing.all():
+        kept = np.where(missing, 0.0, drawn)
+        ends = np.where(missing, np.nan, np.nanquantile(kept, [tail, 1 - tail], axis=0))
+    return Interval(value, ends[0], ends[1])
