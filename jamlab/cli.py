@@ -7,10 +7,10 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.atomic_file import check_target
+from jamlab.calibrate_command import calibrate
 from jamlab.campaign import cli as campaign
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
-from jamlab.calibrate_command import calibrate
 from jamlab.figure_command import figure
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")

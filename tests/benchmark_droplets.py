@@ -64,19 +64,18 @@ def test_a_minimum_costs_less_than_a_twentieth_of_fire_alone():
         assert found.converged
         reached = state.max_force <= FORCE_TOLERANCE["dp"]
         ratios.append(fire / ours)
-        print(
-            f"rho {rho:.2f}: jamlab {ours:.3f} s, FIRE {'' if reached else 'more than '}{fire:.1f} s to {state.max_force:.1e}"
-        )
+        how = "" if reached else "more than "
+        print(f"rho {rho:.2f}: jamlab {ours:.3f} s, FIRE {how}{fire:.1f} s to {state.max_force:.1e}")
     print(json.dumps({"fire over jamlab": ratios}))
     assert np.median(ratios) > 20
 
 
 def test_cost_against_n():
-    """CPU time of a minimum from vertices kicked by 0.01, N = 16 to 1024 by tiling, and its exponent."""
+    """CPU time of a minimum from vertices kicked by 0.01, N = 16 to 256 by tiling, and its exponent."""
     onset = jamlab.jam("dp", 16, 2)
     *_, dense = jamlab.compress(onset, to=0.92, step=0.03)
     sizes, times = [], []
-    for copies in (1, 2, 4, 8):
+    for copies in (1, 2, 4):
         spans = []
         for seed in range(3):
             start = tiled(dense, copies, seed)
