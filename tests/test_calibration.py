@@ -21,7 +21,13 @@ from jamlab.campaign.campaign_file import read_campaign_file
 
 CENTRE = {"gamma": 0.2, "ka": 100.0, "delta": 0.3}
 BEST = {"gamma": 0.3, "ka": 150.0, "delta": 0.25}
-SLOPES = {"z(0.05)": (0, 0, 0.4), "z(0.1)": (0, 0.1, 0.5), "G(0.05)": (0.08, 0, 0), "G(0.1)": (0.17, 0.02, 0.01)}
+SLOPES = {
+    "z(0.05)": (0, 0, 0.4),
+    "z(0.1)": (0, 0.1, 0.5),
+    "G(0.05)": (0.08, 0, 0),
+    "G(0.1)": (0.17, 0.02, 0.01),
+    "G(0.15)": (0.3, 0, 0.02),
+}
 
 
 def sweep(seeds=(1, 2, 3), z=lambda d: 4 + 10 * d, g=lambda d: 2 * d, converged=True):
@@ -54,8 +60,9 @@ def test_observables_are_read_off_at_fixed_distances():
     found = observables(sweep())
     assert list(found["seed"]) == [1, 2, 3]
     assert found["rho_J"].tolist() == pytest.approx([0.831, 0.832, 0.833])
-    for d in DISTANCES:
+    for d in DISTANCES["z"]:
         assert found[f"z({d:g})"].tolist() == pytest.approx([4 + 10 * d] * 3)
+    for d in DISTANCES["G"]:
         assert found[f"G({d:g})"].tolist() == pytest.approx([2 * d] * 3)
     reach = CONFLUENCE - found["rho_J"]
     assert found["A"].tolist() == pytest.approx((1.02 + 0.3 * reach).tolist())
