@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.atomic_file import check_target
+from jamlab.comparison.command import compare
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
 
@@ -210,6 +211,9 @@ def doctor(as_json: Json = False) -> None:
             out_console.print(f"{mark} {f.subject:12s} {f.detail}", soft_wrap=True)
     if not all(f.right for f in findings):
         raise typer.Exit(1)
+
+
+app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
 
 
 def main() -> None:
