@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.atomic_file import check_target
+from jamlab.charts.command import chart
 from jamlab.comparison.command import compare
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
@@ -213,6 +214,7 @@ def doctor(as_json: Json = False) -> None:
         raise typer.Exit(1)
 
 
+app.add_typer(chart, name="chart")
 app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
 
 
