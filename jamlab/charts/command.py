@@ -45,3 +45,18 @@ def speed_accuracy(
     for line in beaten:
         out_console.print(f"a default that another method beats: {line}", soft_wrap=True, highlight=False)
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
+
+
+@chart.command("table", epilog="Example: jamlab chart table --out least_model.json")
+def table(
+    out: Annotated[Path, typer.Option(help="JSON file to write; in a checkout jamlab/least_model.json.")] = Path(
+        "least_model.json"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Two packings at two levels: to see that it works.")] = False,
+) -> None:
+    """Measure the table by which model="auto" chooses; under ten minutes."""
+    from jamlab.charts.model_table import make_table
+
+    smaller: dict[str, Any] = {"n": 16, "seeds": range(1001, 1003), "levels": (0.87, 0.9)} if quick else {}
+    made = make_table(out, progress=tell, **smaller)
+    out_console.print(f"wrote {out}: {len(made['rows'])} rows in {made['provenance']['wall_time']} s", soft_wrap=True)

@@ -71,6 +71,7 @@ def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
 def _handles(style: dict[str, tuple[str, str]]) -> list[Line2D]:
     handles = [Line2D([], [], linestyle="", marker=m, color=c, markersize=8, label=n) for n, (c, m) in style.items()]
     handles.append(Line2D([], [], linestyle="", marker="s", color=_GREY, markersize=8, label="dominated"))
-    ring = {"marker": "o", "markersize": 14, "markerfacecolor": "none", "color": "black"}
-    handles.append(Line2D([], [], linestyle="", label="jamlab's default", **ring))
+    ring = Line2D([], [], linestyle="", marker="o", markersize=14, markerfacecolor="none", color="black")
+    ring.set_label("jamlab's default")
+    handles.append(ring)
     return handles

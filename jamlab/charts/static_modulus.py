@@ -24,7 +24,7 @@ def trials(quick: bool) -> list[Trial]:
         *_, packing = compress(onset, onset.phi + above, above / 2, by="phi")
         panel = f"phi - phi_J = {above:g}"
         reference = shear_modulus(_tightened(packing))
-        settings = [("affine", None), ("linear-response", None)]
+        settings: list[tuple[str, float | None]] = [("affine", None), ("linear-response", None)]
         settings += [("finite-strain", s) for s in (_STRAINS[::2] if quick else _STRAINS)]
         for method, strain in settings:
             default = method == "linear-response"
