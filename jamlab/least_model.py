@@ -1,13 +1,15 @@
 """The least model that a scene needs: disks or droplets, contact form, number of vertices, chosen by what they cost.
 
 The choice comes from a small table in this package, measured by `jamlab chart table`: for each way to model a scene and
-some true packing fractions, how far z, G, A and the voids are from the finest polygons on the same packing, and what it
-took. A table made with other DP parameters than the present defaults is used, but the choice says so.
+some true packing fractions, how far z, G, A and the voids are from those of default droplets (Boromand et al. with the
+parameters of `dp.parameters`) on the same packing, and what it took. What a way is off by on average is corrected for;
+what it scatters by from packing to packing is its expected error. Default droplets themselves are the last resort. A
+table made with other DP parameters than the present defaults is used, but the choice says so.
 """
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -57,7 +59,9 @@ class Choice:
 
     Attributes:
         way: model, contact form and vertices.
-        error: expected error of each quantity asked for: 95 % of new packings are nearer.
+        error: expected error of each quantity asked for, after correction: 95 % of new packings are nearer; 0 for
+            default droplets, against which errors are measured.
+        correction: what to add to each quantity of `QUANTITIES` as measured.
         seconds: expected wall time on the machine of the table.
         why: one sentence.
         warning: what makes the table doubtful here; empty if nothing does.
@@ -65,6 +69,7 @@ class Choice:
 
     way: Way
     error: dict[str, float]
+    correction: dict[str, float]
     seconds: float
     why: str
     warning: str = ""
@@ -77,7 +82,7 @@ def choose(
 
     Args:
         rho: true packing fraction of the scene.
-        tolerance: quantity of `QUANTITIES` -> error allowed against the finest polygons on the same packing.
+        tolerance: quantity of `QUANTITIES` -> error allowed against default droplets on the same packing.
         n: particles; errors from packing to packing go with n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
         table: other than the shipped one, see `read_table`.
@@ -104,13 +109,12 @@ def choose(
     why = f"{first.way}: cheapest of {len(good)} ways expected to keep {asked}, with {_errors(first.error)}"
     if faster:
         why += "; faster but not good enough: " + "; ".join(f"{o.way} with {_errors(o.error)}" for o in faster)
-    return Choice(first.way, first.error, first.seconds, why, _stale(table))
+    return replace(first, why=why, warning=_stale(table))
 
 
 def ways_of(table: dict[str, Any]) -> list[Way]:
-    """The ways a table knows, without its reference."""
-    ways = dict.fromkeys(_way(row["way"]) for row in table["rows"])
-    return [way for way in ways if way != _way(table["reference"])]
+    """The ways a table knows."""
+    return list(dict.fromkeys(_way(row["way"]) for row in table["rows"]))
 
 
 @cache
@@ -131,17 +135,17 @@ def read_table(path: Path | None = None) -> dict[str, Any]:
 
 
 def expected_error(errors: list[float], n_table: int, n: int, quantum: float = 0.0) -> float:
-    """Error that 95 % of new packings of n particles stay below, from signed errors of a few of n_table particles.
+    """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off.
 
-    Student's prediction interval, |mean| + t s sqrt(1 + 1/m), its random part scaled with n^-1/2; `quantum`, the least
-    step of the quantity, bounds s from below.
+    Student's prediction interval, t s sqrt(1 + 1/m), from errors of m packings of n_table particles, scaled with
+    n^-1/2; `quantum`, the least step of the quantity, bounds s from below.
     """
     m = len(errors)
     if m < 2:
         return float("inf")
     spread = max(float(np.std(errors, ddof=1)), 0.5 * quantum)
     t = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 1))
-    return abs(float(np.mean(errors))) + t * spread * float(np.sqrt((1 + 1 / m) * n_table / n))
+    return t * spread * float(np.sqrt((1 + 1 / m) * n_table / n))
 
 
 def _check(rho: float, tolerance: Mapping[str, float], model: str) -> None:
@@ -166,13 +170,24 @@ def _option(table: dict[str, Any], way: Way, rho: float, tolerance: Mapping[str,
     if not rows or any(row["failed"] > _MOST_FAILURES * row["of"] for row in rows):
         return None
     levels = [row["rho"] for row in rows]
-    error = {}
-    for name in tolerance:
+
+    def at_rho(values: list[float]) -> float:
+        return float(np.interp(rho, levels, values))
+
+    error, correction = {}, {}
+    for name in QUANTITIES:
         quantum = 2 / table["n"] if name == "z" else 0.0
-        values = [expected_error(row["errors"][name], table["n"], n, quantum) for row in rows]
-        error[name] = float(np.interp(rho, levels, values))
-    seconds = float(np.interp(rho, levels, [row["seconds"] for row in rows])) * n / table["n"]
-    return Choice(way, error, seconds, "")
+        exact = way == _way(table["reference"])
+        each = [0.0 if exact else expected_error(row["errors"][name], table["n"], n, quantum) for row in rows]
+        error[name] = at_rho(each)
+        # errors of G are relative, its unit is not: a factor would be needed, and near onset there is none
+        off = [0.0 if name == "g" or not row["errors"][name] else -float(np.mean(row["errors"][name])) for row in rows]
+        if name == "g" and not exact:
+            bias = [abs(float(np.mean(row["errors"]["g"]))) if row["errors"]["g"] else np.inf for row in rows]
+            error[name] += at_rho(bias)
+        correction[name] = at_rho(off)
+    seconds = at_rho([row["seconds"] for row in rows]) * n / table["n"]
+    return Choice(way, {name: error[name] for name in tolerance}, correction, seconds, "")
 
 
 def _way(entry: dict[str, Any]) -> Way:

@@ -25,13 +25,15 @@ class Scene:
 
     Attributes:
         packing: at the packing fraction asked for; its provenance holds the choice.
-        values: every quantity that a tolerance can be asked for, see `jamlab.least_model.QUANTITIES`.
+        values: every quantity that a tolerance can be asked for, see `jamlab.least_model.QUANTITIES`, of the packing.
+        estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
         choice: model, contact form and vertices, expected error, and why.
         seconds: wall time.
     """
 
     packing: Packing
     values: dict[str, float]
+    estimate: dict[str, float]
     choice: Choice
     seconds: float
 
@@ -67,7 +69,9 @@ def scene(
     packing = realise(choice.way, jam("sp", n, seed), rho, step)
     entries = {"model_choice": str(choice.way), "model_why": choice.why, "model_warning": choice.warning}
     packing = packing.with_state(provenance=entries)
-    return Scene(packing, quantities(packing), choice, time.perf_counter() - began)
+    values = quantities(packing)
+    estimate = {name: value + choice.correction[name] for name, value in values.items()}
+    return Scene(packing, values, estimate, choice, time.perf_counter() - began)
 
 
 def realise(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packing:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.console import err_console, out_console, print_json
+from jamlab.console import err_console, out_console, print_json, print_table
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -45,6 +45,31 @@ def speed_accuracy(
     for line in beaten:
         out_console.print(f"a default that another method beats: {line}", soft_wrap=True, highlight=False)
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
+
+
+@chart.command("stability", epilog="Example: jamlab chart stability --quick --out charts")
+def stability(
+    maps: Annotated[
+        list[str] | None, typer.Option("--map", help="One map, may be given again; by default all.")
+    ] = None,
+    quick: Quick = False,
+    out: Out = Path("jamlab-charts"),
+    as_json: Json = False,
+) -> None:
+    """Where methods fail: each point a run with its verdict; maps, CSV, one HTML page."""
+    from dataclasses import asdict
+
+    from jamlab.charts.stability import counts
+    from jamlab.charts.stability import stability as run
+    from jamlab.charts.verdict import VERDICTS
+
+    found = run(out, maps or (), quick=quick, progress=tell)
+    if as_json:
+        runs: dict[str, Any] = {name: [asdict(r) for r in rows] for name, rows in found.items()}
+        print_json({"out": str(out), "maps": runs})
+        return
+    print_table("runs by verdict", ["map", *VERDICTS], counts(found))
+    out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
 @chart.command("table", epilog="Example: jamlab chart table --out least_model.json")

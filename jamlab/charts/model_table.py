@@ -17,24 +17,18 @@ from jamlab.parameters import defaults
 from jamlab.provenance import versions
 from jamlab.scene import default_way, quantities, realise
 
-LEVELS = (0.85, 0.865, 0.88, 0.91, 0.95)
+LEVELS = (0.85, 0.88, 0.91, 0.95)
 N = 32
-SEEDS = range(1001, 1006)  # none that a test uses
-_FRACTIONS = (0.5, 2 / 3, 1.0)  # of the default number of vertices
-_FINEST = 2.0
+SEEDS = range(1001, 1011)  # none that a test uses
+_FEWER = 2 / 3  # of the default number of vertices
 
 
-def ways(forms: Sequence[str] = CONTACT_FORMS) -> list[Way]:
-    """Disks, the default contact form with few to many vertices, other forms with the default number."""
+def ways(forms: Sequence[str] = CONTACT_FORMS, fractions: Sequence[float] = (_FEWER,)) -> list[Way]:
+    """Disks, the default contact form with fewer vertices, other forms with the default number; default droplets."""
     usual = default_way()
     assert usual.contact is not None and usual.nv is not None
-    found = [Way("sp")] + [Way("dp", usual.contact, _vertices(f)) for f in _FRACTIONS]
-    return found + [Way("dp", form, usual.nv) for form in forms if form != usual.contact]
-
-
-def reference_way() -> Way:
-    """Twice the default number of vertices."""
-    return Way("dp", default_way().contact, _vertices(_FINEST))
+    found = [Way("sp")] + [Way("dp", usual.contact, _vertices(f)) for f in fractions]
+    return [*found, *(Way("dp", form, usual.nv) for form in forms if form != usual.contact), usual]
 
 
 def make_table(
@@ -44,6 +38,8 @@ def make_table(
     seeds: range = SEEDS,
     levels: tuple[float, ...] = LEVELS,
     forms: Sequence[str] = CONTACT_FORMS,
+    fractions: Sequence[float] = (_FEWER,),
+    reference: Way | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Measure, and write the table as JSON if a path is given.
@@ -57,6 +53,8 @@ def make_table(
         seeds: of the packings.
         levels: true packing fractions.
         forms: contact forms to try besides the default one.
+        fractions: of the default number of vertices, to try too.
+        reference: what errors are measured against; default droplets if None.
         progress: called with each level and seed.
 
     Raises:
@@ -65,6 +63,7 @@ def make_table(
     if path is not None:
         check_target(path)
     began = time.perf_counter()
+    reference = reference or default_way()
     rows: dict[tuple[Way, float], dict[str, Any]] = {}
     finest: dict[float, list[dict[str, float]]] = {level: [] for level in levels}
     jammed = []
@@ -80,16 +79,16 @@ def make_table(
             for seed, onset, onset_seconds in jammed:
                 if progress is not None:
                     progress(f"rho = {level}, seed {seed}")
-                target = _attempt(reference_way(), onset, level)
+                target = _attempt(reference, onset, level)
                 if target is None:  # the packing jams above this level, or has no reference
                     continue
                 finest[level].append(target[0])
-                for way in ways(forms):
+                for way in ways(forms, fractions):
                     row = rows.setdefault((way, level), _row(way, level))
                     if row["failed"] and row["failed"] == row["of"]:
                         continue
                     row["of"] += 1
-                    reached = _attempt(way, onset, level)
+                    reached = target if way == reference else _attempt(way, onset, level)
                     if reached is None:
                         row["failed"] += 1
                         continue
@@ -104,7 +103,7 @@ def make_table(
     table = {
         "schema": 1,
         "n": n,
-        "reference": asdict(reference_way()),
+        "reference": asdict(reference),
         "parameters": {k: v for k, v in defaults("dp").items() if k not in ("longest_edge", "contact")},
         "rows": list(rows.values()),
         "provenance": {
@@ -119,6 +118,11 @@ def make_table(
         with atomic_file(path) as temporary:
             temporary.write_text(json.dumps(table, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return table
+
+
+def finest_way() -> Way:
+    """Twice the default number of vertices."""
+    return Way("dp", default_way().contact, _vertices(2.0))
 
 
 def _vertices(factor: float) -> tuple[int, int]:
