@@ -1,4 +1,4 @@
-"""The automatic choice against the finest polygons and against droplets all the way. pytest -m benchmark -s.
+"""The automatic choice against default droplets, and against droplets all the way. pytest -m benchmark -s.
 
 JAMLAB_SEEDS sets how many packings (50), JAMLAB_RESULTS a folder where each result is kept as it comes, so that a run
 can go on where it was stopped. Prints one JSON object.
@@ -13,14 +13,13 @@ import pytest
 
 import jamlab
 from jamlab.charts.model_table import SEEDS as TABLE_SEEDS
-from jamlab.charts.model_table import reference_way
-from jamlab.scene import quantities, realise
+from jamlab.scene import default_way, quantities, realise
 
 COUNT = int(os.environ.get("JAMLAB_SEEDS", "50"))
 N = 64
 LEVELS = (0.86, 0.87, 0.88)
-TOLERANCE = {"z": 0.05}
-ALWAYS = 5  # packings made as droplets all the way: they take a minute each
+LOOSE, TIGHT = {"z": 0.2}, {"z": 0.05}
+ALWAYS = 3  # packings made as droplets all the way: they take minutes each
 
 
 @pytest.fixture(scope="module")
@@ -46,20 +45,16 @@ def kept(file, seeds, run):
 def by_choice(seed):
     rho = LEVELS[seed % len(LEVELS)]
     try:
-        found = jamlab.scene(rho, N, seed, tolerance=TOLERANCE)
+        row = {"rho": rho}
+        for name, tolerance in (("loose", LOOSE), ("tight", TIGHT)):
+            found = jamlab.scene(rho, N, seed, tolerance=tolerance)
+            row |= {f"{name}_way": str(found.choice.way), f"{name}_seconds": found.seconds}
+            row |= {f"{name}_z": found.estimate["z"], f"{name}_expected": found.choice.error["z"]}
+        began = time.perf_counter()
+        row["z"] = quantities(realise(default_way(), jamlab.jam("sp", N, seed), rho))["z"]
+        return row | {"seconds": time.perf_counter() - began}
     except jamlab.ConvergenceError as error:
         return {"rho": rho, "error": str(error)}
-    began = time.perf_counter()
-    reference = quantities(realise(reference_way(), jamlab.jam("sp", N, seed), rho))
-    return {
-        "rho": rho,
-        "way": str(found.choice.way),
-        "expected": found.choice.error["z"],
-        "z": found.values["z"],
-        "z_reference": reference["z"],
-        "seconds": found.seconds,
-        "seconds_reference": time.perf_counter() - began,
-    }
 
 
 def droplets_all_the_way(seed):
@@ -74,22 +69,27 @@ def droplets_all_the_way(seed):
 
 @pytest.mark.benchmark
 def test_choice_meets_its_tolerance_and_saves_time(folder):
-    """z within 0.05 in 95 % of packings that the table was not made from, five times faster than droplets alone."""
+    """z within 0.2 by disks in 95 % of packings that the table was not made from; z within 0.05 five times faster.
+
+    At N = 64 nothing but droplets themselves keeps z within 0.05: there the saving is that disks carry them.
+    """
     seeds = range(1, COUNT + 1)
     assert not set(seeds) & set(TABLE_SEEDS)
     rows = kept(folder / "least-model.jsonl", seeds, by_choice)
     slow = kept(folder / "always-dp.jsonl", range(1, ALWAYS + 1), droplets_all_the_way)
     good = [row for row in rows if "z" in row]
-    met = [row for row in good if abs(row["z"] - row["z_reference"]) <= TOLERANCE["z"]]
-    paired = [(s["seconds"], r["seconds"]) for s, r in zip(slow, rows, strict=False) if "z" in r]
-    result = {
-        "packings": len(good),
-        "refused": len(rows) - len(good),
-        "met": len(met),
-        "share": len(met) / len(good),
-        "ways": {way: sum(row["way"] == way for row in good) for way in {row["way"] for row in good}},
-        "always_dp_over_auto": sum(s for s, _ in paired) / sum(a for _, a in paired),
-    }
+    result = {"packings": len(good), "refused": len(rows) - len(good)}
+    for name, limit in (("loose", LOOSE["z"]), ("tight", TIGHT["z"])):
+        off = [abs(row[f"{name}_z"] - row["z"]) for row in good]
+        ways = [row[f"{name}_way"] for row in good]
+        result[name] = {
+            "limit": limit,
+            "share": sum(e <= limit for e in off) / len(off),
+            "largest": max(off),
+            "ways": {way: ways.count(way) for way in sorted(set(ways))},
+        }
+        paired = [(s["seconds"], r[f"{name}_seconds"]) for s, r in zip(slow, rows, strict=False) if "z" in r]
+        result[name]["always_dp_over_auto"] = sum(s for s, _ in paired) / sum(a for _, a in paired)
     print("\n" + json.dumps(result))
-    assert result["share"] >= 0.95
-    assert result["always_dp_over_auto"] >= 5
+    assert all(result[name]["share"] >= 0.95 for name in ("loose", "tight"))
+    assert result["tight"]["always_dp_over_auto"] >= 5

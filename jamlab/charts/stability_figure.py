@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
 
 import jamlab.figures  # noqa: F401  sets the backend
 from jamlab.charts.verdict import VERDICTS, Map, Run
@@ -18,6 +19,9 @@ _STYLE = {
     "blew up": ("X", "#D55E00"),
     "refused": ("P", "#000000"),
 }
+
+
+_MOST_TICKS = 10
 
 
 def stability_figure(chart: Map, runs: Sequence[Run]) -> Figure:
@@ -62,5 +66,10 @@ def _places(values: list[float | str]) -> tuple[np.ndarray, list[str]]:
 def _scale(axis: Any, set_scale: Any, places: np.ndarray, names: list[str]) -> None:
     if names:
         axis.set_ticks(range(len(names)), names)
-    elif places.min() > 0 and places.max() / places.min() > 5:
+        return
+    values = np.unique(places)
+    if places.min() > 0 and places.max() / places.min() > 5:
         set_scale("log")
+    if len(values) <= _MOST_TICKS:
+        axis.set_ticks(values, [f"{value:.3g}" for value in values])
+        axis.set_minor_locator(NullLocator())

@@ -19,7 +19,7 @@ _STRAINS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 def trials(quick: bool) -> list[Trial]:
     """One stable packing near onset, one far from it."""
     found = []
-    onset = jam("sp", 64, 1, ensemble="shear-stabilized")
+    onset = jam("sp", 32 if quick else 64, 1, ensemble="shear-stabilized")
     for above in (1e-4, 0.1):
         *_, packing = compress(onset, onset.phi + above, above / 2, by="phi")
         panel = f"phi - phi_J = {above:g}"
