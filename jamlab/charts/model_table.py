@@ -69,12 +69,12 @@ def make_table(
     jammed = []
     with one_core():
         for seed in seeds:
-            start = time.perf_counter()
+            start = time.process_time()
             try:
                 onset = jam("sp", n, seed)
             except JamlabError:
                 continue
-            jammed.append((seed, onset, time.perf_counter() - start))
+            jammed.append((seed, onset, time.process_time() - start))
         for level in levels:
             for seed, onset, onset_seconds in jammed:
                 if progress is not None:
@@ -137,11 +137,11 @@ def _row(way: Way, level: float) -> dict[str, Any]:
 
 def _attempt(way: Way, onset: Packing, rho: float) -> tuple[dict[str, float], float] | None:
     """Quantities and seconds of a way, None if it gives no jammed state."""
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         values = quantities(realise(way, onset, rho))
     except JamlabError:
         return None
     if values["z"] != values["z"]:
         return None
-    return values, time.perf_counter() - began
+    return values, time.process_time() - began

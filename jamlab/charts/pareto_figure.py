@@ -46,7 +46,7 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
             axes.plot(*zip(*front, strict=True), "-", color="#555555", linewidth=1, zorder=1)
         missing = len(here) - len(drawn)
         axes.set_title(panel + (f"\n({missing} gave no number: see table)" if missing else ""), fontsize=11)
-        axes.set_xlabel("wall time, s", fontsize=11)
+        axes.set_xlabel("CPU time on one core, s", fontsize=11)
         axes.set_ylabel(topic.error, fontsize=11)
         axes.margins(0.16)
         for limits, widen in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):

@@ -18,7 +18,7 @@ class Trial:
     Attributes:
         panel: which chart of the topic.
         method: name; setting: its parameter, as text.
-        seconds: wall time on one core.
+        seconds: CPU time on one core.
         error: against the reference of the topic; nan if the method gave no number, and `note` says why.
         default: whether jamlab does this by default.
         note: what a reader must know.
