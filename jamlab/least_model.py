@@ -3,8 +3,8 @@
 The choice comes from a small table in this package, measured by `jamlab chart table`: for each way to model a scene and
 some true packing fractions, how far z, G, A and the voids are from those of default droplets (Boromand et al. with the
 parameters of `dp.parameters`) on the same packing, and what it took. What a way is off by on average is corrected for;
-what it scatters by from packing to packing is its expected error. Default droplets themselves are the last resort. A
-table made with other DP parameters than the present defaults is used, but the choice says so.
+a third of that, and what it scatters by from packing to packing, is its expected error. Default droplets themselves are
+the last resort. A table made with other DP parameters than the present defaults is used, but the choice says so.
 """
 
 import json
@@ -32,6 +32,7 @@ PART = 0.88  # rho at which the models part (Boromand et al. fig 5): up to here 
 REACH = 0.01  # beyond the ends of the table that its errors still hold
 CONFIDENCE = 0.95
 _MOST_FAILURES = 0.1
+_TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
 _SCHEMA = 1
 
 
@@ -182,9 +183,9 @@ def _option(table: dict[str, Any], way: Way, rho: float, tolerance: Mapping[str,
         error[name] = at_rho(each)
         # errors of G are relative, its unit is not: a factor would be needed, and near onset there is none
         off = [0.0 if name == "g" or not row["errors"][name] else -float(np.mean(row["errors"][name])) for row in rows]
-        if name == "g" and not exact:
-            bias = [abs(float(np.mean(row["errors"]["g"]))) if row["errors"]["g"] else np.inf for row in rows]
-            error[name] += at_rho(bias)
+        if not exact:
+            bias = [abs(float(np.mean(row["errors"][name]))) if row["errors"][name] else np.inf for row in rows]
+            error[name] += (1.0 if name == "g" else _TRANSFER) * at_rho(bias)
         correction[name] = at_rho(off)
     seconds = at_rho([row["seconds"] for row in rows]) * n / table["n"]
     return Choice(way, {name: error[name] for name in tolerance}, correction, seconds, "")

@@ -10,7 +10,7 @@ import pytest
 from jamlab.comparison.compare import compare, summary
 from jamlab.comparison.tables import tables
 
-SIZES = (64, 256)
+SIZES = (64, 128)
 
 
 @pytest.mark.benchmark

@@ -23,7 +23,7 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
     methods = list(dict.fromkeys(t.method for t in trials))
     style = {m: (_COLOURS[k % 8], _MARKERS[k % 8]) for k, m in enumerate(methods)}
     beaten = dict(zip(map(id, trials), dominated(trials), strict=True))
-    columns = min(_COLUMNS, len(panels))
+    columns = 4 if len(panels) > 8 and len(panels) % 4 == 0 else min(_COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
     figure = Figure(figsize=(4.9 * columns, 3.9 * rows + 1.0), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
