@@ -1,6 +1,7 @@
 """The automatic choice: cheapest way that meets the tolerance, refusals, what it says, and a scene by each model."""
 
 import copy
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from scipy import stats
 
 import jamlab
+from jamlab.charts.droplet_models import unjamming
+from jamlab.charts.model_table import make_table
 from jamlab.least_model import QUANTITIES, Way, expected_error, read_table, ways_of
 from jamlab.parameters import defaults
 from jamlab.scene import default_way, realise
@@ -131,3 +134,24 @@ def test_scene_below_onset_is_refused():
     onset = jamlab.jam("sp", 10, 1)
     with pytest.raises(jamlab.ConvergenceError, match="jams at rho"):
         realise(Way("sp"), onset, 0.7)
+
+
+def test_table_is_measured_and_written(tmp_path):
+    """Default droplets are off by nothing, disks by something; the file is what `choose` reads."""
+    path = tmp_path / "table.json"
+    made = make_table(path, n=8, seeds=range(3, 5), levels=(0.88,), forms=(), fractions=())
+    assert (
+        json.loads(json.dumps(made)) == read_table(path)
+        and Way("dp", made["reference"]["contact"], tuple(made["reference"]["nv"])) == default_way()
+    )
+    off = {row["way"]["model"]: row for row in made["rows"]}
+    assert off["dp"]["errors"]["a"] == [0.0, 0.0] != off["sp"]["errors"]["a"]
+    assert all(row["of"] == 2 and row["failed"] == 0 and row["seconds"] > 0 for row in off.values())
+    assert jamlab.choose(0.88, {"z": 1e-3}, 8, table=made).way == default_way()
+
+
+def test_unjamming_of_disks_is_their_onset():
+    """Decompressed from 0.01 above, the packing loses its pressure where it was found to jam."""
+    onset = jamlab.jam("sp", 16, 3, ensemble="shear-stabilized")
+    *_, above = jamlab.compress(onset, onset.phi + 0.01, 0.01, by="phi")
+    assert unjamming(above) == pytest.approx(jamlab.packing_fraction(onset), abs=1e-3)
