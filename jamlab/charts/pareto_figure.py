@@ -15,6 +15,7 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _MARKERS = "osD^vP*X"
 _GREY = "#B8B8B8"
 _COLUMNS = 3
+_CROWDED = 12  # points of a panel from which on dominated ones have no label
 
 
 def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
@@ -38,7 +39,7 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
             axes.loglog(x, y, marker, color=_GREY if grey else colour, markersize=8, zorder=2 if grey else 3)
             if t.default:
                 axes.loglog(x, y, "o", markersize=17, markerfacecolor="none", markeredgecolor="black", zorder=4)
-            if t.setting and labelled:
+            if t.setting and labelled and (t.default or not grey or len(drawn) <= _CROWDED):
                 tint = "#888888" if grey else "black"
                 axes.annotate(t.setting, (x, y), (7, 5), textcoords="offset points", fontsize=8, color=tint)
         front = sorted((t.seconds, max(t.error, FLOOR)) for t in drawn if not beaten[id(t)])
