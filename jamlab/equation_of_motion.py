@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from jamlab.damping import ContactDamping, Damping, damping_matrix
-from jamlab.elasticity import backbone, check_at_rest
+from jamlab.elasticity import backbone
 from jamlab.hessian import stiffness
 from jamlab.packing import Packing
 
@@ -106,7 +106,6 @@ def equation_of_motion(packing: Packing, damping: Damping, prestress: bool = Tru
         InputError: see `dynamical_matrices`.
     """
     network, _ = backbone(packing)
-    check_at_rest(network)
     k, b = dynamical_matrices(network, damping, prestress)
     sites = len(network.positions)
     drifting = not isinstance(damping, ContactDamping)
