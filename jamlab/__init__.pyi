@@ -30,6 +30,8 @@ from .geometry_figures import geometry_figure as geometry_figure
 from .hessian import hessian as hessian
 from .lammps_files import write_data as write_data
 from .lammps_files import write_dump as write_dump
+from .least_model import Choice as Choice
+from .least_model import choose as choose
 from .measure import measure as measure
 from .micrograph import Micrograph as Micrograph
 from .micrograph import micrograph as micrograph
@@ -42,6 +44,7 @@ from .packing import Packing as Packing
 from .packing import self_crossings as self_crossings
 from .packing_fraction import exact_method as exact_method
 from .packing_fraction import packing_fraction as packing_fraction
+from .polygons_from_disks import to_polygons as to_polygons
 from .pressure import pack as pack
 from .published import read_points as read_points
 from .quasistatic import SlowShear as SlowShear
@@ -51,6 +54,8 @@ from .rheology import ComplexModulus as ComplexModulus
 from .rheology import complex_modulus as complex_modulus
 from .scaling_collapse import Collapse as Collapse
 from .scaling_collapse import collapse as collapse
+from .scene import Scene as Scene
+from .scene import scene as scene
 from .shape import area_ratios as area_ratios
 from .shape import edge_lengths as edge_lengths
 from .shape import particle_areas as particle_areas

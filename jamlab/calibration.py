@@ -46,12 +46,12 @@ class Target:
 
 def excess_contacts(distance: float) -> float:
     """z at rho - rho_J, DP: z_J + z0 d^0.5 + z1 d, Boromand et al. table 1."""
-    return 3.97 + 3.3 * distance**0.5 + 7.1 * distance
+    return 3.97 + 3.3 * float(np.sqrt(distance)) + 7.1 * distance
 
 
 def modulus(distance: float) -> float:
     """G at rho - rho_J in eps/l^2, DP: G0 d^0.5 + G1 d, Boromand et al. table 2."""
-    return 0.07 * distance**0.5 + 1.7 * distance
+    return 0.07 * float(np.sqrt(distance)) + 1.7 * distance
 
 
 TARGETS: Mapping[str, Target] = {
@@ -115,7 +115,7 @@ def observables(states: "pd.DataFrame") -> "pd.DataFrame":
         good = sweep[sweep["converged"].astype(bool)].sort_values("rho")
         start = sweep[sweep["state"] == 0].iloc[0]
         distance = (good["rho"] - start["onset"]).to_numpy()
-        row: dict[str, float] = {"seed": seed, "rho_J": start["onset"]}
+        row: dict[str, Any] = {"seed": seed, "rho_J": start["onset"]}
         for column, name in (("z", "z"), ("g", "G")):
             row |= {f"{name}({d:g})": _at(d, distance, good[column].to_numpy()) for d in DISTANCES[name]}
         last = good.iloc[-1]

@@ -9,6 +9,8 @@ import typer
 from jamlab.atomic_file import check_target
 from jamlab.calibrate_command import calibrate
 from jamlab.campaign import cli as campaign
+from jamlab.charts.command import chart
+from jamlab.comparison.command import compare
 from jamlab.console import bars, err_console, out_console, print_json, print_spectra, print_table, report
 from jamlab.errors import InputError, JamlabError
 from jamlab.figure_command import figure
@@ -220,6 +222,8 @@ def doctor(as_json: Json = False) -> None:
 
 
 app.add_typer(campaign.app, name="campaign")
+app.add_typer(chart, name="chart")
+app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
 
 
 def main() -> None:

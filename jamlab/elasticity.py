@@ -50,11 +50,7 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor
         ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
     """
     network, sites = backbone(packing)
-    imbalance, pressure = np.hypot(*forces(network).T).max(), 0.5 * np.trace(stress(network))
-    if imbalance > 0.01 * pressure:
-        raise ConvergenceError(
-            f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure {pressure:.2g}"
-        )
+    check_at_rest(network)
     k = stiffness(network, prestress=prestress)
     right = k.ue.reshape(-1, 4)
     held = solve_held(k, right)
@@ -113,6 +109,19 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
     moved, rotation = deformed(packing, gradient)
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)
+
+
+def check_at_rest(packing: Packing) -> None:
+    """Refuse a packing whose forces do not balance: response to strain is that of a minimum.
+
+    Raises:
+        ConvergenceError: the largest force is above 1 % of the pressure.
+    """
+    imbalance, pressure = np.hypot(*forces(packing).T).max(), 0.5 * np.trace(stress(packing))
+    if imbalance > 0.01 * pressure:
+        raise ConvergenceError(
+            f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure {pressure:.2g}"
+        )
 
 
 def backbone(packing: Packing) -> tuple[Packing, NDArray[np.int64]]:

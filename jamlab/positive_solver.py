@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 VARIABLE = "JAMLAB_FACTORISATION"
 BACKENDS = ("pardiso", "scipy")
 
+_LIBRARY = "PYPARDISO_MKL_RT"  # environment variable that tells pypardiso where MKL is
 _CHOLESKY = 2  # PARDISO's number for real symmetric positive definite
 _ANALYSE_FACTORISE, _FACTORISE, _SOLVE = 12, 22, 33  # PARDISO's phases
 
@@ -83,8 +84,8 @@ class _Pardiso:
 
         self._failure: type[Exception] = PyPardisoError
         self._solver: Any = PyPardisoSolver(mtype=_CHOLESKY)
-        # PyPardiso searches the whole environment for its library each time, longer than a small packing takes
-        os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
+        # else every solver looks for the library anew, by subprocesses and a walk through all packages: 0.1 s and more
+        os.environ.setdefault(_LIBRARY, str(self._solver.libmkl._name))
         self._matrix: sparse.csr_array | None = None
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
         self._upper = np.zeros(0, dtype=bool)

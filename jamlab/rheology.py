@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.damping import ContactDamping, Damping
+from jamlab.elasticity import backbone, check_at_rest
 from jamlab.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.errors import InputError
 from jamlab.frequency_solve import solve_frequency
@@ -78,11 +79,12 @@ def complex_modulus(
     Raises:
         InputError: a frequency that is not positive, an unknown method, a packing too large for "dense", polygons
             without pre-stress.
-        ConvergenceError: the packing is not jammed or not stable; the negative eigenvalue is named.
+        ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named.
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}: use one of {', '.join(METHODS)}")
     frequencies = _frequencies(omega)
+    check_at_rest(backbone(packing)[0])
     motion = equation_of_motion(packing, damping or ContactDamping(), prestress)
     ends = limits(motion)
     if method == "auto":

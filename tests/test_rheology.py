@@ -10,6 +10,7 @@ import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.elasticity import elastic_tensor
 from jamlab.equation_of_motion import equation_of_motion
+from jamlab.positive_solver import positive_solver
 from jamlab.response_limits import limits
 from jamlab.rheology import METHODS
 
@@ -256,3 +257,23 @@ def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
 def test_no_frequency_is_refused(packings):
     with pytest.raises(jamlab.InputError, match="give one number or one row"):
         jamlab.complex_modulus(packings[1e-4], [])
+
+
+def test_mkl_is_looked_for_once(monkeypatch):
+    """A second solver must not search all packages for the library: that cost more than G* of a small packing."""
+    if find_spec("pypardiso") is None:
+        monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
+        with pytest.raises(jamlab.InputError, match="not installed"):
+            positive_solver()
+        return
+    from pypardiso import pardiso_wrapper
+
+    monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
+    positive_solver()
+
+    def searched(*_):
+        raise AssertionError("looked for MKL again")
+
+    monkeypatch.setattr(pardiso_wrapper, "find_library", searched)
+    monkeypatch.setattr(pardiso_wrapper.glob, "glob", searched)
+    positive_solver()

@@ -1,0 +1,51 @@
+"""Recipes for codes without wheels: a packing with jamlab's own answer, and a script that asks the other code."""
+
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from jamlab.atomic_file import atomic_file
+from jamlab.comparison.peer import mean_diameters
+from jamlab.engine import evaluate
+from jamlab.errors import InputError
+from jamlab.packing import Packing
+
+RECIPES = {
+    "hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels",
+    "jaxdem": "pip install git+https://github.com/cdelv/JaxDEM   # no wheels",
+}
+
+
+def write_recipe(name: str, folder: Path, packing: Packing) -> str:
+    """Write `packing.npz` and `NAME_check.py` to a folder, and say how to run them.
+
+    The file holds positions (n, 2), diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these
+    positions. The script prints how far the other code is from them, then minimises.
+
+    Raises:
+        InputError: there is no such recipe, or the packing is none that it can take.
+        StorageError: the folder cannot be written.
+    """
+    if name not in RECIPES:
+        raise InputError(f"unknown recipe {name!r}: use one of {', '.join(RECIPES)}")
+    species, s = mean_diameters(packing)
+    here = evaluate(packing)
+    folder.mkdir(parents=True, exist_ok=True)
+    with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
+        np.savez(
+            file,
+            positions=packing.positions,
+            species=species,
+            s=s,
+            sides=np.diag(packing.box),
+            eps=float(packing.params["eps"]),
+            energy=here.energy,
+            forces=here.forces,
+            stress=here.stress,
+        )
+    script = f"{name}_check.py"
+    text = resources.files("jamlab").joinpath("templates", f"{script}.txt").read_text(encoding="utf-8")
+    with atomic_file(folder / script) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return f"{RECIPES[name]}\ncd {folder} && python {script}"
