@@ -127,8 +127,8 @@ def sp_jammed():
 
 @pytest.fixture(scope="session")
 def dp_onset():
-    """Twelve droplets at jamming onset."""
-    return jamlab.jam(model="dp", n=12, seed=1)
+    """Twelve droplets at jamming onset, softer than the defaults: what is tested does not hang on the calibration."""
+    return jamlab.jam(model="dp", n=12, seed=1, gamma=0.1, ka=50.0)
 
 
 @pytest.fixture(scope="session")

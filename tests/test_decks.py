@@ -209,7 +209,9 @@ def test_sp_hessian_deck(tmp_path, random_disks, units):
 
 def test_dp_jams_and_shears(tmp_path):
     """in.dp.jam jams bonded vertex molecules with FIRE; in.dp.shear reads its data file with the rest areas."""
-    text = run("in.dp.jam", tmp_path, n=8, seed=1, to=0.86, steps=20000, step=0.02)
+    text = run(
+        "in.dp.jam", tmp_path, n=8, seed=1, to=0.87, steps=20000, step=0.02, force=1e-4, u_contact=1e-6, u_jammed=1e-4
+    )
     assert 0.75 < number("phi_J", text) < 0.9
     assert 1.01 < number("shape factor", text) < 1.05
     assert "d_a0" in (tmp_path / "dp.onset.data").read_text()
@@ -218,7 +220,7 @@ def test_dp_jams_and_shears(tmp_path):
 
 def test_dp_shear_deck_follows_the_python_engine(tmp_path):
     """Stress of one DP packing under shear: plain lmp from a jamlab data file against the Python engine."""
-    *_, packing = jamlab.compress(jamlab.jam("dp", 8, 2), 0.9, 0.1)
+    *_, packing = jamlab.compress(jamlab.jam("dp", 8, 3), 0.9, 0.1)
     jamlab.write_data(tmp_path / "packing.data", packing)
     text = run("in.dp.shear", tmp_path, data="packing.data", phi_target=0, strain=1e-4, force=1e-8)
     assert number("modulus G", text) == pytest.approx(jamlab.shear_modulus(packing), abs=2e-3)
