@@ -52,6 +52,21 @@ def test_twenty_seeds_of_disks():
     assert sum(isostatic(p) for p in packings) >= 18
 
 
+def test_droplets_from_scratch_jam_too():
+    """Compressed as droplets from phi = 0.20, as the paper does, instead of carried by disks."""
+    p = jamlab.jam("dp", 8, 3, start="scratch", gamma=0.1, ka=50.0)
+    assert_onset(p, "dp", 8, 3, 1e-10)
+    assert p.provenance["start"] == "scratch"
+
+
+@pytest.mark.parametrize(
+    ("model", "start", "text"), [("dp", "cold", "carried, scratch"), ("sp", "scratch", "one start")]
+)
+def test_bad_start(model, start, text):
+    with pytest.raises(jamlab.InputError, match=text):
+        jamlab.jam(model, 8, 1, start=start)
+
+
 def test_droplets_jam(dp_onset):
     """rho counts the rims; the polygons are still the free droplets."""
     assert_onset(dp_onset, "dp", 12, 1, 1e-8)
