@@ -177,7 +177,7 @@ class _Search:
             if self._jammed(trial):
                 jammed = trial
             else:
-                packing, step = trial.packing, 2 * step
+                packing, step = trial.packing, 2 * step  # short after a fall, it grows again
             if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
                 end = self._stabilized(jammed)
                 if self._jammed(end):

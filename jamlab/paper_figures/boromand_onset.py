@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from jamlab.bootstrap import bootstrap
 from jamlab.figures import MODEL_STYLE
-from jamlab.paper_figures.boromand import DP_UNKNOWN, SERIES, TABLE_1, TABLE_2, has, nearest_size
+from jamlab.paper_figures.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, TABLE_1, TABLE_2, has, nearest_size
 from jamlab.paper_figures.claims import Claim, claim
 from jamlab.paper_figures.ensembles import ensemble, groups_by, near_onset, sizes
 from jamlab.paper_figures.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style
@@ -109,7 +109,6 @@ def tables_1_2(tables: Tables) -> Drawing:
             )
             name = f"{'z_J' if column == 'z' else onset}, {series}"
             out.claims.append(claim(out.name, name, found, paper, 0.005, how=f"N = {n}", reason=why))
-        why = DP_UNKNOWN if model == "dp" else ""
         exponents = (0.5,) if by == "d_phi" else (0.5, 1.0)
         for column, symbol, paper_values in (("d_z", "z", TABLE_1[series][2:]), ("g", "G", TABLE_2[series])):
             e = ensemble(states, model, n, by, column, near_onset())
@@ -121,6 +120,7 @@ def tables_1_2(tables: Tables) -> Drawing:
 
             found = e.interval(fit)
             at_tenth = paper_values[0] * 0.1**0.5 + paper_values[1] * 0.1
+            why = "" if model == "sp" else (DP_CONTACTS if column == "d_z" else DP_UNKNOWN)
             last = f"{'z - z_J' if column == 'd_z' else 'G'} at d = 0.1, {series}"
             for k, paper in enumerate(paper_values[: len(exponents)]):
                 out.claims.append(

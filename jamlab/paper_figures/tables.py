@@ -32,7 +32,7 @@ _COLUMNS = {
     "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
     "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
 }
-_DIGITS = {"c": 4}  # significant digits kept; 6 elsewhere
+_DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 
 
