@@ -30,6 +30,7 @@ from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError, StorageError
 from jamlab.lammps_files import write_dump
 from jamlab.measure import COLUMNS, measure
+from jamlab.parameters import defaults
 
 SWEEP = {"name": "disks", "model": "sp", "n": 16, "seeds": 2, "compress": {"to": 0.9, "step": 0.02}}
 FULL = """
@@ -204,7 +205,7 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
     task = next(batches(read_campaign_file(path))[0].tasks())
     assert task_name(dict(reversed(task.parameters.items()))) == task.name
     # the defaults of the decks are part of the name: new ones make new tasks
-    assert task.parameters["force_law"]["ka"] == 50.0
+    assert task.parameters["force_law"]["ka"] == defaults("dp")["ka"]
     assert not set(names(written(path, model="dp", force_law={"gamma": 0.11}))) & set(names(path)) - set(names(path))
 
 
@@ -250,7 +251,7 @@ def test_tables_hold_what_jamlab_measures(full):
     assert last["area"].sum() == v.area[v.percolating == 0].sum()
     assert last.particle_area.iloc[0] == pytest.approx(row.rho * p.area / p.n)
     droplet = full.table("states", sweep="droplets").iloc[0]
-    assert (droplet.gamma, droplet.ka, droplet.contact) == (0.12, 50.0, "outline")
+    assert (droplet.gamma, droplet.ka, droplet.contact) == (0.12, defaults("dp")["ka"], "outline")
 
 
 def test_spectra_hold_what_jamlab_computes(full):

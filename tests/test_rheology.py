@@ -182,13 +182,13 @@ def test_turned_labels_change_nothing(packings):
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_droplets(dp_dense, law):
-    """Vertices that touch nothing dissipate nothing: B is singular, the solvers agree none the less."""
+    """B is singular where vertices touch nothing; the solvers agree to 1e-6 or to what their estimates admit."""
     omega = OMEGA[OMEGA <= 10]
     dense, direct, reduced = (jamlab.complex_modulus(dp_dense, omega, law, method=m) for m in SOLVERS)
     for s in (direct, reduced):
         error = relative(modulus(s), modulus(dense))
-        assert error.max() < 1e-6
-        assert np.all(error < 10 * (s.error + dense.error))
+        assert np.all(error < np.maximum(1e-6, s.error + dense.error))
+        assert np.all(error < 10 * (s.error + dense.error)) and (s.error + dense.error).max() < 1e-3
     assert reduced.storage[0] == pytest.approx(jamlab.shear_modulus(dp_dense), rel=1e-8)
     assert reduced.loss[0] == pytest.approx(reduced.eta0 * omega[0], rel=1e-8)
 
