@@ -95,7 +95,7 @@ def test_rims_too_wide_for_the_droplets(jammed):
 def test_segment_form_is_not_called_converged():
     """Its minima sit at kinks: handed over from disks it stays at forces far above the tolerance."""
     onset = jamlab.jam("sp", 4, 1)
-    with pytest.raises(jamlab.ConvergenceError, match="did not converge|hand over at another rho"):
+    with pytest.raises(jamlab.ConvergenceError, match=r"did not converge|hand over at another rho"):
         realise(Way("dp", "segment", (6, 8)), onset, 0.9)
 
 
