@@ -48,6 +48,19 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         _flush(target.parent)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder unless it is there, before the work whose results go into it.
+
+    Raises:
+        StorageError: it cannot be made, or nothing can be written into it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"cannot make the folder {folder}: {error.strerror}; choose another") from error
+    check_target(folder / "file")
+
+
 def check_target(path: str | os.PathLike[str]) -> Path:
     """Refuse a path that cannot be written, before hours of work go into what should be written there.
 

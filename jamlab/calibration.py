@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from jamlab.atomic_file import atomic_file, make_folder
+from jamlab.boromand_tables import table_contacts, table_modulus
 from jamlab.errors import InputError
 from jamlab.parameters import defaults
+from jamlab.start import check_bidisperse
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,19 +47,15 @@ class Target:
     source: str
 
 
-def excess_contacts(distance: float) -> float:
-    """z at rho - rho_J, DP: z_J + z0 d^0.5 + z1 d, Boromand et al. table 1."""
-    return 3.97 + 3.3 * float(np.sqrt(distance)) + 7.1 * distance
-
-
-def modulus(distance: float) -> float:
-    """G at rho - rho_J in eps/l^2, DP: G0 d^0.5 + G1 d, Boromand et al. table 2."""
-    return 0.07 * float(np.sqrt(distance)) + 1.7 * distance
+def _at_distance(name: str, distance: float) -> Target:
+    if name == "z":
+        return Target(table_contacts("DP(ρ)", distance), 0.1, "table 1")
+    value = table_modulus("DP(ρ)", distance)
+    return Target(value, 0.1 * value, "table 2")
 
 
 TARGETS: Mapping[str, Target] = {
-    **{f"z({d:g})": Target(excess_contacts(d), 0.1, "table 1") for d in DISTANCES["z"]},
-    **{f"G({d:g})": Target(modulus(d), 0.1 * modulus(d), "table 2") for d in DISTANCES["G"]},
+    **{f"{name}({d:g})": _at_distance(name, d) for name, distances in DISTANCES.items() for d in distances},
     "A": Target(1.07, 0.01, "fig 4c, at confluence"),
     "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
 }
@@ -242,13 +241,19 @@ def calibrate(
         The sensitivity table and the fit.
 
     Raises:
-        InputError: values that no scan can start from.
+        InputError: values that no scan can start from, or an observable that too few packings reached.
+        StorageError: the folder cannot be written.
     """
     from jamlab.campaign.campaign import open_campaign
 
-    folder.mkdir(parents=True, exist_ok=True)
+    check_bidisperse(n, 0, 1.0)
+    if seeds < 2:
+        raise InputError(f"seeds = {seeds}: standard errors need 2 or more")
+    text = campaign_text(n, seeds, law)
+    make_folder(folder)
     file = folder / "calibration.toml"
-    file.write_text(campaign_text(n, seeds, law), encoding="utf-8")
+    with atomic_file(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     campaign = open_campaign(file)
     campaign.run(**how)
     tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}

@@ -72,8 +72,7 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluat
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0, 0.0)
     state = _descend_preconditioned(session, tolerance, _SETTLE_STEPS, loose * session.size)
-    given_up = state.max_force < _LOOSE_FORCE and state.contact_energy < loose * session.size
-    if state.max_force > tolerance and not given_up:
+    if state.max_force > tolerance and not _loose(session, state.max_force, loose * session.size):
         _newton(session, tolerance)
         state = session.evaluate()
     return state
@@ -196,24 +195,30 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
     packing = session.packing()
     shift = _SHIFT / _SHIFT_DECAY
 
-    def enough(largest_force: float) -> bool:
-        return largest_force < _LOOSE_FORCE and session.contact_energy() < loose
-
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
         nonlocal shift
         shift = max(shift * _SHIFT_DECAY, _LEAST_SHIFT)
         return _factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
 
     try:
-        # line tension can press droplets together that have just lost touch, as long as its forces are large
         positions, _ = descend(
-            session.forces_at, packing.positions, preconditioner, tolerance=target, steps=steps, enough=enough
+            session.forces_at,
+            packing.positions,
+            preconditioner,
+            tolerance=target,
+            steps=steps,
+            enough=lambda largest_force: _loose(session, largest_force, loose),
         )
         session.set_positions(positions)
         _undo_if_folded(session, packing.positions)
     except InputError:  # outlines crossed on the way: no Hessian there
         session.set_positions(packing.positions)
     return session.evaluate()
+
+
+def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
+    """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
+    return largest_force < _LOOSE_FORCE and session.contact_energy() < contact_energy
 
 
 def _undo_if_folded(session: Session, before: Array) -> None:

@@ -10,27 +10,17 @@ import sys
 import time
 
 import pytest
+from campaigns import compression
 
 import jamlab
 from jamlab.campaign.campaign_file import read_campaign_file
 from jamlab.campaign.tasks import batches
 
-FILE = """
-name = "{name}"
-[[sweep]]
-name = "disks"
-model = "sp"
-n = {n}
-seeds = {seeds}
-compress = {{ to = 0.94, step = {step} }}
-observables = ["voids"]
-"""
-
 
 def timed(folder, name, workers, seeds, step=2e-3):
     """Seconds from the first to the last end of a task, of the whole run, and of each task but the first."""
     path = folder / f"{name}.toml"
-    path.write_text(FILE.format(name=name, n=32, seeds=seeds, step=step))
+    compression(path, name, n=32, seeds=seeds, step=step)
     ends, spans = [], []
 
     def tell(state, line, seconds):
@@ -65,7 +55,7 @@ def test_two_workers_against_one(tmp_path):
 @pytest.mark.benchmark
 def test_status_of_ten_thousand_files(tmp_path):
     path = tmp_path / "many.toml"
-    path.write_text(FILE.format(name="many", n=[16, 32], seeds=5000, step=0.01))
+    compression(path, "many", n=[16, 32], seeds=5000)
     tasks = tmp_path / "many" / "tasks"
     tasks.mkdir(parents=True)
     for batch in batches(read_campaign_file(path)):

@@ -9,6 +9,7 @@ import os
 import time
 from pathlib import Path
 
+import contact_paths
 import numpy as np
 import pytest
 
@@ -84,7 +85,7 @@ def minima(form, n, seed, starts):
 
 
 @pytest.mark.benchmark
-def test_forms_side_by_side(folder, contact_paths):
+def test_forms_side_by_side(folder):
     """Continuity along paths; fraction of minimisations below 1e-10; rho_J and z_J; wall time."""
     smooth = {}
     print(f"\n{'form':16s}{'shape':8s}{'path':10s}{'class':6s} energy jump  force jump  (of the largest on the path)")

@@ -1,9 +1,6 @@
-"""Fixtures that several test files share: the independent reference and packings that are made once per run."""
+"""Fixtures that several test files share: packings and a campaign that are made once per run."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
+import campaigns
 import numpy as np
 import pytest
 
@@ -12,25 +9,14 @@ import jamlab
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 
 
-def _module(name):
-    """A file of this folder that is no test, as a module."""
-    spec = importlib.util.spec_from_file_location(f"jamlab_{name}", Path(__file__).with_name(f"{name}.py"))
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.fixture(scope="session")
-def reference():
-    """The module tests/reference.py."""
-    return _module("reference")
-
-
-@pytest.fixture(scope="session")
-def contact_paths():
-    """The module tests/contact_paths.py."""
-    return _module("contact_paths")
+def full(tmp_path_factory):
+    """A finished campaign of three sweeps: disks compressed, disks at pressures with spectra, droplets at onset."""
+    path = tmp_path_factory.mktemp("full") / "full.toml"
+    path.write_text(campaigns.FULL)
+    campaign = jamlab.open_campaign(path)
+    assert [outcome[0] for outcome in campaigns.run_here(campaign)] == ["finished"] * 6
+    return campaign
 
 
 def _disks(tilt=0.0, units="eps", seed=0, n=20, phi=0.9):

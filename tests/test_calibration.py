@@ -5,15 +5,15 @@ import pandas as pd
 import pytest
 
 import jamlab
+from jamlab.boromand_tables import table_contacts, table_modulus
 from jamlab.calibration import (
     CONFLUENCE,
     DISTANCES,
     FITTED,
     TARGETS,
+    calibrate,
     campaign_text,
-    excess_contacts,
     fit,
-    modulus,
     observables,
     sensitivity,
 )
@@ -103,8 +103,10 @@ def test_fit_stays_within_the_scan_and_says_so():
 
 def test_targets_are_those_of_the_tables():
     """Boromand et al. tables 1 and 2, DP, at rho - rho_J = 0.09."""
-    assert excess_contacts(0.09) == pytest.approx(3.97 + 0.99 + 0.639)
-    assert modulus(0.09) == pytest.approx(0.021 + 0.153)
+    assert table_contacts("DP(ρ)", 0.09) == pytest.approx(3.97 + 0.99 + 0.639)
+    assert table_modulus("DP(ρ)", 0.09) == pytest.approx(0.021 + 0.153)
+    assert TARGETS["z(0.1)"].value == table_contacts("DP(ρ)", 0.1)
+    assert TARGETS["G(0.15)"].value == table_modulus("DP(ρ)", 0.15)
 
 
 def test_campaign_of_the_scan(tmp_path):
@@ -130,3 +132,10 @@ def test_bad_input():
     tables["ka-halved"]["A"] = np.nan
     with pytest.raises(jamlab.InputError, match="A of sweep 'ka-halved'"):
         fit(sensitivity(tables), CENTRE)
+
+
+@pytest.mark.parametrize(("n", "seeds", "text"), [(3, 4, "n = 3"), (8, 1, "seeds = 1")])
+def test_what_no_scan_can_start_from_writes_nothing(tmp_path, n, seeds, text):
+    with pytest.raises(jamlab.InputError, match=text):
+        calibrate(tmp_path / "scan", n, seeds)
+    assert not (tmp_path / "scan").exists()

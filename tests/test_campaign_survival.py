@@ -10,28 +10,16 @@ import h5py
 import numpy as np
 import psutil
 import pytest
+from campaigns import compression
 
 import jamlab
 from jamlab.campaign.driver import to_do
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import run_task
 
-FILE = """
-name = "c"
-[[sweep]]
-name = "disks"
-model = "sp"
-n = {n}
-seeds = {seeds}
-compress = {{ to = 0.94, step = {step} }}
-observables = ["voids"]
-"""
 
-
-def write_file(folder, n=16, seeds=4, step=0.01):
-    path = folder / "c.toml"
-    path.write_text(FILE.format(n=n, seeds=seeds, step=step))
-    return path
+def write_file(folder, **changes):
+    return compression(folder / "c.toml", **changes)
 
 
 def start_driver(path, *options, workers=2):

@@ -1,7 +1,9 @@
 """Contact forms of polygons on jammed states, with own images, and along paths: forces, Hessians, smoothness."""
 
+import contact_paths
 import numpy as np
 import pytest
+import reference
 
 import jamlab
 from jamlab.deformation import sheared
@@ -46,7 +48,7 @@ def relaxed(dp_dense):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_jammed_states_equal_the_reference_to_rounding(relaxed, reference, form):
+def test_jammed_states_equal_the_reference_to_rounding(relaxed, form):
     """LAMMPS, the numpy terms and plain loops; forces against the size of those that balance, eps/delta."""
     p = relaxed[form]
     e, wanted, scale = jamlab.evaluate(p), reference.evaluate(p), p.params["eps"] / p.params["delta"]
@@ -91,7 +93,7 @@ def test_a_vertex_beside_a_flat_side_has_one_contact_and_beside_a_corner_two(wed
 
 @pytest.mark.parametrize("tilt", [0.0, 0.5, -0.9])
 @pytest.mark.parametrize("form", FORMS)
-def test_polygons_that_span_the_box_meet_their_own_images(reference, spanning, form, tilt):
+def test_polygons_that_span_the_box_meet_their_own_images(spanning, form, tilt):
     """LAMMPS, numpy terms and plain loops; forces and Hessian as slopes; each polygon has contacts with itself."""
     p = spanning(form, tilt)
     assert (np.ptp(p.positions[p.offsets[0] : p.offsets[1]], axis=0)[0] > 0.5 * p.box[0, 0]).all()
@@ -130,7 +132,7 @@ def test_own_images_equal_another_polygon_in_the_same_place(spanning, form):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_an_edge_that_meets_its_own_image_counts_once(reference, form):
+def test_an_edge_that_meets_its_own_image_counts_once(form):
     """Rims wider than half the box: the lower edge of a hexagon ends close to where its image begins."""
     turn = np.pi / 3 * np.arange(6) + 0.02 * np.sin(np.arange(6))
     hexagon = 0.5 * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -143,7 +145,7 @@ def test_an_edge_that_meets_its_own_image_counts_once(reference, form):
     assert differ(forces(p), wanted.forces) < 1e-12
 
 
-def test_only_segment_smooth_has_continuous_forces_everywhere(contact_paths):
+def test_only_segment_smooth_has_continuous_forces_everywhere():
     """Measured along paths of two polygons. No energy jumps; eq 8 has force jumps where sides are parallel, the outline
     form only where a vertex changes sides inside a dent."""
     found = {(form, shape, path): s.name for form, shape, path, s in contact_paths.table(FORMS)}

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import reference
 
 import jamlab
 from jamlab import installation
@@ -60,7 +61,7 @@ def slope(function, positions, step):
 
 @pytest.mark.parametrize("tilt", TILTS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_random_states_equal_the_reference(make, reference, kind, tilt):
+def test_random_states_equal_the_reference(make, kind, tilt):
     """Energy, forces and stress of LAMMPS, in square and sheared boxes, particles across the boundary."""
     for seed in (0, 1, 2):
         p = make(kind, tilt, seed)
@@ -72,21 +73,21 @@ def test_random_states_equal_the_reference(make, reference, kind, tilt):
 
 
 @pytest.mark.parametrize("kind", FORMS)
-def test_two_polygons_that_meet_in_several_images(random_polygons, reference, kind):
+def test_two_polygons_that_meet_in_several_images(random_polygons, kind):
     """A box so small that a polygon touches images of its only neighbour on several sides."""
     for tilt in (0.0, 0.3):
         p = random_polygons(tilt, kind, 1, sizes=(12, 7))
         assert_same(jamlab.evaluate(p), reference.evaluate(p))
 
 
-def test_a_vertex_between_two_images_of_one_polygon(wedge, reference):
+def test_a_vertex_between_two_images_of_one_polygon(wedge):
     """It meets both of them."""
     p = wedge(width=0.9, gap=1.1, delta=0.65)
     assert_same(jamlab.evaluate(p), reference.evaluate(p))
     assert differ(forces(p), reference.evaluate(p).forces) < 1e-10
 
 
-def test_a_vertex_between_images_of_a_polygon_wider_than_half_the_box(wedge, reference):
+def test_a_vertex_between_images_of_a_polygon_wider_than_half_the_box(wedge):
     """The same, where the nearest image of a vertex need not belong to the same image of the polygon."""
     p = wedge(width=2.5, gap=0.3, delta=0.25)
     assert differ(forces(p), reference.evaluate(p).forces) < 1e-10
@@ -94,7 +95,7 @@ def test_a_vertex_between_images_of_a_polygon_wider_than_half_the_box(wedge, ref
 
 
 @pytest.mark.parametrize("strain", [0.0, 0.3, 0.7])
-def test_jammed_disks_equal_the_reference(sp_jammed, reference, strain):
+def test_jammed_disks_equal_the_reference(sp_jammed, strain):
     """At the minimum the forces are absolute errors; away from it relative ones."""
     p = sheared(sp_jammed, strain)
     e, wanted = jamlab.evaluate(p), reference.evaluate(p)
@@ -105,7 +106,7 @@ def test_jammed_disks_equal_the_reference(sp_jammed, reference, strain):
 
 @pytest.mark.parametrize("contact", FORMS)
 @pytest.mark.parametrize("strain", [0.0, 0.02])
-def test_jammed_droplets_equal_the_reference(dp_dense, reference, contact, strain):
+def test_jammed_droplets_equal_the_reference(dp_dense, contact, strain):
     """Flat contacts, in the state that outline has relaxed."""
     p = sheared(dp_dense.with_state(params=dp_dense.params | {"contact": contact}), strain)
     e, wanted = jamlab.evaluate(p), reference.evaluate(p)
@@ -117,7 +118,7 @@ def test_jammed_droplets_equal_the_reference(dp_dense, reference, contact, strai
 
 @pytest.mark.parametrize("contact", FORMS)
 @pytest.mark.parametrize("eta", [0.0, 0.2])
-def test_edges_of_zero_length(random_polygons, reference, contact, eta):
+def test_edges_of_zero_length(random_polygons, contact, eta):
     """Plateau borders shrink edges to nothing: eta smooths the tension, without it they pull nowhere."""
     p = random_polygons(0.0, contact, eta=eta)
     x = p.positions.copy()

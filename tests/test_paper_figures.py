@@ -1,7 +1,6 @@
 """Figures of both papers from tables in which the papers' laws hold, and from tables in which they do not."""
 
 import gzip
-import importlib.util
 import json
 import re
 from functools import cache
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import paper_tables
 import pytest
 from typer.testing import CliRunner
 
@@ -21,9 +21,6 @@ from jamlab.paper_figures.claims import Claim, claim
 from jamlab.paper_figures.ensembles import derive, ensemble, log_edges, near_onset, usual
 from jamlab.paper_figures.tables import Tables, count_voids, read_folder, save
 
-spec = importlib.util.spec_from_file_location("paper_tables", Path(__file__).with_name("paper_tables.py"))
-paper_tables = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(paper_tables)
 TABLES, states = paper_tables.TABLES, paper_tables.states
 
 

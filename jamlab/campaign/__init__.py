@@ -14,7 +14,7 @@
 | `driver.py`         | tasks through workers, a bounded number at a time               |
 | `plan.py`           | time and bytes before anything runs                             |
 | `tables.py`         | files into tidy tables                                          |
-| `bootstrap.py`      | means and intervals over packings                               |
+| `aggregate.py`      | means and intervals over packings                               |
 | `campaign.py`       | all of it from Python: `jamlab.open_campaign`                   |
 | `exchange.py`       | merge folders, export tables and frames                         |
 | `cli.py`            | the command line                                                |

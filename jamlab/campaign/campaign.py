@@ -222,7 +222,7 @@ class Campaign:
         converged: bool = True,
         **how: Any,
     ) -> "pd.DataFrame":
-        """Means over packings with bootstrap intervals, see `jamlab.campaign.bootstrap.aggregate`.
+        """Means over packings with bootstrap intervals, see `jamlab.campaign.aggregate.aggregate`.
 
         Args:
             values: columns to average.
@@ -236,7 +236,7 @@ class Campaign:
             InputError: a table, sweep or column that is not there, or numbers out of range.
             StorageError: a file is damaged.
         """
-        from jamlab.campaign.bootstrap import aggregate
+        from jamlab.campaign.aggregate import aggregate
 
         frame = self.table(table, sweep)
         if table == "states":

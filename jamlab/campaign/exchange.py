@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jamlab.atomic_file import atomic_file, check_target
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import damage
-from jamlab.errors import InputError, StorageError
+from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,11 +108,7 @@ def export(
         raise InputError(f"unknown format {form!r}: use one of {', '.join(FORMATS)}")
     if form == "parquet":
         check_parquet()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot make the folder {out}: {error.strerror}; choose another") from error
-    check_target(out / "table.csv")
+    make_folder(out)
     if form == "dump":
         return _dumps(campaign, out, sweep)
     written = []

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.campaign.task_file import damage, read_gaps
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError
@@ -106,11 +106,8 @@ class CampaignFolder:
         Raises:
             StorageError: they cannot be made.
         """
-        try:
-            for part in ("tasks", "failed"):
-                (self.path / part).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StorageError(f"cannot make the folder {self.path}: {error.strerror}; choose another") from error
+        for part in ("tasks", "failed"):
+            make_folder(self.path / part)
 
     def sweep_up(self) -> None:
         """Remove what killed workers left half-written; only under the lock."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import jamlab
+from jamlab.atomic_file import make_folder
 
 CAMPAIGN = """
 name = "walkthrough"
@@ -44,7 +45,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
         seeds: packings of each kind.
     """
     # a campaign is a file; everything it may say is in jamlab/campaign/campaign_file.py
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     path = folder / "walkthrough.toml"
     path.write_text(CAMPAIGN.format(seeds=seeds), encoding="utf-8")
     campaign = jamlab.open_campaign(path)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.charts.pareto_figure import pareto_figure
 from jamlab.charts.topics import TOPICS
 from jamlab.charts.trial import Trial, dominated
@@ -43,7 +43,7 @@ def speed_accuracy(
     for name in topics:
         if name not in TOPICS:
             raise InputError(f"unknown topic {name!r}: use one of {', '.join(TOPICS)}")
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     began = time.perf_counter()
     found: dict[str, list[Trial]] = {}
     pictures, tables = {}, []

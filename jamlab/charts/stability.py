@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.charts import failing_disks, failing_droplets, failing_spectra
 from jamlab.charts.stability_figure import stability_figure
 from jamlab.charts.verdict import VERDICTS, Run
@@ -35,7 +35,7 @@ def stability(
     for name in maps:
         if name not in MAPS:
             raise InputError(f"unknown map {name!r}: use one of {', '.join(MAPS)}")
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     began = time.perf_counter()
     found: dict[str, list[Run]] = {}
     pictures, tables = {}, []

@@ -17,6 +17,7 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")] = False,
 ) -> None:
     """The same disks in jax-md, OpenMM, ASE and LAMMPS' own styles: one point, one minimum, time on one core."""
+    from jamlab.atomic_file import make_folder
     from jamlab.comparison.compare import compare as run
     from jamlab.comparison.compare import jolted_minimum, summary
     from jamlab.comparison.recipes import write_recipe
@@ -26,6 +27,8 @@ def compare(
         folder = out or Path(f"jamlab-{recipe}")
         out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
         return
+    if out is not None:
+        make_folder(out)
     rows = run(n, seed, phi, progress=lambda name: err_console.print(f"[dim]{name}[/]", highlight=False))
     if out is not None:
         write(out, rows, n, phi)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.comparison.peer import mean_diameters
 from jamlab.engine import evaluate
 from jamlab.errors import InputError
@@ -31,7 +31,7 @@ def write_recipe(name: str, folder: Path, packing: Packing) -> str:
         raise InputError(f"unknown recipe {name!r}: use one of {', '.join(RECIPES)}")
     species, s = mean_diameters(packing)
     here = evaluate(packing)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
         np.savez(
             file,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.comparison.compare import Row, summary
 from jamlab.provenance import versions
 from jamlab.report import Table, write_page
@@ -43,7 +43,7 @@ def write(folder: Path, rows: Sequence[Row], n: int, phi: float) -> None:
     Raises:
         StorageError: the folder cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     with atomic_file(folder / "comparison.csv") as temporary, temporary.open("w", newline="") as file:
         writer = csv.DictWriter(file, list(asdict(rows[0])))
         writer.writeheader()

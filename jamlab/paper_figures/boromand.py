@@ -7,6 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.bootstrap import Interval, bootstrap
+from jamlab.boromand_tables import TABLE_1, TABLE_2
 from jamlab.errors import InputError
 from jamlab.figures import MODEL_STYLE
 from jamlab.paper_figures.claims import Claim, claim
@@ -25,9 +26,6 @@ from jamlab.scaling import collapse_exponents, power_law
 
 Array = NDArray[np.float64]
 
-# tables 1 and 2: (z_J, rho_J or phi_J, z_0, z_1), (G_0, G_1) with exponents 0.5 and 1
-TABLE_1 = {"SP(φ)": (3.97, 0.84, 3.7, 0.0), "SP(ρ)": (3.97, 0.84, 2.6, 4.0), "DP(ρ)": (3.97, 0.835, 3.3, 7.1)}
-TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 NEAR = log_edges(10**-6.1, 10**0.1)
 LINEAR = np.arange(0.80, 1.30, 0.01)

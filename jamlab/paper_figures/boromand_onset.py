@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.bootstrap import bootstrap
+from jamlab.boromand_tables import TABLE_1, TABLE_2
 from jamlab.figures import MODEL_STYLE
-from jamlab.paper_figures.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, TABLE_1, TABLE_2, has, nearest_size
+from jamlab.paper_figures.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, has, nearest_size
 from jamlab.paper_figures.claims import Claim, claim
 from jamlab.paper_figures.ensembles import ensemble, groups_by, near_onset, sizes
 from jamlab.paper_figures.panels import FIT, PAPER, Drawing, drawing, label, scale, size_style

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from jamlab.atomic_file import atomic_file
-from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.atomic_file import atomic_file, make_folder
+from jamlab.errors import InputError, JamlabError
 from jamlab.paper_figures import (
     baumgarten,
     baumgarten_motion,
@@ -149,18 +149,6 @@ def write_csv(table: pd.DataFrame, path: Path) -> None:
     """CSV, 8 significant digits."""
     with atomic_file(path) as temporary:
         table.to_csv(temporary, index=False, float_format="%.8g")
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder unless it is there.
-
-    Raises:
-        StorageError: it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot make the folder {folder}: {error.strerror}; choose another") from None
 
 
 def write_all(

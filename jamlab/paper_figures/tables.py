@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from jamlab.atomic_file import atomic_file
+from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.errors import InputError, StorageError
 from jamlab.paper_figures.ensembles import derive, usual
 
@@ -159,10 +159,7 @@ def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = ""
         StorageError: the folder cannot be written.
         InputError: no table at all.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot make {folder}: {error.strerror}; choose another folder") from None
+    make_folder(folder)
     written: dict[str, int] = {}
     rows: dict[str, int] = {}
     for name in NAMES:

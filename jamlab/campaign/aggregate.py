@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from jamlab.bootstrap import bootstrap
 from jamlab.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
-_SEED = 0
 
 
 def aggregate(
@@ -62,7 +62,7 @@ def aggregate(
         keys["bin"] = pd.Series(place[inside], index=frame.index)
     if not len(frame):
         return pd.DataFrame()
-    rows = []
+    middle, rows = STATISTICS[statistic], []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
         labels = group if isinstance(group, tuple) else (group,)
         row: dict[str, Any] = dict(zip(keys, labels, strict=True))
@@ -72,30 +72,12 @@ def aggregate(
             numbers = part[name].astype(np.float64)
             kept = part[np.isfinite(numbers)]
             packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
-            low, high = interval(packings, statistic, confidence, resamples)
-            row[name] = float(STATISTICS[statistic](packings)) if len(packings) else np.nan
-            row |= {f"{name}_low": low, f"{name}_high": high, f"{name}_packings": len(packings)}
+            row |= {name: np.nan, f"{name}_low": np.nan, f"{name}_high": np.nan, f"{name}_packings": len(packings)}
+            if len(packings):
+                found = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
+                row |= {name: float(found.value), f"{name}_low": float(found.low), f"{name}_high": float(found.high)}
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def interval(
-    packings: NDArray[np.float64], statistic: str = "mean", confidence: float = 0.95, resamples: int = 1000
-) -> tuple[float, float]:
-    """Percentile bootstrap interval of a statistic of (packings,) values; nan for fewer than two."""
-    from scipy.stats import bootstrap
-
-    if len(packings) < 2:
-        return float("nan"), float("nan")
-    found = bootstrap(
-        (packings,),
-        STATISTICS[statistic],
-        confidence_level=confidence,
-        n_resamples=resamples,
-        method="percentile",
-        rng=np.random.default_rng(_SEED),
-    ).confidence_interval
-    return float(found.low), float(found.high)
 
 
 def _rounded(column: "pd.Series[Any]") -> "pd.Series[Any]":

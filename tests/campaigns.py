@@ -1,0 +1,77 @@
+"""Campaign files for the tests, and campaigns that run in this process."""
+
+import json
+
+from jamlab.campaign.campaign_file import read_campaign_file
+from jamlab.campaign.driver import to_do
+from jamlab.campaign.tasks import batches
+from jamlab.campaign.worker import run_task
+
+SWEEP = {"name": "disks", "model": "sp", "n": 16, "seeds": 2, "compress": {"to": 0.9, "step": 0.02}}
+FULL = """
+name = "full"
+
+[[sweep]]
+name = "up"
+model = "sp"
+n = [8, 10]
+seeds = [3, 4]
+compress = { to = 0.9, step = 0.02, nearest = 1e-3 }
+observables = ["voids"]
+
+[[sweep]]
+name = "sheared"
+model = "sp"
+n = 32
+seeds = [3]
+ensemble = "shear-stabilized"
+pressures = [1e-3, 1e-2]
+observables = ["spectra", "quasistatic", "correlation"]
+damping = { contact = [1.0], stokes = [2.0] }
+prestress = [true, false]
+omega = [1e-3, 1.0]
+correlation_omega = [1e-2]
+
+[[sweep]]
+name = "droplets"
+model = "dp"
+n = 8
+seeds = [1]
+onset = true
+force_law = { gamma = 0.12 }
+"""
+
+
+def written(path, name="c", **changes):
+    """A campaign file of one sweep; None takes a key out."""
+    sweep = {key: value for key, value in (SWEEP | changes).items() if value is not None}
+    path.write_text(
+        f'name = "{name}"\n[[sweep]]\n' + "".join(f"{key} = {toml(value)}\n" for key, value in sweep.items())
+    )
+    return path
+
+
+def toml(value):
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(entry)}" for key, entry in value.items()) + " }"
+    return json.dumps(value)
+
+
+def names(path, only=None):
+    return [task.name for batch in batches(read_campaign_file(path), only) for task in batch.tasks()]
+
+
+def run_here(campaign):
+    """All tasks in this process, without Dask."""
+    campaign.folder.prepare()
+    campaign.folder.keep_copy(campaign.file)
+    return [
+        run_task(str(campaign.folder.path), task.name, task.parameters)
+        for task in to_do(batches(campaign.content), campaign.folder.finished() | campaign.folder.failed())
+    ]
+
+
+def compression(path, name="c", n=16, seeds=4, step=0.01):
+    """A campaign file of disks that are compressed from onset."""
+    changes = {"n": n, "seeds": seeds, "compress": {"to": 0.94, "step": step}, "observables": ["voids"]}
+    return written(path, name, **changes)
