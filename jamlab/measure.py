@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from jamlab.contact_lengths import contact_lengths
-from jamlab.contacts import contacts
-from jamlab.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.energy_terms import energy_terms
 from jamlab.errors import BoundaryError, ConvergenceError
-from jamlab.hessian import forces, stress
-from jamlab.packing import Packing
-from jamlab.packing_fraction import packing_fraction
-from jamlab.shape import area_ratios, edge_lengths, shape_factors
-from jamlab.voids import voids
+from jamlab.geometry.contact_lengths import contact_lengths
+from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
+from jamlab.geometry.voids.voids import voids
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
+from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.packing import Packing
 
 COLUMNS = (
     *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.one_core import one_core, shortest
-from jamlab.provenance import versions
-from jamlab.relaxation import relax
+from jamlab.benchmarks.cpu_time import one_core, shortest
+from jamlab.packing.versions import versions
+from jamlab.protocols.relaxation import relax
 
 BASELINE = Path(__file__).with_name("baseline.json")
 SLOWER = 3.0  # quotients of one machine differ by less from run to run, even a busy one

@@ -2,8 +2,8 @@
 
 import json
 
-from jamlab.campaign.campaign_file import read_campaign_file
 from jamlab.campaign.driver import to_do
+from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import run_task
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from jamlab.bootstrap import bootstrap
+from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.statistics.bootstrap import bootstrap
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,8 +105,7 @@ def _check(
         edges = np.asarray(bins, dtype=np.float64)
         if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
             raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
-    if statistic not in STATISTICS:
-        raise InputError(f"unknown statistic {statistic!r}: use one of {', '.join(STATISTICS)}")
+    check_choice("statistic", statistic, STATISTICS)
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
     if resamples < 1:

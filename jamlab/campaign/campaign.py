@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jamlab.campaign.campaign_file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
 from jamlab.errors import InputError
@@ -252,7 +252,7 @@ class Campaign:
 
     def packings(self, task: str) -> list[Any]:
         """The packings of a finished task, frame by frame."""
-        from jamlab.storage import read_all
+        from jamlab.packing.hdf5 import read_all
 
         return read_all(self.folder.task_file(task))
 

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import damage
+from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.packing.atomic_file import atomic_file, make_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,8 +105,7 @@ def export(
     """
     from jamlab.campaign.tables import TABLES
 
-    if form not in FORMATS:
-        raise InputError(f"unknown format {form!r}: use one of {', '.join(FORMATS)}")
+    check_choice("format", form, FORMATS)
     if form == "parquet":
         check_parquet()
     make_folder(out)
@@ -121,7 +121,7 @@ def export(
 
 
 def _dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
-    from jamlab.lammps_files import write_dump
+    from jamlab.packing.lammps_files import write_dump
 
     written = []
     for name in sorted(campaign.finished(sweep)):

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jamlab.atomic_file import atomic_file, make_folder
 from jamlab.campaign.task_file import damage, read_gaps
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError
+from jamlab.packing.atomic_file import atomic_file, make_folder
 
 COPY = "campaign.toml"
 

@@ -12,8 +12,8 @@ import numpy as np
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import read_seconds
 from jamlab.campaign.tasks import Batch
-from jamlab.compression import grid
 from jamlab.errors import StorageError
+from jamlab.protocols.compression import grid
 
 _SAMPLES = 8  # finished tasks that speak for their batch
 _ONSET = {"sp": ((32, 0.3), (64, 0.5), (128, 1.3), (256, 5.0), (1024, 60.0)), "dp": ((16, 6.0), (32, 20.0), (64, 30.0))}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.sweep_tables import SCHEMA
+from jamlab.campaign.measurements import SCHEMA
 from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS

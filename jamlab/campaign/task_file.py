@@ -1,6 +1,6 @@
-"""One task in one HDF5 file: the frames and observables of `jamlab.storage`, and the tables of the campaign.
+"""One task in one HDF5 file: the frames and observables of `jamlab.packing.hdf5`, and the tables of the campaign.
 
-Beside the layout of `jamlab.storage`, version 1 of the campaign adds
+Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign adds
 
 | name                      | type           | content                                                               |
 |---------------------------|----------------|-----------------------------------------------------------------------|
@@ -30,14 +30,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.atomic_file import atomic_file
 from jamlab.campaign.tasks import TASK_VERSION, Task
 from jamlab.errors import StorageError
-from jamlab.storage import file_image, opened
+from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.hdf5 import file_image, opened
 
 if TYPE_CHECKING:  # `status` needs neither LAMMPS nor the analysis
-    from jamlab.campaign.sweep_states import SweepStates
-    from jamlab.campaign.sweep_tables import Columns
+    from jamlab.campaign.measurements import Columns
+    from jamlab.campaign.states import SweepStates
 
 _USER_BLOCK = 512  # the smallest that HDF5 looks behind
 _HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from jamlab.campaign.campaign_file import CampaignTable, SweepTable
+from jamlab.campaign.file import CampaignTable, SweepTable
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.parameters import defaults
-from jamlab.storage import SCHEMA_VERSION
+from jamlab.packing.hdf5 import SCHEMA_VERSION
 
 TASK_VERSION = 1  # of the groups of task_file.py and of what the parameters mean
 _NAME_LENGTH = 32

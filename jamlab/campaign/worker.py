@@ -7,10 +7,10 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from jamlab.atomic_file import check_target
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import Task
 from jamlab.errors import StorageError
+from jamlab.packing.atomic_file import check_target
 
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
@@ -49,8 +49,8 @@ def run_task(folder: str, name: str, parameters: dict[str, Any]) -> tuple[str, s
 
 
 def _do(folder: CampaignFolder, task: Task, began: float) -> None:
-    from jamlab.campaign.sweep_states import sweep_states
-    from jamlab.campaign.sweep_tables import sweep_tables
+    from jamlab.campaign.measurements import sweep_tables
+    from jamlab.campaign.states import sweep_states
     from jamlab.campaign.task_file import write_task_file
     from jamlab.measure import table
 

@@ -1,0 +1,1 @@
+"""What methods cost, where they break, and what other codes give."""

@@ -1,0 +1,1 @@
+"""Where methods converge, stall or are refused, one map a file."""

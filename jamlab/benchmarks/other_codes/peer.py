@@ -1,0 +1,84 @@
+"""What a peer must do: one point, one minimisation, and say whether it is installed."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+Descent = Callable[[], Array]
+
+MOST_STEPS = 200_000
+EXTRA = "pip install 'jamlab[peers]'"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a peer, in the units of the packing.
+
+    Attributes:
+        energy: total.
+        forces: (n, 2).
+        stress: (2, 2), positive in compression, or None where the peer has no stress tensor.
+        pressure: trace of the stress over 2.
+    """
+
+    energy: float
+    forces: Array
+    stress: Array | None
+    pressure: float
+
+
+class Peer(ABC):
+    """A code that knows the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2.
+
+    Attributes:
+        name: as tables show it.
+        package: distribution that must be installed.
+        method: its minimiser.
+    """
+
+    name: str
+    package: str
+    method: str
+
+    @property
+    def version(self) -> str | None:
+        """Version installed, None if it is not."""
+        try:
+            return metadata.version(self.package)
+        except metadata.PackageNotFoundError:
+            return None
+
+    @abstractmethod
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress at the coordinates of the packing."""
+
+    @abstractmethod
+    def descent(self, packing: Packing, force: float) -> Descent:
+        """Make ready a minimisation; what is returned runs it from the start and gives (n, 2) positions.
+
+        Args:
+            packing: the start.
+            force: largest force at which to stop.
+        """
+
+
+def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
+    """Species of each disk, (n,), and contact distance s_ij of two species, (species, species).
+
+    Raises:
+        InputError: the packing is none that every peer can take.
+    """
+    if packing.model != "sp" or packing.units != "eps" or packing.diameters is None:
+        raise InputError(f"peers take disks in units 'eps', not model {packing.model} in units {packing.units!r}")
+    if packing.box[1, 0] != 0:
+        raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: peers take boxes without tilt")
+    sizes, species = np.unique(packing.diameters, return_inverse=True)
+    return species.reshape(-1).astype(np.int64), 0.5 * (sizes[:, None] + sizes)

@@ -1,0 +1,1 @@
+"""Cost against error of every method, one topic a file."""

@@ -1,0 +1,87 @@
+"""The packings of one task: from a random start to onset and up, or at a list of pressures."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.packing import Packing
+from jamlab.protocols.compression import compress
+from jamlab.protocols.onset import jam
+from jamlab.protocols.target_pressure import pack
+
+
+@dataclass(frozen=True)
+class SweepStates:
+    """States of one task.
+
+    Attributes:
+        packings: frame by frame; in a compression the first is the onset itself.
+        target_pressures: one per packing, k; nan in a compression.
+        converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
+        missing: what could not be made: `state`, in words, and `reason`.
+    """
+
+    packings: list[Packing]
+    target_pressures: list[float]
+    converged: list[bool]
+    missing: list[dict[str, str]]
+
+
+def sweep_states(parameters: dict[str, Any]) -> SweepStates:
+    """Make the packings of a task.
+
+    Args:
+        parameters: of the task, see `tasks.py`.
+
+    Raises:
+        ConvergenceError: no onset was found, no pressure was met, or the onset lies above `compress.to`.
+    """
+    missing: list[dict[str, str]] = []
+    if "pressures" in parameters:
+        packings, targets = _at_pressures(parameters, missing)
+    else:
+        packings = _from_onset(parameters, missing)
+        targets = [float("nan")] * len(packings)
+    limit = parameters["tolerances"]["max_force"]
+    return SweepStates(packings, targets, [_converged(p, limit) for p in packings], missing)
+
+
+def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> tuple[list[Packing], list[float]]:
+    """Each pressure from its own random start of the same seed, so that states of one task are independent."""
+    packings, targets = [], []
+    for pressure in parameters["pressures"]:
+        try:
+            packings.append(pack(parameters["n"], pressure, parameters["seed"], ensemble=parameters["ensemble"]))
+            targets.append(pressure)
+        except ConvergenceError as error:
+            missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
+    if not packings:
+        raise ConvergenceError(missing[0]["reason"])
+    return packings, targets
+
+
+def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
+    """Up from onset; a sweep that breaks off keeps the states it has."""
+    law = parameters["force_law"] if parameters["model"] == "dp" else {}
+    onset = jam(parameters["model"], parameters["n"], parameters["seed"], ensemble=parameters["ensemble"], **law)
+    if "compress" not in parameters:
+        return [onset]
+    how = dict(parameters["compress"])
+    to, by = how.pop("to"), how["by"]
+    fraction = packing_fraction(onset) if by == "rho" else onset.phi
+    if fraction >= to:
+        raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
+    packings = [onset]
+    try:
+        for packing in compress(onset, to, error=parameters["tolerances"]["step_error"], **how):
+            packings.append(packing)
+    except JamlabError as error:
+        missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
+    return packings
+
+
+def _converged(packing: Packing, limit: float | None) -> bool:
+    reached = packing.provenance
+    within = limit is None or reached["max_force"] <= limit
+    return bool(reached["converged"] and reached.get("on_target", True) and within)

@@ -1,0 +1,174 @@
+"""`jamlab campaign`: parse, call one function, print."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from jamlab.cli.console import err_console, out_console, print_json, print_table
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Ensembles of packings from one file: thousands of tasks that can be stopped and resumed.",
+    epilog="Start with: jamlab campaign plan campaign.toml",
+)
+Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]
+Folder = Annotated[Path | None, typer.Option("--out", help="Folder of the tasks; default: the name, beside the file.")]
+Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; may be repeated.")]
+Count = Annotated[int | None, typer.Option(help="Worker processes (with --slurm: jobs); default: all cores.")]
+Scheduler = Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")]
+Slurm = Annotated[bool, typer.Option("--slurm", help="Run on SLURM, options in [slurm] of the file.")]
+Retry = Annotated[bool, typer.Option("--retry-failed", help="Try tasks again that failed before.")]
+Trust = Annotated[bool, typer.Option("--no-verify", help="Do not read the finished files first.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
+
+
+@app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
+def run(
+    file: Where,
+    out: Folder = None,
+    workers: Count = None,
+    scheduler: Scheduler = None,
+    slurm: Slurm = False,
+    only: Only = None,
+    retry_failed: Retry = False,
+    no_verify: Trust = False,
+    as_json: Json = False,
+) -> None:
+    """Do the tasks that are not done; stop it at any time, run it again to go on."""
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.cli.campaign_progress import told
+
+    campaign = open_campaign(file, out)
+    with told(campaign, only) as tell:
+        done = campaign.run(
+            workers,
+            scheduler=scheduler,
+            slurm=slurm,
+            only=only,
+            retry_failed=retry_failed,
+            verify=not no_verify,
+            tell=tell,
+        )
+    for task, line in done.repaired.items():
+        err_console.print(f"done again: {task}: {line}", soft_wrap=True, highlight=False)
+    if as_json:
+        print_json({"finished": done.finished, "failed": done.failed, "repaired": done.repaired})
+        return
+    out_console.print(f"{done.finished} tasks finished, {done.failed} failed; files in {campaign.folder.path}")
+    if done.failed:
+        out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
+
+
+app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+@app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
+def status(
+    file: Where,
+    out: Folder = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Read every file and check its checksum.")] = False,
+    as_json: Json = False,
+) -> None:
+    """How many tasks are finished, failed and left, and why tasks failed."""
+    from jamlab.campaign.campaign import open_campaign
+
+    campaign = open_campaign(file, out)
+    found = campaign.status(verify=verify)
+    if as_json:
+        sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
+        totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
+        print_json(
+            {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
+        )
+        return
+    lines = [
+        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in ("tasks", "finished", "failed", "left"))]
+        for s in found.sweeps
+    ]
+    lines.append(["total", "", "", *(str(getattr(found, key)) for key in ("tasks", "finished", "failed", "left"))])
+    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", "tasks", "finished", "failed", "left"], lines)
+    for record in found.failures.values():
+        out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
+    for task, reason in (found.damaged or {}).items():
+        out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
+    for line in (found.gaps or {}).values():
+        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
+    if found.damaged:
+        out_console.print(f"`jamlab campaign resume {file}` does them again", soft_wrap=True)
+    if found.foreign:
+        out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
+
+
+@app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
+def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
+    """Dry run: tasks, estimated time and bytes."""
+    import os
+
+    from jamlab.campaign.campaign import open_campaign
+
+    campaign = open_campaign(file, out)
+    lines = campaign.plan(only)
+    count = workers or len(os.sched_getaffinity(0))
+    seconds, size = sum(line.seconds for line in lines), sum(line.bytes for line in lines)
+    if as_json:
+        totals = {"workers": count, "seconds": seconds / count, "core_seconds": seconds, "bytes": size}
+        print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
+        return
+    cells = [_cells(line) for line in lines]
+    names = ["sweep", "model", "n", "tasks", "left", "states", "core time", "size", "time from"]
+    print_table(f"campaign {campaign.name}", names, cells)
+    left = sum(line.left for line in lines)
+    out_console.print(f"{left} tasks left: about {_time(seconds / count)} on {count} workers, {size / 1e6:.0f} MB")
+
+
+def _cells(line: Any) -> list[str]:
+    counts = [str(value) for value in (line.n, line.tasks, line.left, line.states)]
+    source = "finished tasks" if line.measured else "estimate"
+    return [line.sweep, line.model, *counts, _time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
+
+
+def _time(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+@app.command(epilog="Example: jamlab campaign merge campaign.toml other-machine/first")
+def merge(
+    file: Where,
+    folders: Annotated[list[Path], typer.Argument(help="Folders in which parts of the campaign ran.")],
+    out: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """Copy finished tasks from other folders into this campaign's."""
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.exchange import merge as copy
+
+    counts = copy(open_campaign(file, out), folders)
+    if as_json:
+        print_json(counts)
+    else:
+        out_console.print(", ".join(f"{count} {what}" for what, count in counts.items()))
+
+
+@app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --format csv --table states")
+def export(
+    file: Where,
+    to: Annotated[Path, typer.Option(help="Folder to write into.")] = Path("tables"),
+    form: Annotated[str, typer.Option("--format", help="csv, parquet, or dump (frames for OVITO).")] = "csv",
+    table: Annotated[list[str] | None, typer.Option(help="Name of a table; may be repeated; default: all.")] = None,
+    sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
+    out: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """Write tables, or the frames of every task."""
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.exchange import export as write
+
+    written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep)]
+    if as_json:
+        print_json({"written": written})
+    else:
+        out_console.print("\n".join(written) or "no task is finished yet: nothing written", soft_wrap=True)

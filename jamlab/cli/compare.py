@@ -1,0 +1,44 @@
+"""Command line of the comparison with other codes."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jamlab.cli.console import err_console, out_console, print_json, print_table
+
+
+def compare(
+    n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
+    seed: Annotated[int, typer.Option(help="Seed of the random start.")] = 1,
+    phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
+    recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd or jaxdem.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")] = False,
+) -> None:
+    """The same disks in jax-md, OpenMM, ASE and LAMMPS' own styles: one point, one minimum, time on one core."""
+    from jamlab.benchmarks.other_codes.compare import compare as run
+    from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary
+    from jamlab.benchmarks.other_codes.recipes import write_recipe
+    from jamlab.benchmarks.other_codes.tables import tables, write
+    from jamlab.packing.atomic_file import make_folder
+
+    if recipe is not None:
+        folder = out or Path(f"jamlab-{recipe}")
+        out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
+        return
+    if out is not None:
+        make_folder(out)
+    rows = run(n, seed, phi, progress=lambda name: err_console.print(f"[dim]{name}[/]", highlight=False))
+    if out is not None:
+        write(out, rows, n, phi)
+    if as_json:
+        print_json(summary(rows))
+        return
+    for table in tables(rows, n, phi):
+        print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
+    for row in rows:
+        if row.note:
+            out_console.print(f"{row.name}: {row.note}", soft_wrap=True, highlight=False, markup=False)
+    if out is not None:
+        out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)

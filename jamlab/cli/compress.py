@@ -1,0 +1,33 @@
+"""`jamlab compress`: a sweep above onset."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jamlab.cli.console import bars, report
+from jamlab.cli.options import File, Frame, Json, Out
+from jamlab.packing.atomic_file import check_target
+
+
+def compress(
+    file: File,
+    to: Annotated[float, typer.Option(help="Last packing fraction.")],
+    step: Annotated[float, typer.Option(help="Distance of two states.")] = 0.01,
+    by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
+    nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
+    error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
+    frame: Frame = -1,
+    out: Out = Path("sweep.h5"),
+    as_json: Json = False,
+) -> None:
+    """Compress or decompress a packing in steps; the first frame written is the start."""
+    from jamlab.packing.hdf5 import read
+    from jamlab.protocols.compression import compress as run
+
+    check_target(out)
+    start = read(file, frame)
+    with bars({start.model: "compress"}, to) as tell:
+        sweep = run(start, to, step, by=by, nearest=nearest, error=error, progress=lambda *a: tell(start.model, *a))
+        packings = [start, *sweep]
+    report(packings, out, as_json)

@@ -1,0 +1,209 @@
+"""The main job: both models from a random start through jamming to rho = 0.95, measured, stored and drawn.
+
+The two models run side by side in processes of their own; pictures and page are made from what they return.
+"""
+
+import multiprocessing
+import platform
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing.managers import SyncManager
+from pathlib import Path
+from queue import Empty, Queue
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
+from jamlab.figures import html_page
+from jamlab.figures.packing_pictures import MODEL_STYLE, curve_figure, modulus_figure, packings_figure
+from jamlab.measure import table
+from jamlab.packing.atomic_file import check_target
+from jamlab.packing.hdf5 import write
+from jamlab.packing.packing import Packing
+from jamlab.packing.versions import versions
+from jamlab.protocols.compression import compress
+from jamlab.protocols.onset import jam
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.mean_spectrum import Spectra
+
+STEP = 0.01  # in rho, between stored states
+OMEGA = np.logspace(-6, 2, 41)
+HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
+FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".2e", "g": ".4f", "shape": ".4f"}
+
+Progress = Callable[[str, str, float], None]  # model, stage, packing fraction
+
+
+@dataclass(frozen=True)
+class Run:
+    """One model from onset to the densest state.
+
+    Attributes:
+        model: "sp" or "dp".
+        packings: onset first.
+        measured: column -> (len(packings),), see `jamlab.measure`.
+        seconds: wall time.
+    """
+
+    model: str
+    packings: list[Packing]
+    measured: dict[str, NDArray[np.float64]]
+    seconds: float
+
+
+def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
+    """Run both models, write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
+
+    Args:
+        n: even number of particles.
+        seed: of the random start.
+        to: last true packing fraction.
+        out: folder, made if it is missing.
+        progress: called with the model, stage and packing fraction reached.
+
+    Returns:
+        Runs by model, and G*(omega) of the densest SP packing, or None if that packing is not stable.
+
+    Raises:
+        InputError, ConvergenceError: from the protocol.
+        StorageError: the folder cannot be written.
+    """
+    missing = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        check_target(out / "index.html")
+        return _run_into(out, n, seed, to, progress)
+    except FileExistsError:
+        raise InputError(f"{out} is a file: name a folder") from None
+    except JamlabError:
+        raise
+    except OSError as error:
+        raise StorageError(f"cannot write into {out}: {error.strerror or error}; name another folder") from error
+    finally:
+        if missing and out.is_dir() and not any(out.iterdir()):
+            out.rmdir()
+
+
+def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
+    runs = _run_both(n, seed, to, progress)
+    try:
+        densest = runs["sp"].packings[-1]
+        converged = bool(densest.provenance["converged"])
+        spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (converged,))
+    except ConvergenceError:
+        spectrum = None
+    for run in runs.values():
+        write(out / f"{run.model}.h5", run.packings, run.measured)
+    _draw(runs, spectrum, out, {"n": str(n), "seed": str(seed)})
+    return runs, spectrum
+
+
+def rows(run: Run) -> list[list[str]]:
+    """Table of a run as text, one row per state; a state that did not converge is marked."""
+    lines = []
+    for k, packing in enumerate(run.packings):
+        row = {name: values[k] for name, values in run.measured.items()}
+        cells = [f"{row[name]:{form}}" for name, form in FORMATS.items()]
+        if np.isnan(row["g"]):
+            cells[list(FORMATS).index("g")] = "not stable"
+        mark = "" if packing.provenance["converged"] else " (not converged)"
+        lines.append([*cells, f"{packing.provenance['max_force']:.0e}{mark}"])
+    return lines
+
+
+def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str, str, float]]") -> Run:
+    began = time.perf_counter()
+
+    def tell(stage: str, fraction: float) -> None:
+        queue.put((model, stage, fraction))
+
+    onset = jam(model, n, seed, progress=tell)
+    if to <= onset.phi:
+        raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
+    packings = [onset, *compress(onset, to, STEP, progress=tell)]
+    return Run(model, packings, table(packings), time.perf_counter() - began)
+
+
+def _run_both(n: int, seed: int, to: float, progress: Progress) -> dict[str, Run]:
+    context = multiprocessing.get_context("spawn")  # a fork would share what LAMMPS and MPI hold
+    with context.Manager() as manager, ProcessPoolExecutor(2, mp_context=context) as pool:
+        queue = _queue(manager)
+        futures = {model: pool.submit(_run_model, model, n, seed, to, queue) for model in ("dp", "sp")}
+        while not all(future.done() for future in futures.values()):
+            try:
+                progress(*queue.get(timeout=0.2))
+            except Empty:
+                continue
+        return {model: futures[model].result() for model in ("sp", "dp")}
+
+
+def _queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
+    queue: Queue[tuple[str, str, float]] = manager.Queue()
+    return queue
+
+
+def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict[str, str]) -> None:
+    densest = {model: run.packings[-1] for model, run in runs.items()}
+    titles = {
+        model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
+            label=MODEL_STYLE[model]["label"], rho=run.measured["rho"][-1], z=run.measured["z"][-1]
+        )
+        for model, run in runs.items()
+    }
+    tables = {model: run.measured for model, run in runs.items()}
+    unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon_r/l^2$ (DP)"
+    pictures = {
+        "Packings in their periodic cell: large particles blue, small ones pink, rattlers grey; black lines join "
+        "particles in contact. DP: the fill is the outline with the rim of the circulo-lines, the line inside it the "
+        "bare polygon.": (
+            "packings.png",
+            packings_figure(densest, titles),
+        ),
+        "Contacts per particle without rattlers.": (
+            "z.png",
+            curve_figure(tables, "z", "contact number $z$"),
+        ),
+        "Relaxed shear modulus by linear response, mean over directions.": (
+            "g.png",
+            curve_figure(tables, "g", f"shear modulus $G$  [{unit}]"),
+        ),
+    }
+    if spectrum is None:
+        facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
+    else:
+        pictures[
+            "Complex shear modulus of the densest SP packing, balanced contact damping (β = 1), with pre-stress."
+        ] = (
+            "gstar.png",
+            modulus_figure({f"SP, ρ = {tables['sp']['rho'][-1]:.3f}": spectrum}, r"$\epsilon/\sigma^2$"),
+        )
+    images = {caption: html_page.save(figure, out / name) for caption, (name, figure) in pictures.items()}
+    times = {f"wall time {model.upper()}": f"{run.seconds:.1f} s" for model, run in runs.items()}
+    parameters = {k: v for k, v in densest["dp"].params.items() if k != "a0"}
+    html_page.write_page(
+        out / "index.html",
+        "Jamming of disks and deformable polygons",
+        "From a random start at φ = 0.20 through jamming onset (first row of each table) to dense packings. Lengths, "
+        "energies and stresses in the units of Boromand et al.; A is the mean shape factor (SP: disks cut by their "
+        "power cells; DP: polygons without rim, 1.012 and 1.024 when round).",
+        [html_page.Table(MODEL_STYLE[m]["label"], HEADINGS, rows(run)) for m, run in runs.items()],
+        images,
+        facts
+        | {"DP parameters": ", ".join(f"{k} = {v}" for k, v in parameters.items())}
+        | times
+        | versions()
+        | {"Python": platform.python_version()},
+    )
+
+
+def unconverged(runs: dict[str, Run]) -> list[str]:
+    """States whose minimisation did not meet the tolerance, by name."""
+    return [
+        f"{run.model} rho = {rho:.4f}: max force {packing.provenance['max_force']:.1e}"
+        for run in runs.values()
+        for packing, rho in zip(run.packings, run.measured["rho"], strict=True)
+        if not packing.provenance["converged"]
+    ]

@@ -1,0 +1,21 @@
+"""`jamlab doctor`: check the installation."""
+
+import typer
+
+from jamlab.cli.console import out_console, print_json
+from jamlab.cli.options import Json
+
+
+def doctor(as_json: Json = False) -> None:
+    """What is installed, whether the plugin and MPI work, and how to mend what does not."""
+    from jamlab.engine.doctor import examine
+
+    findings = examine()
+    if as_json:
+        print_json({f.subject: {"ok": f.right, "detail": f.detail} for f in findings})
+    else:
+        for f in findings:
+            mark = "[green]ok  [/]" if f.right else "[red]FAIL[/]"
+            out_console.print(f"{mark} {f.subject:12s} {f.detail}", soft_wrap=True)
+    if not all(f.right for f in findings):
+        raise typer.Exit(1)

@@ -1,0 +1,65 @@
+"""Command line: figures of both papers."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.errors import InputError
+
+
+def figure(
+    names: Annotated[
+        list[str],
+        typer.Argument(help="Figures such as boromand-6; all; list: their names; reference: thin a campaign's tables."),
+    ],
+    source: Annotated[
+        Path | None, typer.Option("--from", help="Campaign or folder of reference tables; default: those packed in.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-figures"),
+    commit: Annotated[str, typer.Option(help="With the name reference: commit to write down.")] = "unknown",
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of lines.")] = False,
+) -> None:
+    """Figures of both papers from our own packings, each with a verdict: measured, interval, paper's value."""
+    from jamlab.cli.figure_tables import open_tables, save_reference
+    from jamlab.figures.papers import gallery
+
+    if names == ["list"]:
+        found = gallery.titles()
+        if as_json:
+            print_json(found)
+        else:
+            print_table("figures", ["name", "shows"], [[name, title] for name, title in found.items()])
+        return
+    if names == ["reference"]:
+        if source is None:
+            raise InputError("reference needs a campaign: name its file or folder with --from")
+        written = save_reference(source, out, commit)
+        if as_json:
+            print_json({"out": str(out), "bytes": written})
+        else:
+            print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
+        return
+    chosen = gallery.check_names(names)
+    tables = open_tables(source)
+    whole = len(chosen) == len(gallery.FIGURES)
+    with err_console.status("drawing") as status:
+        if whole:
+            drawings, failures = gallery.write_all(chosen, tables, out, lambda name: status.update(f"drawing {name}"))
+        else:
+            drawings, failures = [gallery.draw(name, tables) for name in chosen], []
+            for drawing in drawings:
+                gallery.write(drawing, out)
+    claims = [c for d in drawings for c in d.claims]
+    if as_json:
+        missing = {f.name: f.reason for f in failures}
+        print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
+    else:
+        for c in claims:
+            out_console.print(Text(c.line, style="" if c.agrees else "red"), soft_wrap=True)
+        names_written = gallery.REPORT if whole else ", ".join(f"{d.name}.png .pdf .csv" for d in drawings)
+        out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
+    for f in failures:
+        err_console.print(Text(f"not drawn: {f.name}: {f.reason}", style="red"), soft_wrap=True)

@@ -1,0 +1,41 @@
+"""Tables that figures are drawn from: of a campaign, or the reference data packed with jamlab."""
+
+from pathlib import Path
+
+from jamlab.campaign.campaign import open_campaign
+from jamlab.figures.papers.tables import Tables, read_folder, reference_tables, save
+from jamlab.packing.versions import versions
+
+
+def open_tables(source: Path | None) -> Tables:
+    """Tables of a campaign (its file or folder) or of reference tables; None: the reference data packed with jamlab.
+
+    Raises:
+        InputError, StorageError: neither of these.
+    """
+    if source is None:
+        return reference_tables()
+    if (source / "reference.json").is_file():
+        return read_folder(source)
+    campaign = open_campaign(source)
+    return Tables(campaign.table, {"campaign": str(source), **versions()})
+
+
+def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
+    """Thin the tables of a campaign to reference data, with what made them.
+
+    Args:
+        source: campaign file or folder.
+        folder: to write to.
+        commit: of the code that ran the campaign.
+
+    Returns:
+        Table -> bytes.
+
+    Raises:
+        InputError: no campaign, or none of its tasks is finished.
+        StorageError: the folder cannot be written.
+    """
+    campaign = open_campaign(source)
+    facts = {"campaign": campaign.name, "commit": commit, **versions()}
+    return save(Tables(campaign.table), folder, facts, campaign.file.read_text(encoding="utf-8"))

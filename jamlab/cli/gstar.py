@@ -1,0 +1,59 @@
+"""`jamlab gstar`: the complex shear modulus."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jamlab.cli.console import print_json, print_spectra
+from jamlab.cli.options import Frame, Json, Seed
+from jamlab.errors import InputError
+
+
+def gstar(
+    files: Annotated[list[Path] | None, typer.Argument(help="HDF5 files; several: mean and band.")] = None,
+    n: Annotated[int | None, typer.Option("--n", help="Without files: disks of a packing to make, even.")] = None,
+    pressure: Annotated[float | None, typer.Option(help="Without files: its pressure, k.")] = None,
+    seed: Seed = 1,
+    frame: Frame = -1,
+    beta: Annotated[float, typer.Option(help="Contact damping: sliding over approach.")] = 1.0,
+    stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False,
+    eta_f: Annotated[float, typer.Option(help="Fluid viscosity of Stokes drag, k tau_1.")] = 1.0,
+    prestress: Annotated[bool, typer.Option(help="Keep the contact forces in the Hessian.")] = True,
+    method: Annotated[str, typer.Option(help="auto, dense, direct or reduced.")] = "auto",
+    omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
+    omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
+    points: Annotated[int, typer.Option(help="Frequencies, log-spaced.")] = 41,
+    out: Annotated[Path | None, typer.Option(help="Picture (.png) or numbers (.h5) to write.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Complex shear modulus G*(omega), Baumgarten & Tighe, of packings of disks or droplets."""
+    import numpy as np
+
+    from jamlab.cli import spectrum_output
+    from jamlab.packing.hdf5 import read
+    from jamlab.protocols.target_pressure import pack as make
+    from jamlab.rheology.complex_modulus import complex_modulus
+    from jamlab.rheology.damping import ContactDamping, StokesDrag
+    from jamlab.rheology.mean_spectrum import Spectra
+
+    if not 0 < omega_min < omega_max or points < 2:
+        raise InputError(f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max and 2 points")
+    if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
+        raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
+    if out is not None:
+        spectrum_output.check_output(out)
+    law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
+    packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]
+    omega = np.geomspace(omega_min, omega_max, points)
+    found = Spectra(
+        tuple(complex_modulus(p, omega, law, prestress, method) for p in packings),
+        packings[0].units,
+        tuple(bool(p.provenance.get("converged", False)) for p in packings),
+    )
+    if out is not None:
+        spectrum_output.save(found, str(law), out)
+    if as_json:
+        print_json(found.summary())
+    else:
+        print_spectra(f"{law}, {found.description}", found)

@@ -1,0 +1,1 @@
+"""LAMMPS: one session, the decks it reads, MPI ranks, the installation around it."""

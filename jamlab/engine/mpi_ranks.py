@@ -1,0 +1,76 @@
+"""First-order minimisation of a large packing on several MPI ranks: plain `lmp` under mpiexec runs the deck.
+
+A stage takes seconds to minutes, so a file each way costs nothing; positions keep all their digits.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.engine.deck_defaults import deck
+from jamlab.errors import EngineError, InputError
+from jamlab.packing.lammps_files import types, write_data
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+def check_ranks(ranks: int) -> None:
+    """Refuse what is no number of MPI ranks.
+
+    Raises:
+        InputError: naming the value.
+    """
+    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or ranks < 1:
+        raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more")
+
+
+def minimize_on_ranks(
+    packing: Packing, *, force: float, style: str, steps: int, ranks: int, stretch: int | None = None
+) -> Array:
+    """Positions after `minimize` at fixed box, by the deck in.sp.minimize.
+
+    Args:
+        packing: SP.
+        force: tolerance on the largest force component.
+        style: "cg" or "fire".
+        steps: iterations at most.
+        stretch: iterations after which the minimiser starts anew, by default never.
+        ranks: MPI ranks.
+
+    Returns:
+        (n, 2) unwrapped positions. Whether the tolerance was met is for the caller to see.
+
+    Raises:
+        EngineError: mpiexec or LAMMPS failed; the message holds the last line that LAMMPS wrote.
+        InputError: for polygons, which one rank minimises faster.
+    """
+    check_ranks(ranks)
+    if packing.model != "sp":
+        raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
+    table = types(packing)
+    variables: dict[str, object] = {"law": packing.units, "ntypes": table.ntypes, "minimizer": style}
+    variables |= {"steps": steps, "stretch": stretch or steps}
+    variables |= {f"d{k + 1}": f"{d:.17g}" for k, d in enumerate(table.values)}
+    variables |= {name: f"{value:.17g}" for name, value in {**packing.params, "force": force}.items()}
+    programs = Path(sys.executable).parent
+    inputs = deck("in.sp.minimize")
+    with tempfile.TemporaryDirectory() as folder:
+        write_data(Path(folder) / "packing.data", packing)
+        line = [programs / "mpiexec", "-n", ranks, programs / "lmp", "-in", inputs, "-log", "none", "-nocite"]
+        for name, value in {"dir": inputs.parent, **variables}.items():
+            line += ["-var", name, value]
+        try:
+            done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise EngineError(f"no mpiexec and lmp in {programs} for ranks = {ranks}: run `jamlab doctor`") from error
+        if done.returncode:
+            last = [text for text in (done.stdout + done.stderr).splitlines() if text.strip()]
+            errors = [text for text in last if "ERROR" in text] or last or ["no output"]
+            raise EngineError(f"LAMMPS on {ranks} ranks stopped: {errors[-1]}")
+        rows = np.loadtxt(Path(folder) / "sp.minimum.dump", skiprows=9, ndmin=2)
+    return np.ascontiguousarray(rows[:, 1:3])

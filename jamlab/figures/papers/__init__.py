@@ -1,0 +1,1 @@
+"""Every figure of both papers from tables of an ensemble, with a verdict on each number."""

@@ -1,0 +1,300 @@
+"""Spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import RESAMPLES, average
+from jamlab.figures.papers.panels import Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.spectral_groups import (
+    LARGE,
+    Group,
+    by_pressure,
+    chosen,
+    large,
+    power_text,
+    same_frequencies,
+    spectral,
+)
+from jamlab.figures.papers.tables import Tables
+from jamlab.rheology.critical_scaling import collapse
+from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.power_laws import power_law
+
+Array = NDArray[np.float64]
+
+MODULUS = r"[$k$]"
+FREQUENCY = r"frequency $\omega\,\tau_1$"
+_COLLAPSE_RESAMPLES = 60
+_CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
+
+
+def nearest(values: Sequence[float], wanted: float) -> float:
+    """The value nearest by ratio."""
+    return min(values, key=lambda v: abs(np.log(v / wanted)))
+
+
+def draw(
+    out: Drawing, axes: Any, group: Group, name: str, look: dict[str, Any], x: float = 1.0, y: float = 1.0
+) -> None:
+    """G' (filled) and G'' (open) over omega, each times a factor."""
+    for part, values, more in (
+        ("G'", group.storage, {"linestyle": "-"}),
+        ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
+    ):
+        both: dict[str, Any] = look | more
+        band = bootstrap([values], lambda g: average(g[0]), resamples=RESAMPLES)
+        text = (name or None) if part == "G'" else None
+        series = f"{part} {name}"
+        m = max(len(group.omega) // 20, 1)
+        out.curve(
+            axes,
+            series,
+            group.omega * x,
+            band.value * y,
+            band.low * y,
+            band.high * y,
+            label=text,
+            markevery=m,
+            **both,
+        )
+
+
+def _slope(values: Array, omega: Array, low: float, high: float) -> float:
+    return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
+
+
+def figure_1(tables: Tables) -> Drawing:
+    """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
+    groups = by_pressure(spectral(chosen(tables.spectra, "contact", prestress=True, beta=1.0)))
+    p = nearest(list(groups), 1e-4)
+    group = groups[p]
+    out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
+    scale(axes)
+    draw(out, axes, group, f"$p = {power_text(p)}$", {"color": "#009E73", "marker": "o"})
+    low, high = _CRITICAL[0] * p, _CRITICAL[1]
+    out.window(axes, low, high)
+    w = group.omega
+    out.slope(axes, 1.0, (w[0], 0.1 * p), 0.4 * group.loss.mean(axis=0)[0])
+    out.slope(axes, 0.5, (low, high), 2.0 * np.interp(low, w, group.storage.mean(axis=0)), above=True)
+    if w[-1] > 30:
+        out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, group.loss.mean(axis=0)))
+    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
+    count = f"{len(group.g0)} packings, p = {p:g}"
+    for text, part, a, b, paper in (
+        ("slope of G'', slow", 1, w[0], 0.01 * p, 1.0),
+        ("slope of G', critical", 0, low, high, 0.5),
+        ("slope of G'', critical", 1, low, high, 0.5),
+        ("slope of G'', fast", 1, 10.0, w[-1], 1.0),
+    ):
+        enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
+        found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
+        how = f"{count}, {a:.2g} < omega < {b:.2g}"
+        out.claims.append(claim(out.name, text, found, paper, 0.05, how=how))
+    out.caption = (
+        f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
+        "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
+    )
+    return out
+
+
+def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
+    """Spectra of all pressures, as they are and over p^0.5 against omega/p."""
+    for index, (p, group) in enumerate(groups.items()):
+        look = sequence(index, len(groups))
+        name = f"$p = {power_text(p)}$"
+        if plain is not None:
+            draw(out, plain, group, name, look)
+        kept = group.omega <= _CRITICAL[1]
+        part = Group(
+            group.omega[kept], group.storage[:, kept], group.loss[:, kept], group.g0, group.eta0, group.eta_inf
+        )
+        draw(out, scaled, part, name, look, 1 / p, p**-0.5)
+    x = np.concatenate([g.omega / p for p, g in groups.items()])
+    low = max(x.min(), 1e-4)
+    level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
+    out.slope(scaled, 1.0, (low, 1e-1), 0.1 * level * low)
+    out.slope(scaled, 0.5, (30.0, 3e4), 3.0 * level * 30**0.5 / 2, above=True)
+    label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="upper left")
+
+
+def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
+    """mu, lambda and Delta with what `jamlab.collapse` gives as half-widths."""
+    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
+    groups = large(groups, n)
+    how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
+    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
+        try:
+            members = [g.members() for g in same_frequencies(groups).values()]
+            fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
+            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
+            how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
+        except InputError as error:
+            how = str(error)
+    names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
+    return [
+        Claim(name, f"{text}, {law}", v, v - e, v + e, paper, 0.05, how=how)
+        for text, (v, e), paper in zip(names, values, (0.5, 1.0, 0.5), strict=True)
+    ]
+
+
+def figure_3(tables: Tables) -> Drawing:
+    """G* of balanced contact damping for a range of pressures, and its collapse."""
+    every = chosen(tables.spectra, "contact", prestress=True, beta=1.0)
+    table = spectral(every)
+    groups = by_pressure(table)
+    out, (a, b) = drawing("baumgarten-3", 1, 2, 5.6, 4.6)
+    scale(a)
+    scale(b)
+    _collapsed(out, a, b, groups)
+    w = next(iter(groups.values())).omega
+    lowest = list(groups.values())[-1]
+    out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
+    _largest(out, a, b, every)
+    label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left")
+    out.claims = _exponents(out.name, groups, "contact damping", int(table["n"].iloc[0]))
+    out.caption = (
+        "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
+    )
+    return out
+
+
+def _largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
+    """The largest packing of all as a black line, if it stands alone and has a whole spectrum."""
+    n = int(table["n"].max())
+    part = table[table["n"] == n]
+    if n == int(spectral(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
+        return
+    for p, group in by_pressure(part).items():
+        kept = group.omega <= _CRITICAL[1]
+        for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
+            series = f"{name} N = {n}, p = {p:g}"
+            text = rf"$N = {n}$, $p = {power_text(p)}$" if name == "G'" else None
+            out.curve(plain, series, group.omega, values, label=text, color="#222222")
+            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color="#222222")
+
+
+def figure_4(tables: Tables) -> Drawing:
+    """Sliding that is damped less, or not at all."""
+    out, (a, b) = drawing("baumgarten-4", 1, 2, 5.8, 4.8)
+    scale(a)
+    scale(b)
+    table = spectral(chosen(tables.spectra, "contact"))
+    undamped = chosen(table, "contact", beta=0.0)
+    gap: Interval | None = None
+    loose: dict[float, Group] = {}
+    for prestress in (True, False):
+        part = undamped[undamped["prestress"].astype(bool) == prestress]
+        groups = by_pressure(part) if len(part) else {}
+        if not prestress:
+            loose = groups
+        for index, (p, group) in enumerate(groups.items()):
+            look = sequence(index, len(groups)) | ({} if prestress else {"marker": "+", "linewidth": 0.6})
+            name = f"$p = {power_text(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
+            draw(out, a, group, name, look, 1.0, p**-0.5)
+    if loose:
+        ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
+        gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g), resamples=RESAMPLES)
+    label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
+    out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
+    out.claims.append(
+        claim(
+            out.name,
+            "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)",
+            gap,
+            0.0,
+            1e-6,
+            how="all frequencies",
+        )
+    )
+    out.claims += _undamped_claims(out.name, large(loose, int(table["n"].iloc[0])))
+    _beta_sweep(out, b, table)
+    out.caption = (
+        "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (crosses); the frequency is not "
+        "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
+    )
+    return out
+
+
+def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
+    p = list(groups)
+    found = None
+    how = f"needs two pressures with p N^2 > {LARGE:g} without pre-stress"
+    if len(p) > 1:
+        how = f"{len(p)} pressures, no pre-stress"
+        found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
+    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, 0.5, 0.05, how=how)]
+
+
+def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
+    """G* at one pressure for every beta, its viscosities in an inset, and the claim on their growth."""
+    stressed = table[table["prestress"].astype(bool)]
+    count = stressed.groupby("target_pressure")["beta"].nunique()
+    p = float(count.index[int(count.argmax())])
+    part = stressed[stressed["target_pressure"] == p]
+    betas = sorted(part["beta"].unique())
+    ends: dict[float, Group] = {}
+    for index, beta in enumerate(betas):
+        groups = by_pressure(part[part["beta"] == beta])
+        if p in groups:
+            ends[beta] = groups[p]
+            text = rf"$\beta = {power_text(beta) if beta else 0}$"
+            draw(out, axes, groups[p], text, sequence(index, len(betas)))
+    label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5, ncols=2)
+    axes.set_ylim(axes.get_ylim()[0], 1e3 * axes.get_ylim()[1])
+    inset = axes.inset_axes((0.66, 0.1, 0.31, 0.32))
+    inset.set_gid("b-inset")
+    scale(inset)
+    known = [beta for beta in ends if beta > 0]
+    for name, colour in (("eta0", "#0072B2"), ("eta_inf", "#D55E00")):
+        values = [float(getattr(ends[beta], name).mean()) for beta in known]
+        out.curve(inset, name, known, values, color=colour, marker="o", markersize=3)
+    inset.set_title(r"$\eta_0$ (blue), $\eta_\infty$ (red) over $\beta$", fontsize=7.5, pad=3)
+    inset.tick_params(labelsize=7)
+    found, how = None, "needs beta = 0 and two others"
+    if len(known) > 1 and 0.0 in ends:
+        how = f"p = {p:g}"
+        seeds = min(len(g.eta0) for g in ends.values())
+        eta = np.column_stack([ends[beta].eta0[:seeds] for beta in (0.0, *known)])
+        found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
+    text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
+    out.claims.append(claim(out.name, text, found, 1.0, 0.01, how=how))
+
+
+def figure_6(tables: Tables) -> Drawing:
+    """Stokes drag: collapse for eta_F = 1, and what the viscosity of the fluid adds."""
+    stokes = spectral(chosen(tables.spectra, "stokes", prestress=True))
+    groups = by_pressure(chosen(stokes, "stokes", eta_f=1.0))
+    out, (a, b) = drawing("baumgarten-6", 1, 2, 5.8, 4.8)
+    scale(a)
+    scale(b)
+    _collapsed(out, None, a, groups)
+    count = stokes.groupby("target_pressure")["eta_f"].nunique()
+    p = float(count.index[int(count.argmax())])
+    part = stokes[stokes["target_pressure"] == p]
+    viscosity: dict[float, Array] = {}
+    for index, eta_f in enumerate(sorted(part["eta_f"].unique())):
+        found = by_pressure(part[part["eta_f"] == eta_f])
+        if p in found:
+            viscosity[eta_f] = found[p].eta0
+            text = rf"$\eta_F = {power_text(eta_f) if eta_f else 0}$"
+            draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
+    label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
+    out.claims = _exponents(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
+    added, how = None, "needs two fluid viscosities"
+    if len(viscosity) > 1:
+        low, high = min(viscosity), max(viscosity)
+        how = f"eta_F = {low:g} and {high:g}, p = {p:g}"
+        size = min(len(viscosity[low]), len(viscosity[high]))
+        rise = (viscosity[high][:size] - viscosity[low][:size]) / (high - low)
+        added = bootstrap([rise], lambda g: g[0].mean())
+    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, 1.0, 1e-3, how=how))
+    out.caption = (
+        f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
+    )
+    return out

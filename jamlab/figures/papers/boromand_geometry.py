@@ -1,0 +1,198 @@
+"""Packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.figures.packing_pictures import MODEL_STYLE
+from jamlab.figures.papers.boromand import DP_UNKNOWN, LINEAR, below_confluence, has, nearest_size
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import ensemble, log_edges
+from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, scale
+from jamlab.figures.papers.tables import Tables
+from jamlab.statistics.power_laws import power_law
+
+Array = NDArray[np.float64]
+
+C = 1.21  # of eq 11
+FINE = np.arange(0.0, 0.5, 0.01) - 0.005
+TWO_OVERLAPS = 0.36  # dphi up to which only pairs overlap: phi < 1.2
+LINES = {"sp": (MODEL_STYLE["sp"]["color"], "v"), "dp": (MODEL_STYLE["dp"]["color"], "D")}
+
+
+def model_look(model: str, **more: Any) -> dict[str, Any]:
+    colour, marker = LINES[model]
+    return {"color": colour, "marker": marker, "linestyle": "none"} | more
+
+
+def eq_11(d_phi: Array) -> Array:
+    """drho over C, Boromand et al. eq 11."""
+    return np.asarray(d_phi - d_phi**1.5)
+
+
+def _prefactor(x: Array, y: Array) -> float:
+    """C by least squares on eq 11."""
+    kept = np.isfinite(y) & (x > 0.01) & (x < TWO_OVERLAPS)
+    f = eq_11(x[kept])
+    return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
+
+
+def figure_4(tables: Tables) -> Drawing:
+    """True against nominal packing fraction, particle areas, shape factors."""
+    states = tables.states
+    out, (a, b, c) = drawing("boromand-4", 1, 3, 4.6, 4.0)
+    n = nearest_size(states, "sp", 32)
+    e = ensemble(states, "sp", n, "d_phi", "d_rho", FINE)
+    x, y = e.band()
+    out.curve(a, f"SP, N = {n}", x, y.value, y.low, y.high, **model_look("sp"))
+    d = np.linspace(0, 0.4, 50)
+    out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
+    out.curve(a, rf"paper: eq 11, $C$ = {C}", d, C * eq_11(d), **FIT)
+    a.set_ylim(0, 0.25)
+    label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
+    window = f"N = {n}, least squares, 0.01 < dphi < {TWO_OVERLAPS}"
+    out.claims.append(claim(out.name, "C of eq 11", e.interval(_prefactor), C, 0.005, how=window, reason=C_REASON))
+    for model in ("sp", "dp"):
+        if not has(states, model):
+            continue
+        size = nearest_size(states, model, 32)
+        x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
+        out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_look(model))
+    d = np.linspace(0.0, 0.155, 40)
+    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**2.5
+    out.curve(b, r"paper: slope 2.5 in $\rho - \rho_J$", d, 1 - height * d**2.5, **PAPER)
+    b.set_ylim(0.82, 1.02)
+    label(b, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
+    scale(c, "log", "linear")
+    for model, by, fill in (("sp", "d_phi", "full"), ("sp", "d_rho", "none"), ("dp", "d_rho", "none")):
+        if not has(states, model):
+            continue
+        size = nearest_size(states, model, 32)
+        look = model_look(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
+        x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
+        name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
+        out.curve(c, name, shape.value, x, **look)
+    s = np.geomspace(3e-3, 0.1, 20)
+    out.curve(c, r"paper: $\omega \approx 0.3$", s, 0.165 * (s / 0.07) ** 0.3, **PAPER)
+    out.curve(c, r"paper: $\lambda \approx 0.67$", s[:14], 0.16 * (s[:14] / 0.03) ** 0.67, **PAPER | {"linestyle": ":"})
+    c.set_xlim(3e-4, 0.15)
+    c.set_ylim(0, 0.22)
+    label(
+        c,
+        r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)",
+        r"$\rho - \rho_J$ or $\phi - \phi_J$",
+        loc="upper left",
+    )
+    out.claims += _shape_claims(states, out.name)
+    out.caption = (
+        "(a) True against nominal packing fraction with eq 11; the form in the paper's caption is a misprint. (b) Mean "
+        "particle area, overlaps shared. (c) Packing fraction against shape factor; regular 12- and 17-gons begin at "
+        "A = 1.0235 and 1.0115, so A_J is taken off. Heights of the paper's power laws are ours."
+    )
+    return out
+
+
+C_REASON = "C is 1 at onset by definition, so it depends on the window, which the paper does not print"
+
+
+def _at(place: float) -> Callable[[Array, Array], float]:
+    """The mean curve at one x; nan beyond its ends."""
+
+    def value(x: Array, y: Array) -> float:
+        kept = np.isfinite(x) & np.isfinite(y)
+        return float(np.interp(place, x[kept], y[kept], left=np.nan, right=np.nan)) if kept.any() else np.nan
+
+    return value
+
+
+def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
+    fine = np.arange(0.8, 1.3, 0.005)
+    n = nearest_size(states, "sp", 32)
+    by_phi, by_rho = (ensemble(states, "sp", n, by, "shape", fine) for by in ("phi", "rho"))
+    claims = [
+        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), 1.03, 0.005, how=f"N = {n}"),
+        claim(
+            name,
+            "A near confluence, SP",
+            by_rho.interval(lambda x, y: y[np.nanargmax(x)]),
+            1.10,
+            0.0,
+            relation=">",
+            how=f"N = {n}, mean over rho > {0.005 * np.floor(200 * np.nanmax(by_rho.mean[0])):.3f}",
+        ),
+    ]
+    area = shape = None
+    how = "no dp packings"
+    if has(states, "dp"):
+        n = nearest_size(states, "dp", 32)
+        how = f"N = {n}"
+        area = ensemble(states, "dp", n, "d_rho", "lost", FINE[:18]).interval(lambda x, y: 1 - _at(0.13)(x, y))
+        dense = ensemble(states, "dp", n, "rho", "shape", fine)
+
+        def confluent(x: Array, y: Array) -> float:
+            kept = (x > 0.95) & np.isfinite(y)
+            return float(np.polyval(np.polyfit(x[kept], y[kept], 1), 1.0)) if kept.sum() > 2 else np.nan
+
+        shape = dense.interval(confluent)
+    return [
+        *claims,
+        claim(
+            name,
+            "A at confluence, DP",
+            shape,
+            1.07,
+            0.005,
+            how=f"{how}, straight line from rho > 0.95 to 1",
+            reason=f"bare polygons, without rim; {DP_UNKNOWN}",
+        ),
+        claim(
+            name, "<a>/a_J at drho = 0.13, DP", area, 1.0, 0.01, how=how, reason=f"finite area stiffness; {DP_UNKNOWN}"
+        ),
+    ]
+
+
+def figure_9(tables: Tables) -> Drawing:
+    """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
+    states = tables.states
+    out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
+    slope, how = None, "no dp packings"
+    for model in ("sp", "dp"):
+        if not has(states, model):
+            continue
+        n = nearest_size(states, model, 64)
+        x, y = ensemble(states, model, n, "rho", "z", LINEAR).band()
+        out.curve(a, f"{model.upper()}, N = {n}", x, y.value, y.low, y.high, **model_look(model, linestyle="-"))
+        e = ensemble(states, model, n, "rho", "excess", LINEAR)
+        x, y = e.band()
+        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_look(model, linestyle="-"))
+        if model == "dp":
+            how = f"N = {n}, rho > 0.9"
+            near = below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
+                left=lambda t: 1 - t["rho"]
+            )
+            slope = ensemble(near, model, n, "left", "missing", log_edges(5e-3, 0.15, 8)).interval(
+                lambda x, y: power_law(x, y, low=5e-3, high=0.1).exponents[0]
+            )
+    label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
+    label(
+        b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
+    )
+    out.claims.append(
+        claim(
+            out.name,
+            "exponent of z_conf - z in 1 - rho, DP",
+            slope,
+            1.0,
+            0.05,
+            how=how,
+            reason="rho* < 1 in small packings",
+        )
+    )
+    out.caption = (
+        "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
+        "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
+    )
+    return out

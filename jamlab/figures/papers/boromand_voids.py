@@ -1,0 +1,146 @@
+"""Voids in Boromand et al., fig 8."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.figures.geometry_pictures import SIDE_COLOURS
+from jamlab.figures.papers.boromand import DP_UNKNOWN, has, nearest_size
+from jamlab.figures.papers.boromand_geometry import model_look
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
+from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label
+from jamlab.figures.papers.tables import Tables
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics.bootstrap import Interval, bootstrap
+
+Array = NDArray[np.float64]
+
+
+def figure_8(tables: Tables) -> Drawing:
+    """Voids: share with l sides, shape factor of those with three, mean areas."""
+    counts = tables.void_counts
+    out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
+    sides = (3, 4, 5, 6)
+    for model in ("sp", "dp"):
+        if not has(counts, model):
+            continue
+        n = nearest_size(counts, model, 64)
+        part = counts[(counts["model"] == model) & (counts["n"] == n)]
+        x, cube = _sums(part[~part["onset"].astype(bool)])
+        share = bootstrap([cube], lambda g: _share(g[0], sides), resamples=RESAMPLES)
+        look = (
+            {"linestyle": "none", "marker": "v"}
+            if model == "sp"
+            else {"linestyle": "-", "marker": "D", "markersize": 3}
+        )
+        for k, side in enumerate(sides):
+            name = f"{model.upper()}, {side} sides"
+            colour = {"color": SIDE_COLOURS[side] if side != 5 else "#C9A800"}
+            out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
+        mean = bootstrap([cube], lambda g: _means(g[0]), resamples=RESAMPLES)
+        name = f"{model.upper()}, N = {n}"
+        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_look(model, linestyle="-"))
+        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_look(model, linestyle="-"))
+        out.claims += _void_claims(out.name, model, n, part, x, cube)
+    out.curve(b, "paper: Plateau border, 4.87", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
+    a.set_ylim(-0.02, 1.35)
+    label(b, r"true packing fraction $\rho$", r"shape factor $\mathcal{A}$ of 3-sided voids")
+    c.set_yscale("log")
+    label(c, r"true packing fraction $\rho$", r"mean void area / particle area")
+    out.caption = (
+        "Voids that do not percolate; rattlers count as particles. The paper's snapshots are not redrawn: a table "
+        "holds no shapes (`jamlab demo` draws them). Panel c is not in the paper."
+    )
+    return out
+
+
+def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
+    """Bins of rho, and (packings, bins, sides 0 to 7+, 3) sums: voids, areas, shape factors."""
+    seeds = np.sort(part["seed"].unique())
+    held = part.groupby("rho")["seed"].nunique()
+    rho = np.sort(held.index[held >= SHARE * len(seeds)])
+    part = part[part["rho"].isin(rho)]
+    cube = np.zeros((len(seeds), len(rho), 8, 3))
+    place = (
+        np.searchsorted(seeds, part["seed"]),
+        np.searchsorted(rho, part["rho"]),
+        np.minimum(part["sides"].to_numpy(dtype=int), 7),
+    )
+    np.add.at(cube, place, part[["voids", "area", "shape"]].to_numpy(dtype=np.float64))
+    return np.asarray(rho, dtype=np.float64), cube
+
+
+def _ratio(above: Array, below: Array) -> Array:
+    return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
+
+
+def _share(cube: Array, sides: tuple[int, ...]) -> Array:
+    """(bins, sides) P_l."""
+    voids = cube[..., 0].sum(axis=0)
+    total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
+    return _ratio(voids[:, list(sides)], total)
+
+
+def _means(cube: Array) -> Array:
+    """(bins, 2): mean shape factor of voids with three sides, mean area of all."""
+    total = cube.sum(axis=0)
+    return np.column_stack([_ratio(total[:, 3, 2], total[:, 3, 0]), _ratio(total[..., 1].sum(1), total[..., 0].sum(1))])
+
+
+def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
+    big, how = model.upper(), f"N = {n}"
+    claims = []
+    if part["onset"].astype(bool).any():
+        _, first = _sums(part[part["onset"].astype(bool)].assign(rho=0.0))
+        share = bootstrap([first], lambda g: _share(g[0], (3, 4, 5, 6))[0], resamples=RESAMPLES)
+        for k, (side, paper, margin) in enumerate(((3, 0.4, 0.05), (4, 0.4, 0.05), (5, 0.18, 0.005), (6, 0.02, 0.005))):
+            claims.append(
+                claim(name, f"P_{side} at onset, {big}", share[k], paper, margin, how=f"{how}, states at onset")
+            )
+
+    def pooled(low: float, high: float, column: int) -> Interval | None:
+        inside = (x > low) & (x < high)
+        if not inside.any():
+            return None
+
+        def value(groups: list[Array]) -> float:
+            total = groups[0][:, inside].sum(axis=(0, 1))
+            if column == 0:
+                return float(_ratio(total[3:4, 0], total[:, 0].sum(keepdims=True))[0])
+            return float(_ratio(total[3:4, 2], total[3:4, 0])[0])
+
+        return bootstrap([cube], value, resamples=RESAMPLES)
+
+    if model == "dp":
+        claims.append(
+            claim(name, "P_3 for rho > 0.97, DP", pooled(0.97, 1.0, 0), 1.0, 0.005, how=how, reason=DP_UNKNOWN)
+        )
+        claims.append(
+            claim(
+                name,
+                "A of 3-sided voids, rho > 0.97, DP",
+                pooled(0.97, 1.0, 1),
+                4.87,
+                0.05,
+                how=how,
+                reason=f"rims of width delta round the corners; {DP_UNKNOWN}",
+            )
+        )
+    else:
+        claims.append(
+            claim(
+                name,
+                "A of 3-sided voids, rho < 0.86, SP",
+                pooled(0.8, 0.86, 1),
+                4.87,
+                0.05,
+                how=how,
+                reason="the paper's is that of three equal disks; sizes differ here, and near onset gaps are open",
+            )
+        )
+        claims.append(
+            claim(name, "A of 3-sided voids, rho > 0.98, SP", pooled(0.98, 1.0, 1), 2.0, 0.0, relation="<", how=how)
+        )
+    return claims

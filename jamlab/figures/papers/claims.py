@@ -1,0 +1,79 @@
+"""What a paper states, what our packings give, and whether the two agree."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from jamlab.statistics.bootstrap import Interval
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One number of a paper beside ours.
+
+    Attributes:
+        figure: name, such as "boromand-6".
+        quantity: in plain words.
+        value, low, high: measured, with the ends of its 95 % interval; nan where the data do not give it.
+        paper: what the paper states.
+        margin: its error, else half a unit of its last digit.
+        relation: "=", or ">" and "<" where the paper gives a bound only.
+        how: window or rule of the measurement.
+        reason: why ours differs, where that is known.
+    """
+
+    figure: str
+    quantity: str
+    value: float
+    low: float
+    high: float
+    paper: float
+    margin: float = 0.0
+    relation: str = "="
+    how: str = ""
+    reason: str = ""
+
+    @property
+    def measured(self) -> bool:
+        """Whether the data give a value with an interval."""
+        return bool(np.isfinite([self.value, self.low, self.high]).all())
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
+        above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
+        return self.measured and {"=": above and below, ">": above, "<": below}[self.relation]
+
+    @property
+    def verdict(self) -> str:
+        """Agrees; differs, with the reason or "open"; or not measured."""
+        if np.isfinite(self.value) and not self.measured:
+            return "not measured: too few packings for an interval"
+        if not self.measured:
+            return f"not measured: {self.how or 'too few data'}"
+        return "agrees" if self.agrees else f"differs: {self.reason or 'open'}"
+
+    @property
+    def line(self) -> str:
+        """One line for the terminal."""
+        return (
+            f"{self.figure}: {self.quantity} = {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], "
+            f"paper {self.paper_text}: {self.verdict}"
+        )
+
+    @property
+    def paper_text(self) -> str:
+        """The paper's value as text."""
+        sign = "" if self.relation == "=" else f"{self.relation} "
+        return f"{sign}{self.paper:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
+
+    def row(self) -> dict[str, Any]:
+        """Plain values for CSV and JSON."""
+        return asdict(self) | {"verdict": self.verdict}
+
+
+def claim(figure: str, quantity: str, found: Interval | None, paper: float, margin: float = 0.0, **more: str) -> Claim:
+    """A claim from an interval; None where the data do not give it."""
+    value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
+    return Claim(figure, quantity, value, low, high, paper, margin, **more)

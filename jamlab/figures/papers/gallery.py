@@ -1,0 +1,177 @@
+"""All figures by name: draw, write as PNG, PDF and CSV, and gather in one HTML page with the verdicts."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import pandas as pd
+
+from jamlab.errors import InputError, JamlabError
+from jamlab.figures.html_page import Table, write_page
+from jamlab.figures.html_page import save as save_png
+from jamlab.figures.papers import (
+    baumgarten,
+    baumgarten_motion,
+    boromand,
+    boromand_geometry,
+    boromand_onset,
+    boromand_power_laws,
+    boromand_voids,
+)
+from jamlab.figures.papers.claims import Claim
+from jamlab.figures.papers.panels import Drawing
+from jamlab.figures.papers.tables import Tables
+from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.packing.versions import versions
+
+FIGURES: dict[str, Callable[[Tables], Drawing]] = {
+    "boromand-4": boromand_geometry.figure_4,
+    "boromand-5": boromand.figure_5,
+    "boromand-6": boromand.figure_6,
+    "boromand-7": boromand.figure_7,
+    "boromand-8": boromand_voids.figure_8,
+    "boromand-9": boromand_geometry.figure_9,
+    "boromand-10": boromand_onset.figure_10,
+    "boromand-11": boromand_power_laws.figure_11,
+    "tables": boromand_onset.tables_1_2,
+    "baumgarten-1": baumgarten.figure_1,
+    "baumgarten-3": baumgarten.figure_3,
+    "baumgarten-4": baumgarten.figure_4,
+    "baumgarten-5": baumgarten_motion.figure_5,
+    "baumgarten-6": baumgarten.figure_6,
+    "baumgarten-7": baumgarten_motion.figure_7,
+    "baumgarten-8": baumgarten_motion.figure_8,
+}
+REPORT = "figures.html"
+VERDICTS = "verdicts.csv"
+
+
+def titles() -> dict[str, str]:
+    """Name -> one line."""
+    return {name: (function.__doc__ or "").splitlines()[0].rstrip(".") for name, function in FIGURES.items()}
+
+
+def check_names(names: Sequence[str]) -> list[str]:
+    """The figures asked for; "all" stands for every one.
+
+    Raises:
+        InputError: an unknown name.
+    """
+    unknown = [name for name in names if name not in FIGURES and name != "all"]
+    if unknown or not names:
+        raise InputError(f"no figure {', '.join(unknown) or 'named'}: use all, or {', '.join(FIGURES)}")
+    return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A figure that the tables do not give."""
+
+    name: str
+    reason: str
+
+
+def draw(name: str, tables: Tables) -> Drawing:
+    """One figure.
+
+    Raises:
+        InputError: the tables lack what it shows.
+        StorageError: a table cannot be read.
+    """
+    try:
+        drawing = FIGURES[name](tables)
+    except KeyError as error:
+        raise InputError(
+            f"{name} needs the column {error}, which the tables lack: use tables of this version"
+        ) from None
+    drawing.name = name
+    return drawing
+
+
+def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
+    """PNG, PDF and CSV of what is drawn; returns their paths and the PNG itself.
+
+    Raises:
+        StorageError: the folder cannot be written.
+    """
+    make_folder(folder)
+    paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
+    png = save_png(drawing.figure, paths[0])
+    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
+    buffer = BytesIO()
+    drawing.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
+    with atomic_file(paths[1]) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+    write_csv(drawing.table, paths[2])
+    return paths, png
+
+
+def write_csv(table: pd.DataFrame, path: Path) -> None:
+    """CSV, 8 significant digits."""
+    with atomic_file(path) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.8g")
+
+
+def write_all(
+    names: Sequence[str], tables: Tables, folder: Path, tell: Callable[[str], None] = lambda name: None
+) -> tuple[list[Drawing], list[Failure]]:
+    """Write figures, the table of verdicts and one self-contained HTML page.
+
+    Args:
+        names: figures.
+        tables: to draw from.
+        folder: made if it is not there.
+        tell: called with each name before it is drawn.
+
+    Returns:
+        What was drawn, and what the tables do not give.
+
+    Raises:
+        StorageError: the folder cannot be written.
+        InputError: no figure could be drawn.
+    """
+    make_folder(folder)
+    drawings, failures, pictures = [], [], {}
+    for name in names:
+        tell(name)
+        try:
+            drawing = draw(name, tables)
+        except JamlabError as error:
+            failures.append(Failure(name, str(error)))
+            continue
+        _, png = write(drawing, folder)
+        pictures[f"{name}. {drawing.caption}"] = png
+        drawings.append(drawing)
+    if not drawings:
+        raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
+    claims = [c for d in drawings for c in d.claims]
+    write_csv(pd.DataFrame([c.row() for c in claims]), folder / VERDICTS)
+    _report(claims, failures, pictures, tables, folder / REPORT)
+    return drawings, failures
+
+
+def _report(
+    claims: list[Claim], failures: list[Failure], pictures: dict[str, bytes], tables: Tables, path: Path
+) -> None:
+    columns = ("figure", "quantity", "measured", "95 % interval", "paper", "verdict", "how")
+    rows = [
+        (c.figure, c.quantity, f"{c.value:.4g}", f"{c.low:.4g} to {c.high:.4g}", c.paper_text, c.verdict, c.how)
+        if c.measured
+        else (c.figure, c.quantity, "–", "–", c.paper_text, c.verdict, "")
+        for c in claims
+    ]
+    parts = [Table("Verdicts", columns, rows, [not c.agrees for c in claims])]
+    if failures:
+        lines = [(f.name, f.reason) for f in failures]
+        parts.append(Table("Not drawn", ("figure", "reason"), lines, [True] * len(lines)))
+    good = sum(c.agrees for c in claims)
+    missing = sum(not c.measured for c in claims)
+    lead = (
+        "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. "
+        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing} differ, {missing} could "
+        "not be measured. A number agrees if its 95 % bootstrap interval over packings meets the paper's value within "
+        "the paper's own margin: the error it states, half a unit of its last digit, or what its words allow. Red: "
+        "differs, with the reason if one is known, else open."
+    )
+    write_page(path, "Figures of both papers", lead, parts, pictures, tables.facts | versions())

@@ -1,0 +1,132 @@
+"""From rows of spectra to packings of one law and pressure."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.figures.papers.ensembles import RESAMPLES
+from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.statistics.bootstrap import Interval, bootstrap
+
+Array = NDArray[np.float64]
+
+LARGE = 25.0  # p N^2 from which packings take part in fits of exponents: below, their size decides, fig 8
+
+
+@dataclass(frozen=True)
+class Group:
+    """Packings of one pressure under one law.
+
+    Attributes:
+        omega: (m,) frequencies.
+        storage, loss: (packings, m).
+        g0, eta0, eta_inf: (packings,).
+    """
+
+    omega: Array
+    storage: Array
+    loss: Array
+    g0: Array
+    eta0: Array
+    eta_inf: Array
+
+    def members(self) -> list[ComplexModulus]:
+        """As `jamlab.collapse` takes them."""
+        none = np.full(self.omega.shape, np.nan)
+        return [
+            ComplexModulus(self.omega, storage, loss, float(g0), float(eta0), float(eta_inf), "table", none)
+            for storage, loss, g0, eta0, eta_inf in zip(
+                self.storage, self.loss, self.g0, self.eta0, self.eta_inf, strict=True
+            )
+        ]
+
+    def interval(self, statistic: Callable[[Array, Array], Any]) -> Interval:
+        """Statistic of (packings, m) storage and loss."""
+        both = np.stack([self.storage, self.loss], axis=1)
+        return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]), resamples=RESAMPLES)
+
+
+def same_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
+    """The groups at the frequencies that all of them have."""
+    shared = set.intersection(*(set(g.omega) for g in groups.values()))
+    out = {}
+    for p, g in groups.items():
+        kept = np.array([w in shared for w in g.omega])
+        out[p] = Group(g.omega[kept], g.storage[:, kept], g.loss[:, kept], g.g0, g.eta0, g.eta_inf)
+    return out
+
+
+def limits_of(table: pd.DataFrame) -> pd.DataFrame:
+    """One row per packing and law, without the frequencies; only packings whose moduli are positive."""
+    keys = ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"]
+    return table[table["g0"] > 0].drop_duplicates(keys)[[*keys, "g0", "eta0", "eta_inf"]]
+
+
+def chosen(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **parameters: float) -> pd.DataFrame:
+    """Rows of one law.
+
+    Raises:
+        InputError: there are none.
+    """
+    found = table[table["law"] == law]
+    if prestress is not None:
+        found = found[found["prestress"].astype(bool) == prestress]
+    for name, value in parameters.items():
+        found = found[np.isclose(found[name], value)]
+    if found.empty:
+        what = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
+        raise InputError(f"no row with {law} damping {what}, prestress = {prestress}: run a campaign that has it")
+    return found
+
+
+def spectral(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the size that has many frequencies and more than one packing; of such the largest."""
+    count = table.groupby("n")["omega"].nunique()
+    full = count.index[count >= max(0.5 * count.max(), 3)]
+    if full.empty:
+        raise InputError("no spectrum has three frequencies: run a campaign with more")
+    return table.loc[table["n"] == largest_ensemble(table.loc[table["n"].isin(full)])]
+
+
+def largest_ensemble(table: pd.DataFrame) -> int:
+    """The largest size with more than one packing; the largest of all if there is none."""
+    packings = table.groupby("n")["seed"].nunique()
+    several = packings.loc[packings > 1]
+    return int((several if len(several) else packings).index.max())
+
+
+def by_pressure(table: pd.DataFrame) -> dict[float, Group]:
+    """Pressure -> packings, of the one law that the rows hold; those with a modulus that is not positive left out."""
+    out = {}
+    for p in table["target_pressure"].unique():
+        part = table.loc[table["target_pressure"] == p]
+        wide = part.pivot_table(index="seed", columns="omega", values=["storage", "loss"]).dropna()
+        up, down = (wide[name].to_numpy(dtype=np.float64) for name in ("storage", "loss"))
+        stable: NDArray[np.bool_] = (up > 0).all(axis=1) & (down > 0).all(axis=1)
+        if not stable.any():
+            continue
+        ends = part.drop_duplicates("seed").set_index("seed").loc[wide.index.to_numpy()[stable]]
+        omega = wide["storage"].columns.to_numpy(dtype=np.float64)
+        out[float(p)] = Group(
+            omega, up[stable], down[stable], *(ends[c].to_numpy(dtype=np.float64) for c in ("g0", "eta0", "eta_inf"))
+        )
+    return dict(sorted(out.items(), reverse=True))
+
+
+def large(groups: dict[float, Group], n: int) -> dict[float, Group]:
+    """Those whose p N^2 is large."""
+    return {p: g for p, g in groups.items() if p * n**2 >= LARGE}
+
+
+def power_text(p: float) -> str:
+    """10^n, or a x 10^n, as mathtext."""
+    exponent = int(np.floor(np.log10(p) + 1e-9))
+    if exponent in (-1, 0, 1):
+        return f"{p:.2g}"
+    front = p / 10.0**exponent
+    return f"10^{{{exponent}}}" if abs(front - 1) < 1e-6 else rf"{front:.2g}\times 10^{{{exponent}}}"

@@ -1,0 +1,197 @@
+"""The tables that figures are drawn from: those of a campaign, or the reference data packed with jamlab."""
+
+import gzip
+import json
+from collections.abc import Callable
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers.ensembles import derive, usual
+from jamlab.packing.atomic_file import atomic_file, make_folder
+
+NAMES = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
+RHO_BIN = 0.01
+STATES = (
+    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
+    *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
+)
+_COLUMNS = {
+    "states": STATES,
+    "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged"),
+    "void_counts": ("model", "n", "seed", "onset", "rho", "sides", "voids", "area", "shape"),
+    "spectra": (
+        *("n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress", "omega", "storage", "loss"),
+        *("g0", "eta0", "eta_inf", "converged"),
+    ),
+    "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
+    "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
+}
+_DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
+_EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
+
+
+class Tables:
+    """Tables by name, prepared once: what did not converge is left out of states, spectra and onsets.
+
+    Args:
+        read: gives a table by its name, such as `jamlab.open_campaign(path).table`.
+        facts: what the report says about where the tables come from.
+    """
+
+    def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
+        self._read = read
+        self.facts = facts or {}
+
+    @cached_property
+    def states(self) -> pd.DataFrame:
+        """See `jamlab.figures.papers.ensembles.derive`."""
+        return _filled("states", derive(self._read("states")))
+
+    @cached_property
+    def onset(self) -> pd.DataFrame:
+        """One row per packing at onset, of the usual protocol."""
+        table = usual(self._read("onset"))
+        return _filled("onset", table[table["converged"].astype(bool)])
+
+    @cached_property
+    def void_counts(self) -> pd.DataFrame:
+        """See `count_voids`; the reference data hold it, of a campaign it is made from its table of voids."""
+        try:
+            return _filled("void_counts", self._read("void_counts"))
+        except (StorageError, InputError, KeyError):
+            return _filled("voids", count_voids(self._read("voids")))
+
+    @cached_property
+    def spectra(self) -> pd.DataFrame:
+        """One row per packing, law and frequency."""
+        table = self._read("spectra")
+        return _filled("spectra", table[table["converged"].astype(bool)])
+
+    @cached_property
+    def quasistatic(self) -> pd.DataFrame:
+        """One row per packing."""
+        return _filled("quasistatic", _at_target(self._read("quasistatic").dropna(subset=["sliding"])))
+
+    @cached_property
+    def correlation(self) -> pd.DataFrame:
+        """One row per packing, law, frequency and distance."""
+        return _filled("correlation", _at_target(self._read("correlation")))
+
+
+def _at_target(table: pd.DataFrame) -> pd.DataFrame:
+    """The target pressure, which packings share to the last digit, in place of the measured one."""
+    return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
+
+
+def _filled(name: str, table: pd.DataFrame) -> pd.DataFrame:
+    if table.empty:
+        raise InputError(f"the table {name} has no usable row: run a campaign that measures it, or use another source")
+    return table
+
+
+def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
+    """Sums over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
+
+    Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
+    can still be drawn as a whole from these.
+    """
+    at_onset = voids["state"] == 0
+    rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
+    v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
+    keys = ["model", "n", "seed", "onset", "rho", "sides"]
+    return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
+
+
+def reference_tables() -> Tables:
+    """The reference data packed with jamlab.
+
+    Raises:
+        StorageError: they are not there.
+    """
+    return read_folder(Path(str(resources.files("jamlab.figures.papers").joinpath("reference"))))
+
+
+def read_folder(folder: Path) -> Tables:
+    """Tables from a folder that `save` wrote.
+
+    Raises:
+        StorageError: no such folder; later, when a table is used that is not there or cannot be read.
+    """
+    record = folder / "reference.json"
+    try:
+        facts = json.loads(record.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StorageError(
+            f"{record} cannot be read ({error}): give a folder of reference tables or a campaign"
+        ) from None
+
+    def read(name: str) -> pd.DataFrame:
+        path = folder / f"{name}.csv.gz"
+        try:
+            return pd.read_csv(path)
+        except (OSError, ValueError, EOFError) as error:
+            raise StorageError(
+                f"{path} cannot be read ({error}): make it with a campaign that measures {name}"
+            ) from None
+
+    return Tables(read, {name: str(value) for name, value in facts["facts"].items()})
+
+
+def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:
+    """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
+
+    Args:
+        tables: of a campaign.
+        folder: made if it is not there; its tables are replaced.
+        facts: versions, commit, anything worth showing in a report; kept in reference.json.
+        campaign: text of the campaign file, kept there too.
+
+    Returns:
+        Table -> bytes written. A table that the campaign has no rows of is left out.
+
+    Raises:
+        StorageError: the folder cannot be written.
+        InputError: no table at all.
+    """
+    make_folder(folder)
+    written: dict[str, int] = {}
+    rows: dict[str, int] = {}
+    for name in NAMES:
+        path = folder / f"{name}.csv.gz"
+        try:
+            table = getattr(tables, name)
+        except (InputError, StorageError, KeyError):
+            path.unlink(missing_ok=True)
+            continue
+        kept = _thinned(table[[c for c in _COLUMNS[name] if c in table]])
+        with atomic_file(path) as temporary:
+            temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
+        written[name], rows[name] = path.stat().st_size, len(kept)
+    if not written:
+        raise InputError("no table has rows: finish some tasks of the campaign first")
+    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
+    with atomic_file(folder / "reference.json") as temporary:
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return written
+
+
+def _thinned(table: pd.DataFrame) -> pd.DataFrame:
+    """Floats rounded to significant digits."""
+    out = table.copy()
+    for name in out.select_dtypes("float").columns:
+        digits = _EXACT.get(name, _DIGITS.get(name, 6))
+        values = out[name].to_numpy(dtype=np.float64)
+        power = np.zeros_like(values)
+        some = np.isfinite(values) & (values != 0)
+        power[some] = np.floor(np.log10(np.abs(values[some]))) + 1 - digits
+        # a power of ten is exact only upwards
+        up = power < 0
+        rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
+        out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
+    return out

@@ -1,0 +1,1 @@
+"""Who touches whom, areas, shapes, packing fractions, cells; droplets in pictures."""

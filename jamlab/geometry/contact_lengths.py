@@ -1,0 +1,63 @@
+"""How long the flats are along which deformable polygons press on each other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.packing import Packing
+
+_QUARTER_SEGMENTS = 32  # of the arcs around corners; their radius is short by 3e-4 of delta at most
+
+
+@dataclass(frozen=True)
+class ContactLengths:
+    """Lengths of outline in contact.
+
+    Attributes:
+        pairs: (m, 2) int64, polygons i < j whose outlines come closer than delta.
+        length: (m,) mean over both polygons of the length of outline nearer than delta to the other polygon, in units
+            of length.
+    """
+
+    pairs: NDArray[np.int64]
+    length: NDArray[np.float64]
+
+
+def contact_lengths(packing: Packing) -> ContactLengths:
+    """Length of outline that each pair of polygons shares.
+
+    The part of a polygon's outline that lies inside the other polygon grown by delta (where the repulsion of Boromand
+    et al. eq 8 acts), mean of both sides. Contacts with several periodic images of one polygon are one pair each.
+
+    Args:
+        packing: DP.
+
+    Raises:
+        InputError: for an SP packing.
+    """
+    if packing.offsets is None:
+        raise InputError("only deformable polygons (model dp) have contact lengths; this packing has model sp")
+    x, particle = packing.positions - packing.centroids[packing.particle], packing.particle
+    rings = shapely.linearrings(x, indices=particle)
+    grown = shapely.buffer(shapely.polygons(rings), packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
+    reach = np.zeros(packing.n)
+    np.maximum.at(reach, particle, np.hypot(*x.T))
+    near = periodic_pairs(packing.centroids, packing.box, 2 * float(reach.max()) + packing.params["delta"])
+    i, j, r = near.i, near.j, near.r
+    sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
+    length = 0.5 * (sides[0] + sides[1])
+    touching = length > 0
+    return ContactLengths(np.column_stack([i, j])[touching], length[touching])
+
+
+def _length_inside(
+    rings: NDArray[np.object_], grown: NDArray[np.object_], r: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(m,) length of each ring inside a grown polygon that is moved by r."""
+    points, index = shapely.get_coordinates(grown, return_index=True)
+    moved = shapely.set_coordinates(grown.copy(), points + r[index])
+    return np.asarray(shapely.length(shapely.intersection(rings, moved)))

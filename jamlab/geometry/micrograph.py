@@ -1,0 +1,229 @@
+"""Micrographs of droplets: segmentation, outlines, neighbours and local packing fraction, as from a simulation.
+
+Bright droplets on a dark ground (or the other way round) are told apart by Otsu's threshold and, where they merge, by
+a watershed of the distance from the ground. A gap between two droplets that is no wider than the film counts as a
+film: the droplets are in contact there, and either takes half of it. Every pixel belongs to the set-Voronoi cell of the
+droplet nearest to it. Outlines are smoothed to their first Fourier modes, because those of pixels are too long.
+
+Sources: N. Otsu, IEEE Trans. SMC 9, 62 (1979); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image
+from scipy import ndimage
+
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import LEAST_CONTACTS
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+MODES = 16  # Fourier modes of an outline
+SMALLEST = 30  # pixels, of a droplet
+WATERSHED_DEPTH = 0.1  # droplets merge if the neck between them is less than this part narrower than the smaller one
+LEAST_WALL = 2  # pixels of film that make a contact
+HALF_PIXEL = 0.5  # gaps are measured between pixel centres
+
+
+@dataclass(frozen=True)
+class Micrograph:
+    """Droplets of a picture; lengths in units of `pixel`. Droplets cut by the edge of the picture are left out.
+
+    Attributes:
+        labels: (h, w) int64, droplet k is k + 1, films included; 0 is the ground, -1 droplets that are left out.
+        centres: (n, 2) centres of area, x to the right and y down.
+        areas: (n,) with half of each film.
+        shape: (n,) shape factors perimeter^2/(4 pi area), of the droplets without films.
+        cells: (n,) areas of the set-Voronoi cells.
+        contacts: (n,) int64, droplets that each one touches, rattlers not counted.
+        rattlers: (n,) bool, fewer than three contacts, found recursively; droplets at the edge count as held.
+    """
+
+    labels: Indices
+    centres: Array
+    areas: Array
+    shape: Array
+    cells: Array
+    contacts: Indices
+    rattlers: NDArray[np.bool_]
+
+    @property
+    def local_packing_fraction(self) -> Array:
+        """(n,) area of each droplet over that of its cell."""
+        return np.asarray(self.areas / self.cells)
+
+    @property
+    def z(self) -> float:
+        """Mean number of contacts of droplets that are no rattlers; nan if there are none."""
+        return float(self.contacts[~self.rattlers].mean()) if (~self.rattlers).any() else float("nan")
+
+    def measure(self) -> dict[str, float]:
+        """What a picture shows of the columns of `jamlab.measure`: rho, z, rattlers, shape."""
+        return {
+            "rho": float(self.areas.sum() / self.cells.sum()),
+            "z": self.z,
+            "rattlers": float(self.rattlers.sum()),
+            "shape": float(self.shape.mean()),
+        }
+
+
+def micrograph(
+    picture: str | Path | ArrayLike,
+    pixel: float = 1.0,
+    film: float = 2.0,
+    bright: bool = True,
+    periodic: bool = False,
+) -> Micrograph:
+    """Find and measure the droplets of a picture.
+
+    Droplets of 25 pixels radius or more, films 2 pixels wide, noise of 5 %: rho comes out up to 0.006 too high (films
+    run on into the corners of voids), the mean shape factor within 0.008 of that of the polygons, z right but for gaps
+    narrower than a film, which count as contacts (up to 0.6 at onset, 0.4 at rho = 0.92).
+
+    Args:
+        picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours.
+        pixel: size of a pixel in the unit of length wanted.
+        film: widest gap, in pixels, that is a film between droplets in contact.
+        bright: droplets are brighter than the ground.
+        periodic: the picture is one period of a periodic one, as rendered from a simulation.
+
+    Raises:
+        InputError: without scikit-image; if the file is no picture, values are not finite, arguments are not positive,
+            or no whole droplet is found.
+    """
+    for name, value in (("pixel", pixel), ("film", film)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} is {value}: must be a positive number")
+    grey = _grey(picture)
+    height, width = grey.shape
+    margin = int(np.ceil(0.3 * min(grey.shape))) if periodic else 0
+    grey = np.pad(grey, margin, mode="wrap")
+    droplets = _segmented(grey if bright else -grey)
+
+    ground, nearest = ndimage.distance_transform_edt(droplets == 0, return_indices=True)
+    cells = droplets[tuple(nearest)]
+    i, j, gap = _borders(cells, ground)
+    filled = np.where((ground == 0) | _films(cells, ground, film), cells, 0)
+    count = int(droplets.max())
+    centres = np.array(ndimage.center_of_mass(filled > 0, filled, np.arange(1, count + 1))).reshape(-1, 2)
+    inside = ((centres >= margin) & (centres < margin + np.array([height, width]))).all(axis=1)
+    edge = np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]])
+    inside &= ~np.isin(np.arange(1, count + 1), edge)
+    if not inside.any():
+        raise InputError(f"no whole droplet among {count} found: check `bright` ({bright}) and the size of the picture")
+
+    pairs, wall = np.unique(np.column_stack([i, j])[gap <= film + HALF_PIXEL], axis=0, return_counts=True)
+    contacts, rattlers = _pruned(pairs[wall >= LEAST_WALL] - 1, inside)
+    kept = np.flatnonzero(inside)
+    outlines = _shapes(droplets, kept + 1)
+    names = np.full(count + 1, -1)
+    names[0], names[kept + 1] = 0, np.arange(1, len(kept) + 1)
+    window = slice(margin, margin + height), slice(margin, margin + width)
+    return Micrograph(
+        names[filled][window],
+        (centres[kept, ::-1] - margin) * pixel,
+        np.float64(pixel**2) * np.bincount(filled.ravel(), minlength=count + 1)[kept + 1],
+        outlines,
+        np.float64(pixel**2) * np.bincount(cells.ravel(), minlength=count + 1)[kept + 1],
+        contacts[kept],
+        rattlers[kept],
+    )
+
+
+def _skimage() -> Any:
+    try:
+        import skimage.color
+        import skimage.filters
+        import skimage.measure
+        import skimage.morphology
+        import skimage.segmentation
+    except ImportError:
+        raise InputError("pictures need scikit-image: install it with pip install 'jamlab[images]'") from None
+    return skimage
+
+
+def _grey(picture: str | Path | ArrayLike) -> Array:
+    skimage = _skimage()
+    if isinstance(picture, str | Path):
+        try:
+            picture = np.asarray(Image.open(picture))
+        except (OSError, ValueError) as error:
+            raise InputError(f"{picture} cannot be read as a picture: {error}") from None
+    values = np.asarray(picture, dtype=np.float64)
+    if values.ndim == 3 and values.shape[2] in (3, 4):
+        values = skimage.color.rgb2gray(values[..., :3])
+    if values.ndim != 2 or min(values.shape) < 8:
+        raise InputError(f"a picture must be (h, w) or (h, w, 3) and at least 8 x 8, got {values.shape}")
+    if not np.isfinite(values).all() or np.ptp(values) == 0:
+        raise InputError("the picture must hold finite values that are not all the same")
+    return values
+
+
+def _segmented(grey: Array) -> Indices:
+    """Label of the droplet that each pixel belongs to, 0 for the ground."""
+    skimage = _skimage()
+    mask = grey > skimage.filters.threshold_otsu(grey)
+    depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask), 1.0)
+    tops = ndimage.label(skimage.morphology.h_maxima(depth, WATERSHED_DEPTH * depth.max()))[0]
+    labels = skimage.segmentation.watershed(-depth, tops, mask=mask)
+    sizes = np.bincount(labels.ravel())
+    labels = np.where(sizes[labels] < SMALLEST, 0, labels)
+    return np.unique(labels, return_inverse=True)[1].reshape(labels.shape).astype(np.int64)
+
+
+def _borders(cells: Indices, ground: Array) -> tuple[Indices, Indices, Array]:
+    """Neighbouring pixels of two cells: labels i < j, and the gap between the two droplets there."""
+    rows = []
+    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+        apart = cells[a] != cells[b]
+        rows.append(np.stack([cells[a][apart], cells[b][apart], (ground[a] + ground[b])[apart]]))
+    i, j, gap = np.concatenate(rows, axis=1)
+    return np.minimum(i, j).astype(np.int64), np.maximum(i, j).astype(np.int64), gap
+
+
+def _films(cells: Indices, ground: Array, film: float) -> NDArray[np.bool_]:
+    """Ground within half a film of a wall between droplets that are no further apart than a film."""
+    wall = np.zeros(cells.shape, dtype=bool)
+    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+        thin = (cells[a] != cells[b]) & (ground[a] + ground[b] <= film + HALF_PIXEL)
+        wall[a] |= thin
+        wall[b] |= thin
+    if not wall.any():
+        return wall
+    return np.asarray(ndimage.distance_transform_edt(~wall) <= 0.5 * film)
+
+
+def _pruned(pairs: Indices, inside: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
+    """Contacts of each droplet without rattlers, and the rattlers; droplets that are not inside are never rattlers."""
+    rattlers = np.zeros(len(inside), dtype=bool)
+    while True:
+        bearing = pairs[~rattlers[pairs].any(axis=1)]
+        contacts = np.bincount(bearing.ravel(), minlength=len(inside))
+        loose = (contacts < LEAST_CONTACTS) & inside & ~rattlers
+        if not loose.any():
+            return contacts, rattlers
+        rattlers |= loose
+
+
+def _shapes(droplets: Indices, labels: Indices) -> Array:
+    """Shape factors of labelled droplets, from the first Fourier modes of their outlines."""
+    skimage, boxes = _skimage(), ndimage.find_objects(droplets)
+    shapes = np.empty(len(labels))
+    for row, label in enumerate(labels):
+        mask = np.pad(droplets[boxes[label - 1]] == label, 2).astype(np.float64)
+        outline = max(skimage.measure.find_contours(mask, 0.5), key=len) @ np.array([1j, 1.0])
+        steps = np.abs(np.diff(outline))
+        place = np.concatenate([[0], np.cumsum(steps)])
+        even = np.interp(np.linspace(0, place[-1], 512, endpoint=False), place, outline)
+        modes = np.fft.fft(even)
+        modes[MODES + 1 : -MODES] = 0
+        smooth = np.fft.ifft(modes)
+        step = np.diff(smooth, append=smooth[0])
+        area = abs(0.5 * np.imag(np.conj(smooth) * step).sum())
+        shapes[row] = np.abs(step).sum() ** 2 / (4 * np.pi * area)
+    return shapes

@@ -1,0 +1,78 @@
+"""Area and shape factor of single particles."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.rims import rims, shared_areas
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+def particle_areas(packing: Packing) -> Array:
+    """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
+
+    SP: each disk is cut by its power cell. Of two disks each keeps its side of their common chord: half of the overlap
+    if they are equal, and close to it if not (Boromand et al. fig 1). Zero for a disk inside others.
+    DP: the polygon grown by its rim delta/2; where m particles overlap, each takes 1/m of the overlap.
+
+    Args:
+        packing: SP or DP; areas are in the square of its unit of length.
+    """
+    if packing.model == "sp":
+        return disk_cells(packing).area
+    return shared_areas(packing)
+
+
+def shape_factors(packing: Packing, rim: bool = False) -> Array:
+    """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
+
+    SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others, which has none.
+    DP: outline of the bare polygon, without rim. A regular polygon of nv vertices has (nv/pi) tan(pi/nv): 1.0235 for
+    12 and 1.0115 for 17, so compare values with those at onset.
+
+    Args:
+        packing: SP or DP.
+        rim: DP: outline of the polygon grown by its rim instead, for convex polygons of area a and perimeter p
+
+                (p + pi delta)^2 / (4 pi (a + p delta/2 + pi delta^2/4)).
+
+            Overlaps with neighbours are not cut away. SP has no rim: no difference.
+    """
+    if packing.model == "sp":
+        cells = disk_cells(packing)
+        area, perimeter = cells.area, cells.perimeter
+    elif rim:
+        grown = rims(packing)
+        area, perimeter = grown.area, grown.perimeter
+    else:
+        area, perimeter = packing.polygon_areas, packing.perimeters
+    factors = np.full(packing.n, np.nan)
+    np.divide(perimeter**2, 4 * np.pi * area, out=factors, where=area > 0)
+    return factors
+
+
+def area_ratios(packing: Packing) -> Array:
+    """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
+
+    SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
+    droplet is below 1 already, because line tension compresses it (`jamlab.packing.free_droplet.free_polygon_area`).
+    """
+    if packing.diameters is not None:
+        return np.asarray(particle_areas(packing) / (0.25 * np.pi * packing.diameters**2))
+    return np.asarray(packing.polygon_areas / packing.params["a0"])
+
+
+def edge_lengths(packing: Packing) -> Array:
+    """(n_vertices,) length of every edge of a DP packing: its histogram is the edge-length spectrum.
+
+    Edges have no length at rest: they grow in flat contacts and shrink to nothing at Plateau borders.
+
+    Raises:
+        InputError: for an SP packing.
+    """
+    if packing.offsets is None:
+        raise InputError("only deformable polygons (model dp) have edges; this packing has model sp")
+    return np.asarray(np.hypot(*packing.edges.T))

@@ -1,0 +1,1 @@
+"""Regions that no particle covers, with exact boundaries on the torus."""

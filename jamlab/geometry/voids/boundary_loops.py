@@ -1,0 +1,191 @@
+"""The boundary of the covered part of a packing: straight and circular pieces, chained into loops.
+
+Every piece runs counter-clockwise around its particle, so that the void lies on its right. A piece ends where another
+particle begins, and the loop goes on there along that particle. Loops live on a torus: each piece has a periodic image
+relative to the first piece of its loop, and a loop may wind around the torus instead of closing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, min_weight_full_bipartite_matching
+
+from jamlab.errors import BoundaryError
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.voids.torus_graph import summed_images
+from jamlab.packing.neighbors import periodic_neighbors
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+TOUCH = 1e-12  # disks nearer than this part of R_i + R_j touch: rounding must not open a void
+JOINT = 1e-6  # ends of pieces this near, in the largest radius, may be the same corner in rounding
+SLIVER = 1e-10  # a piece that spans less than this angle, or length in the largest radius, is rounding
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces of a boundary, straight (radius 0) or circular, not yet chained.
+
+    Attributes:
+        particle: (k,) int64, particle that each piece belongs to.
+        start, end: (k, 2) end points.
+        centre: (k, 2) of the circle; of a straight piece its middle.
+        radius: (k,) of the circle; 0 for a straight piece.
+        begin: (k,) angle at which a circular piece begins; it runs counter-clockwise.
+        angle: (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece.
+    """
+
+    particle: Indices
+    start: Array
+    end: Array
+    centre: Array
+    radius: Array
+    begin: Array
+    angle: Array
+
+    @property
+    def length(self) -> Array:
+        """(k,) length of each piece."""
+        return np.where(self.radius > 0, self.radius * self.angle, np.hypot(*(self.end - self.start).T))
+
+    @property
+    def bulge(self) -> Array:
+        """(k,) area between a circular piece and its chord, R^2 (angle - sin(angle))/2."""
+        return np.asarray(0.5 * self.radius**2 * (self.angle - np.sin(self.angle)))
+
+    @property
+    def bulge_moment(self) -> Array:
+        """(k, 2) integral of x over the area between piece and chord; its own part is (2/3) R^3 sin(angle/2)^3."""
+        middle = self.begin + 0.5 * self.angle
+        own = 2 / 3 * (self.radius * np.sin(0.5 * self.angle)) ** 3
+        direction = np.column_stack([np.cos(middle), np.sin(middle)])
+        return np.asarray(self.bulge[:, None] * self.centre + own[:, None] * direction)
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """Pieces chained into loops.
+
+    Attributes:
+        pieces: the k pieces.
+        following: (k,) int64, piece that comes next.
+        loop: (k,) int64, loop that each piece belongs to.
+        image: (k, 2) int64, lattice translation that puts each piece in line with the first of its loop.
+        winding: (loops, 2) int64, lattice translation from the beginning of a loop to its end; zero if it closes.
+        origin: (loops,) int64, piece with which each loop begins.
+    """
+
+    pieces: Pieces
+    following: Indices
+    loop: Indices
+    image: Indices
+    winding: Indices
+    origin: Indices
+
+
+def chained(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
+    """Chain pieces into loops.
+
+    Args:
+        pieces: k pieces.
+        following: (k,) int64, a permutation: piece that comes next.
+        shift: (k, 2) int64, which periodic image of it.
+    """
+    k = len(following)
+    pieces_in_turn = np.arange(k)
+    count, loop = connected_components(csr_array((np.ones(k), (pieces_in_turn, following)), shape=(k, k)))
+    origin = np.full(count, k)
+    np.minimum.at(origin, loop, pieces_in_turn)
+    before, image = np.empty(k, dtype=np.int64), np.empty((k, 2), dtype=np.int64)
+    before[following], image[following] = pieces_in_turn, shift
+    last = before[origin]
+    before[origin], image[origin] = origin, 0
+    image = summed_images(before, image)
+    return Boundary(pieces, following, loop.astype(np.int64), image, image[last] + shift[last], origin)
+
+
+def disk_boundary(packing: Packing) -> Boundary:
+    """Boundary of the union of the disks of an SP packing: free arcs, each followed by the arc of the disk it meets.
+
+    Raises:
+        BoundaryError: where the arcs cannot be chained (see `joined`).
+    """
+    assert packing.diameters is not None
+    radius = 0.5 * packing.diameters
+    cells = disk_cells(packing, TOUCH)
+    disk = cells.arc_i
+    stop = cells.arc_start + cells.arc_angle
+    centre = packing.positions[disk]
+    start, end = (
+        centre + radius[disk][:, None] * np.column_stack([np.cos(a), np.sin(a)]) for a in (cells.arc_start, stop)
+    )
+    pieces = Pieces(disk, start, end, centre, radius[disk], cells.arc_start, cells.arc_angle)
+
+    arcs = np.arange(len(disk))
+    cut = cells.arc_from >= 0
+    begins_at = np.full(len(cells.chord_i), -1)
+    begins_at[cells.arc_from[cut]] = arcs[cut]
+    following, shift = arcs.copy(), np.zeros((len(arcs), 2), dtype=np.int64)
+    following[cut] = begins_at[cells.chord_pair[cells.arc_to[cut]]]
+    shift[cut] = cells.chord_shift[cells.arc_to[cut]]
+    # where three circles meet in one point, rounding may end an arc at one disk and begin the next at another
+    loose = np.flatnonzero(following < 0)
+    if len(loose):
+        free = not_in(following, len(arcs))
+        after, shift[loose] = joined(end[loose], start[free], packing.box, JOINT * radius.max())
+        following[loose] = free[after]
+    return chained(pieces, following, shift)
+
+
+def not_in(taken: Indices, count: int) -> Indices:
+    """Numbers below count that do not occur, ascending; negative entries do not matter."""
+    left = np.ones(count, dtype=bool)
+    left[taken[taken >= 0]] = False
+    return np.flatnonzero(left)
+
+
+def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
+    """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance.
+
+    Args:
+        ends: (k, 2).
+        starts: (k, 2).
+        box: (2, 2).
+        tolerance: largest distance.
+
+    Returns:
+        (k,) int64, start that belongs to each end, and (k, 2) int64, which periodic image of it.
+
+    Raises:
+        BoundaryError: if some end has no start to itself, where boundaries meet that rounding cannot tell apart.
+    """
+    near = periodic_neighbors(ends, starts, box, tolerance)
+    result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)
+    alone = (np.bincount(near.i, minlength=len(ends))[near.i] == 1) & (
+        np.bincount(near.j, minlength=len(starts))[near.j] == 1
+    )
+    result[near.i[alone]], shift[near.i[alone]] = near.j[alone], near.shift[alone]
+    crowded = np.flatnonzero(result < 0)
+    if not len(crowded):
+        return result, shift
+    i, j, r, image = near.i[~alone], near.j[~alone], near.r[~alone], near.shift[~alone]
+    free = not_in(result, len(starts))
+    weight = np.hypot(*r.T) + 1e-3 * tolerance  # a sparse matrix would lose zeros
+    rows, columns = np.searchsorted(crowded, i), np.searchsorted(free, j)
+    try:
+        pairs = csr_array((weight, (rows, columns)), shape=(len(crowded), len(free)))
+        end, start = min_weight_full_bipartite_matching(pairs)
+    except ValueError:
+        raise BoundaryError(
+            f"the boundary of the particles does not close near {ends[crowded[0]].tolist()}: too many "
+            "boundaries meet in one point; move a particle there by 1e-6 of its size"
+        ) from None
+    key = rows * len(free) + columns
+    order = np.argsort(key, kind="stable")
+    chosen = order[np.searchsorted(key[order], end * len(free) + start)]
+    result[crowded[end]], shift[crowded[end]] = free[start], image[chosen]
+    return result, shift

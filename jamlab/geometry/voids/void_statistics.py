@@ -1,0 +1,105 @@
+"""Statistics of voids: how many sides they have, how large they are, how close to Plateau borders."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class VoidStatistics:
+    """Voids of one or several packings by number of sides; voids that percolate are counted apart.
+
+    Attributes:
+        sides: (m,) int64, every l that occurs, ascending.
+        number: (m,) int64, voids with l sides.
+        probability: (m,) P_l, which adds up to 1 over l (Boromand et al. fig 8).
+        area: (m,) mean area.
+        shape: (m,) mean shape factor.
+        shape_spread: (m,) standard deviation of the shape factor.
+        percolating: number of voids that percolate.
+    """
+
+    sides: Indices
+    number: Indices
+    probability: Array
+    area: Array
+    shape: Array
+    shape_spread: Array
+    percolating: int
+
+    @property
+    def plateau(self) -> float:
+        """Mean shape factor of voids with three sides over that of a Plateau border, 4.8706; nan without such voids."""
+        found = np.flatnonzero(self.sides == 3)
+        return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
+
+
+def void_statistics(*found: Voids) -> VoidStatistics:
+    """P_l, mean area and mean shape of the voids of one or several packings together.
+
+    Raises:
+        InputError: if none is given.
+    """
+    if not found:
+        raise InputError("void_statistics got no voids: give it the voids of one packing at least")
+    closed = np.concatenate([v.percolating == 0 for v in found])
+    sides, area, shape = (
+        np.concatenate(values)[closed]
+        for values in ([v.sides for v in found], [v.area for v in found], [v.shape for v in found])
+    )
+    kinds, which, number = np.unique(sides, return_inverse=True, return_counts=True)
+    means = [np.bincount(which, values) / number for values in (area, shape, shape**2)]
+    spread = np.sqrt(np.maximum(means[2] - means[1] ** 2, 0.0))
+    share = number / max(len(sides), 1)
+    return VoidStatistics(kinds, number, share, means[0], means[1], spread, int((~closed).sum()))
+
+
+def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
+    """Distribution of the areas of voids that do not percolate, over their mean, in bins of equal ratio.
+
+    Args:
+        found: voids of one or several packings.
+        bins: number of bins.
+
+    Returns:
+        (bins + 1,) edges of a/<a> and (bins,) probability density, which integrates to 1.
+
+    Raises:
+        InputError: if there are fewer than two different areas or no positive number of bins.
+    """
+    area = np.concatenate([np.zeros(0), *(v.area[v.percolating == 0] for v in found)])
+    if bins < 1:
+        raise InputError(f"bins is {bins}: must be a positive number")
+    if len(np.unique(area)) < 2:
+        raise InputError(f"{len(area)} void(s) of one size have no distribution: give more packings")
+    ratio = area / area.mean()
+    edges = np.geomspace(ratio.min(), ratio.max() * (1 + 1e-12), bins + 1)
+    edges[0] *= 1 - 1e-12
+    density, _ = np.histogram(ratio, edges, density=True)
+    return edges, density
+
+
+def without_rattlers(packing: Packing) -> Packing:
+    """The force-bearing particles alone: voids are then the faces of the contact network, and rattlers part of them.
+
+    Raises:
+        InputError: if no particle bears force.
+    """
+    kept = ~contacts(packing).rattlers
+    if not kept.any():
+        raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
+    if packing.diameters is not None:
+        return packing.with_state(positions=packing.positions[kept], diameters=packing.diameters[kept])
+    assert packing.offsets is not None
+    offsets = np.concatenate([[0], np.cumsum(np.diff(packing.offsets)[kept])])
+    params = packing.params | {"a0": packing.params["a0"][kept]}
+    return packing.with_state(positions=packing.positions[kept[packing.particle]], offsets=offsets, params=params)

@@ -1,0 +1,195 @@
+"""Energy of a packing as a sum of small terms, each with its gradient and Hessian in closed form.
+
+A term depends on a few positions only: two disks; the two ends of an edge; a vertex and an edge; all vertices of one
+polygon. Every analysis that needs stiffness (elastic moduli, normal modes, G*(omega), Newton steps) is assembled from
+this one list, whatever the model. It is evaluated in numpy, independently of the LAMMPS force that the engine uses.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_IDENTITY = np.eye(2)
+_TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Terms of one kind, k of them, each between m sites (indices into `Packing.positions`).
+
+    Attributes:
+        name: "spring" | "contact" | "tension" | "area".
+        sites: (k, m) int64.
+        local: (k, m, 2) positions of the sites in one common periodic image, relative to the first.
+        energy: (k,).
+        gradient: (k, m, 2) dU/dx.
+        hessian: (k, m, 2, m, 2) d2U/dx dx.
+    """
+
+    name: str
+    sites: Indices
+    local: Array
+    energy: Array
+    gradient: Array
+    hessian: Array
+
+
+def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
+    """All terms of the potential energy of a packing.
+
+    Args:
+        packing: SP or DP.
+        prestress: False leaves out the part of each Hessian that is proportional to the force in the contact
+            (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only.
+
+    Raises:
+        InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
+    """
+    if packing.model == "sp":
+        return [_springs(packing, prestress)]
+    if not prestress:
+        raise InputError(
+            "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"
+        )
+    return [*_contacts(packing), _tension(packing), *_areas(packing)]
+
+
+def disk_law(packing: Packing, pairs: Indices, distance: Array) -> tuple[Array, Array, Array]:
+    """Energy, force U' and stiffness U'' of pairs of disks at a distance r < s = (d_i + d_j)/2.
+
+    Units "eps": U = (eps/2)(1 - r/s)^2, Boromand et al. eq 5. Units "k": U = (k/2)(s - r)^2, Baumgarten & Tighe eq 3.
+
+    Args:
+        packing: SP.
+        pairs: (m, 2) disks.
+        distance: (m,) r.
+
+    Returns:
+        Three (m,) arrays: U, dU/dr, d2U/dr2.
+    """
+    assert packing.diameters is not None
+    s = 0.5 * packing.diameters[pairs].sum(axis=1)
+    stiffness = packing.params["eps"] / s**2 if packing.units == "eps" else np.full(len(s), packing.params["k"])
+    overlap = s - distance
+    return 0.5 * stiffness * overlap**2, -stiffness * overlap, stiffness
+
+
+def _springs(packing: Packing, prestress: bool) -> Terms:
+    assert packing.diameters is not None
+    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
+    pairs = np.column_stack([near.i, near.j])
+    touching = np.hypot(*near.r.T) < 0.5 * packing.diameters[pairs].sum(axis=1)
+    pairs, r = pairs[touching], near.r[touching]
+    distance = np.hypot(*r.T)
+    energy, slope, stiffness = disk_law(packing, pairs, distance)
+    normal = r / distance[:, None]
+    along = normal[:, :, None] * normal[:, None, :]
+    block = stiffness[:, None, None] * along
+    if prestress:
+        block = block + (slope / distance)[:, None, None] * (_IDENTITY - along)
+    return _pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)
+
+
+def _tension(packing: Packing) -> Terms:
+    """gamma sqrt(l^2 + eta^2) for every edge, Boromand et al. eq 7, first term."""
+    gamma, eta = packing.params["gamma"], packing.params["eta"]
+    edge = packing.edges
+    length = np.sqrt(np.einsum("ij,ij->i", edge, edge) + eta**2)
+    inverse = np.divide(gamma, length, out=np.zeros_like(length), where=length > 0)
+    unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
+    block = inverse[:, None, None] * (_IDENTITY - unit[:, :, None] * unit[:, None, :])
+    pairs = np.column_stack([np.arange(len(edge)), packing.successor])
+    return _pair_terms("tension", pairs, edge, gamma * length, gamma * unit, block)
+
+
+def _pair_terms(name: str, pairs: Indices, r: Array, energy: Array, slope: Array, block: Array) -> Terms:
+    """Terms that depend on r = x_j - x_i only; `slope` = dU/dr (k, 2), `block` = d2U/dr dr (k, 2, 2)."""
+    sign = np.array([-1.0, 1.0])
+    gradient = sign[None, :, None] * slope[:, None, :]
+    hessian = np.einsum("a,b,kij->kaibj", sign, sign, block)
+    local = np.stack([np.zeros_like(r), r], axis=1)
+    return Terms(name, pairs, local, energy, gradient, hessian)
+
+
+def _areas(packing: Packing) -> list[Terms]:
+    """(ka/2)(a - a0)^2 for every polygon, Boromand et al. eq 7, second term; one group for each number of vertices."""
+    offsets = packing.offsets
+    assert offsets is not None
+    ka, a0 = packing.params["ka"], packing.params["a0"]
+    sizes = np.diff(offsets)
+    groups = []
+    for nv in np.unique(sizes):
+        members = np.flatnonzero(sizes == nv)
+        sites = offsets[members][:, None] + np.arange(nv)
+        local = packing.positions[sites] - packing.positions[sites[:, :1]]
+        after, before = np.roll(local, -1, axis=1), np.roll(local, 1, axis=1)
+        excess = packing.polygon_areas[members] - a0[members]
+        slope = 0.5 * (after - before) @ _TURN.T  # da/dx
+        curvature = np.zeros((nv, 2, nv, 2))  # d2a/dx dx, the same for all
+        ring = np.arange(nv)
+        curvature[ring, :, (ring + 1) % nv, :] += 0.5 * _TURN
+        curvature[ring, :, (ring - 1) % nv, :] -= 0.5 * _TURN
+        hessian = ka * np.einsum("kai,kbj->kaibj", slope, slope)
+        hessian += ka * excess[:, None, None, None, None] * curvature
+        energy = 0.5 * ka * excess**2
+        groups.append(Terms("area", sites, local, energy, ka * excess[:, None, None] * slope, hessian))
+    return groups
+
+
+def _contacts(packing: Packing) -> list[Terms]:
+    """(eps/2)(1 - d/delta)^2 for every meeting of a vertex with an edge, Boromand et al. eq 8.
+
+    At an end of the edge d is the distance of two points. In between, with unit normal n, unit tangent tau, edge length
+    L and weights c = (1, -(1 - t), -t) on (vertex, tail, head): grad d = c n and, with w = (0, -1, 1),
+    hess d = -(1/L)[w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T].
+    """
+    eps, delta = packing.params["eps"], packing.params["delta"]
+    found = vertex_contacts(packing)
+    distance = found.distance
+    kept = distance > 0
+    distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
+    vertex, tail, shift = found.vertex[kept], found.tail[kept], found.shift[kept]
+    overlap = 1.0 - distance / delta
+    energy, slope = 0.5 * eps * overlap**2, -eps * overlap / delta
+    stiffness = eps / delta**2
+    normal = separation / distance[:, None]
+
+    ends = (place == 0.0) | (place == 1.0)
+    corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
+    n = normal[ends]
+    along = n[:, :, None] * n[:, None, :]
+    block = stiffness * along + (slope[ends] / distance[ends])[:, None, None] * (_IDENTITY - along)
+    points = _pair_terms(
+        "contact", np.column_stack([corner, vertex[ends]]), separation[ends], energy[ends], slope[ends, None] * n, block
+    )
+
+    inner = ~ends
+    n, t, d = normal[inner], place[inner], distance[inner]
+    edge = packing.edges[tail[inner]]
+    length = np.hypot(*edge.T)
+    tangent = edge / length[:, None]
+    c = np.column_stack([np.ones_like(t), t - 1.0, -t])
+    w = np.broadcast_to([0.0, -1.0, 1.0], c.shape)
+    cn = np.einsum("ka,ki->kai", c, n)
+    ct = np.einsum("ka,ki->kai", c, tangent)
+    wn = np.einsum("ka,ki->kai", w, n)
+    mixed = np.einsum("kai,kbj->kaibj", wn, ct)
+    bend = mixed + mixed.transpose(0, 3, 4, 1, 2)
+    bend += (d / length)[:, None, None, None, None] * np.einsum("kai,kbj->kaibj", wn, wn)
+    hessian = stiffness * np.einsum("kai,kbj->kaibj", cn, cn)
+    hessian -= (slope[inner] / length)[:, None, None, None, None] * bend
+    sites = np.column_stack([vertex[inner], tail[inner], packing.successor[tail[inner]]])
+    x_vertex = packing.positions[vertex[inner]]
+    x_tail = packing.positions[tail[inner]] + shift[inner]
+    local = np.stack([np.zeros_like(x_vertex), x_tail - x_vertex, x_tail + edge - x_vertex], axis=1)
+    edges = Terms("contact", sites, local, energy[inner], slope[inner, None, None] * cn, hessian)
+    return [points, edges]

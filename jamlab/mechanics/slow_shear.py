@@ -1,0 +1,78 @@
+"""Motion of disks in slow shear: how much of it is approach, sliding, and departure from the affine flow.
+
+Near onset sliding and non-affine motion diverge as p^(-1/4) while approach vanishes as p^(1/4), Baumgarten & Tighe
+eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SlowShear:
+    """Displacements per unit of strain gamma of x -> x + gamma y, in the packing's unit of length.
+
+    Attributes:
+        normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
+            included; positive where disks part.
+        tangential: (m,) across it, counter-clockwise.
+        nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
+    """
+
+    normal: Array
+    tangential: Array
+    nonaffine: Array
+
+    @property
+    def median_normal(self) -> float:
+        """Median of |normal|, ~ p^(1/4)."""
+        return float(np.median(np.abs(self.normal)))
+
+    @property
+    def median_tangential(self) -> float:
+        """Median of |tangential|, ~ p^(-1/4)."""
+        return float(np.median(np.abs(self.tangential)))
+
+    @property
+    def median_nonaffine(self) -> float:
+        """Median length of the non-affine displacement, ~ p^(-1/4)."""
+        return float(np.median(np.hypot(*self.nonaffine.T)))
+
+
+def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
+    """Static response to shear, contact by contact.
+
+    Args:
+        packing: SP at an energy minimum.
+        prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
+
+    Raises:
+        InputError: a packing of polygons.
+        ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
+    """
+    if packing.diameters is None:
+        raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")
+    u = elastic_tensor(packing, prestress=prestress).displacements[:, :, 0, 1]
+    held = ~contacts(packing).rattlers
+    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
+    touching = np.hypot(*near.r.T) < 0.5 * (packing.diameters[near.i] + packing.diameters[near.j])
+    touching &= held[near.i] & held[near.j]
+    i, j, r = near.i[touching], near.j[touching], near.r[touching]
+    relative = u[j] - u[i]
+    relative[:, 0] += r[:, 1]
+    normal = r / np.hypot(*r.T)[:, None]
+    return SlowShear(
+        normal=np.einsum("ij,ij->i", relative, normal),
+        tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
+        nonaffine=u[held] - u[held].mean(axis=0),
+    )

@@ -1,0 +1,83 @@
+"""Stiffness of a packing: forces, Hessian and its coupling to strain, assembled from the energy terms.
+
+Positions move as x = (1 + E) X + u: a homogeneous displacement gradient E of box and particles plus displacements u at
+fixed box. With prestress the second derivatives are those of the full potential energy.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Second derivatives of the potential energy at fixed (u, E) = 0.
+
+    Attributes:
+        uu: (2 n_sites, 2 n_sites) sparse CSC, d2U/du du; coordinates 2 i, 2 i + 1 = u_x, u_y of site i.
+        ue: (2 n_sites, 2, 2), d2U/du dE[k, l], E[k, l] = d(displacement k)/d(position l).
+        ee: (2, 2, 2, 2), d2U/dE dE.
+    """
+
+    uu: sparse.csc_array
+    ue: Array
+    ee: Array
+
+
+def forces(packing: Packing) -> Array:
+    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS."""
+    total = np.zeros_like(packing.positions)
+    for terms in energy_terms(packing):
+        np.subtract.at(total, terms.sites, terms.gradient)
+    return total
+
+
+def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
+    """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box.
+
+    Args:
+        packing: SP: sites are disks. DP: sites are vertices; perimeter, area and contact terms all count.
+        prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+    """
+    return _assemble(energy_terms(packing, prestress=prestress), len(packing.positions))
+
+
+def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
+    """Hessian with its couplings to a homogeneous strain, see `Stiffness`."""
+    terms = energy_terms(packing, prestress=prestress)
+    size = len(packing.positions)
+    ue = np.zeros((size, 2, 2, 2))
+    ee = np.zeros((2, 2, 2, 2))
+    for term in terms:
+        coupling = np.einsum("kaibj,kbl->kaijl", term.hessian, term.local)
+        np.add.at(ue, term.sites, coupling)
+        ee += np.einsum("kal,kaijm->iljm", term.local, coupling)
+    return Stiffness(_assemble(terms, size), ue.reshape(2 * size, 2, 2), ee)
+
+
+def stress(packing: Packing) -> Array:
+    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted."""
+    total = np.zeros((2, 2))
+    for terms in energy_terms(packing):
+        total -= np.einsum("kai,kal->il", terms.gradient, terms.local)
+    return total / packing.area
+
+
+def _assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
+    rows, columns, values = [], [], []
+    for term in terms:
+        width = 2 * term.sites.shape[1]
+        coordinate = (2 * term.sites[:, :, None] + np.arange(2)).reshape(-1, width)
+        rows.append(np.repeat(coordinate, width, axis=1).ravel())
+        columns.append(np.tile(coordinate, (1, width)).ravel())
+        values.append(term.hessian.reshape(-1))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sparse.coo_array(entries, shape=(2 * size, 2 * size)).tocsc()

@@ -1,0 +1,114 @@
+"""Vibrations of a packing: the lowest eigenmodes of its Hessian, and how many modes cost no energy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.stiffness import hessian
+from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+_ZERO = 1e-9  # eigenvalue over the largest one that counts as zero; softer modes are rounding of the Hessian
+_DENSE = 400  # up to this size all eigenvalues at once are faster than a few
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Eigenmodes of a Hessian, masses 1.
+
+    Attributes:
+        eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
+        vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
+    """
+
+    eigenvalues: Array
+    vectors: Array
+
+
+def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
+    """Modes of the smallest eigenvalues at fixed box, zero modes included: translations and free motion of rattlers.
+
+    Args:
+        packing: SP or DP; Hessian as `jamlab.hessian`.
+        count: how many, fewer than there are coordinates.
+        prestress: False replaces contacts by unstressed springs.
+
+    Raises:
+        InputError: count out of range.
+        ConvergenceError: the eigenvalue iteration did not end, or missed one of several equal eigenvalues.
+    """
+    size = 2 * len(packing.positions)
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
+        raise InputError(f"count = {count!r}: must be a whole number from 1 to {size - 1}")
+    matrix = hessian(packing, prestress=prestress)
+    if size <= _DENSE or count > size // 4:
+        values, vectors = np.linalg.eigh(matrix.toarray())
+        values, vectors = values[:count], vectors[:, :count]
+    else:
+        values, vectors = _lowest(matrix, count)
+    return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
+
+
+def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
+    """Number of modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
+
+    Eigenvalues below 1e-9 of the largest count as zero. They are counted, not computed: by Sylvester's law of inertia
+    the factors of H - s and H + s tell how many eigenvalues lie below s and below -s.
+
+    Args:
+        packing: SP or DP. A rattler that the minimiser left in touch, by an overlap of rounding size, has the
+            stiffness of that contact: one zero mode less.
+        prestress: False replaces contacts by unstressed springs: then every mode without stiffness is a mechanism.
+    """
+    matrix = hessian(packing, prestress=prestress)
+    shift = _ZERO * float(sparse.linalg.norm(matrix, np.inf))
+    identity = sparse.eye_array(matrix.shape[0], format="csc")
+    return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
+
+
+def _lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
+    """Zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below all of them.
+
+    Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times.
+    """
+    null = _known_null(matrix)
+    scale = float(sparse.linalg.norm(matrix, np.inf))
+    identity = sparse.eye_array(matrix.shape[0], format="csc")
+    shift = 1e-6 * scale
+    while (factors := SymmetricFactors(matrix + shift * identity)).negative:
+        shift *= 4.0
+
+    def without_null(x: Array) -> Array:
+        return np.asarray(x - null @ (null.T @ x))
+
+    inverse = LinearOperator(matrix.shape, matvec=lambda x: without_null(factors.solve(without_null(x))), dtype=float)
+    start = without_null(np.random.default_rng(0).standard_normal(matrix.shape[0]))
+    try:
+        values, vectors = eigsh(matrix, k=count, sigma=-shift, OPinv=inverse, v0=start)
+    except ArpackNoConvergence as error:
+        raise ConvergenceError(f"the {count} lowest modes were not found: {error}") from error
+    values = np.concatenate([np.zeros(null.shape[1]), values])
+    order = np.argsort(values, kind="stable")[:count]
+    highest = values[order[-1]] - 1e-9 * scale
+    if SymmetricFactors(matrix - highest * identity).negative > count:
+        raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")
+    return values[order], np.hstack([null.toarray(), vectors])[:, order]
+
+
+def _known_null(matrix: sparse.csc_array) -> sparse.csc_array:
+    """Orthonormal modes that cost nothing for sure: free coordinates, and the two translations of all others."""
+    free = np.diff(matrix.indptr) == 0
+    free |= np.bincount(matrix.indices, np.abs(matrix.data), matrix.shape[0]) == 0
+    alone = np.flatnonzero(free)
+    held = np.flatnonzero(~free)
+    columns = np.concatenate([np.arange(len(alone)), len(alone) + held % 2])
+    held_per_axis = np.bincount(held % 2, minlength=2)
+    values = np.concatenate([np.ones(len(alone)), 1 / np.sqrt(held_per_axis[held % 2])])
+    shape = (matrix.shape[0], len(alone) + 2)
+    return sparse.csc_array((values, (np.concatenate([alone, held]), columns)), shape=shape)

@@ -1,0 +1,1 @@
+"""The state: disks or droplets in a periodic box, their neighbours, their files."""

@@ -1,0 +1,316 @@
+"""Packings of one sweep in one HDF5 file, float64, laid out after H5MD 1.1 (https://www.nongnu.org/h5md/h5md.html).
+
+Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n particles):
+
+| name                           | shape     | type           | content                                                |
+|--------------------------------|-----------|----------------|--------------------------------------------------------|
+| / schema, schema_version       | attribute | str, int       | "jamlab", 1                                            |
+| /h5md, /h5md/{author,creator}  | attribute | int, str       | version [1, 1]; author; program that wrote it, version |
+| /particles/all/position/value  | (F, P, 3) | float64        | positions with z = 0, not wrapped; lengths of `units`  |
+| /particles/all/box             | attribute | int, str       | dimension 3, boundary: three times "periodic"          |
+| /particles/all/box/edges/value | (F, 3, 3) | float64        | rows are lattice vectors; the third is (0, 0, 1)       |
+| /observables/<name>/value      | (F, ...)  | float64        | a scalar or a vector per frame                         |
+| .../step, .../time             | (F,)      | int64, float64 | beside every value: number of the frame, twice         |
+| /parameters model, units       | attribute | str            | as in `Packing`                                        |
+| /parameters/diameters          | (n,)      | float64        | SP only                                                |
+| /parameters/offsets            | (n + 1,)  | int64          | DP only                                                |
+| /parameters/force_law/<name>   | () or any | number, str    | `Packing.params`                                       |
+| /parameters/onset              | (F,)      | float64        | NaN: none                                              |
+| /parameters/provenance         | (F,)      | str            | JSON                                                   |
+
+The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
+of a newer version is refused. MDAnalysis opens the file (in float32) with a topology of as many atoms as positions:
+    MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
+"""
+
+import json
+import os
+import secrets
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib import metadata
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+FilePath = str | os.PathLike[str]
+
+SCHEMA = "jamlab"
+SCHEMA_VERSION = 1
+
+
+def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> None:
+    """Write the packings of one sweep as frames; the file appears whole or not at all.
+
+    Args:
+        path: file to create or replace. On any failure the old file stays and nothing is left behind.
+        packings: frames, which share model, units, diameters or offsets, and params.
+        observables: name -> numbers, (frames,) or (frames, ...): results that belong to the frames.
+
+    Raises:
+        InputError: no packings, packings of different sweeps, or values that the file cannot hold.
+        StorageError: the file cannot be written.
+
+    Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
+    """
+    image = file_image(packings, observables)
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(image)
+
+
+def file_image(
+    packings: Iterable[Packing],
+    observables: Mapping[str, ArrayLike] | None = None,
+    extend: Callable[[Any], None] | None = None,
+) -> bytes:
+    """The bytes of such a file; arguments and errors as in `write`.
+
+    Args:
+        packings: see `write`.
+        observables: see `write`.
+        extend: called with the open h5py.File before it is closed, to add groups of its own.
+    """
+    frames = list(packings)
+    _check_one_sweep(frames)
+    results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
+    params = {name: _param(name, value) for name, value in frames[0].params.items()}
+    onsets = [_onset(k, packing.onset) for k, packing in enumerate(frames)]
+    histories = [_history(k, packing.provenance) for k, packing in enumerate(frames)]
+
+    with _memory_file() as file:
+        _write_header(file)
+        _write_parameters(file.create_group("parameters"), frames[0], params, onsets, histories)
+        particles = file.create_group("particles/all")
+        _write_particles(particles, frames)
+        group = file.create_group("observables")
+        for name, values in results.items():
+            _write_element(group, name, values, clock=particles["position"])
+        if extend is not None:
+            extend(file)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def read(path: FilePath, frame: int = -1) -> Packing:
+    """Read one frame, by default the last; negative numbers count from the end.
+
+    Raises:
+        StorageError: no such file or frame, or not a whole file that this jamlab can read.
+        InputError: the frame is not a packing, e.g. it holds NaN; the message names file, frame and value.
+    """
+    if not isinstance(frame, int | np.integer):
+        raise InputError(f"frame is {frame!r}: must be a whole number")
+    with opened(path) as file:
+        count = _count(file)
+        if not -count <= frame < count:
+            raise StorageError(f"{path} has no frame {frame}: it holds {count}, 0 to {count - 1} or -1 for the last")
+        return _packing(path, file, int(frame) % count)
+
+
+def read_all(path: FilePath) -> list[Packing]:
+    """Read every frame, in the order written. Errors as in `read`."""
+    with opened(path) as file:
+        return [_packing(path, file, frame) for frame in range(_count(file))]
+
+
+def read_observables(path: FilePath) -> dict[str, Array]:
+    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
+    with opened(path) as file:
+        return {name: element["value"][()] for name, element in file["observables"].items()}
+
+
+# writing --------------------------------------------------------------------------------------------------------------
+
+
+def _memory_file() -> Any:
+    """HDF5 file in memory. A disk that fills up while HDF5 itself writes to it crashes the process later on."""
+    return h5py.File(f"jamlab-{secrets.token_hex(8)}", "w", driver="core", backing_store=False)
+
+
+def _write_header(file: Any) -> None:
+    file.attrs.update(schema=SCHEMA, schema_version=SCHEMA_VERSION)
+    h5md = file.create_group("h5md")
+    h5md.attrs["version"] = np.array([1, 1])
+    h5md.create_group("author").attrs["name"] = "jamlab"
+    h5md.create_group("creator").attrs.update(name="jamlab", version=_jamlab_version())
+
+
+def _write_parameters(
+    group: Any, first: Packing, params: dict[str, Any], onsets: list[float], histories: list[str]
+) -> None:
+    group.attrs.update(model=first.model, units=first.units)
+    for name in ("diameters", "offsets"):
+        if getattr(first, name) is not None:
+            group[name] = getattr(first, name)
+    law = group.create_group("force_law")
+    for name, value in params.items():
+        law[name] = value
+    group["onset"] = onsets
+    group["provenance"] = histories
+
+
+def _write_particles(group: Any, frames: list[Packing]) -> None:
+    positions = np.zeros((len(frames), len(frames[0].positions), 3))
+    positions[:, :, :2] = [packing.positions for packing in frames]
+    edges = np.zeros((len(frames), 3, 3))
+    edges[:, :2, :2] = [packing.box for packing in frames]
+    edges[:, 2, 2] = 1.0
+    _write_element(group, "position", positions)
+    box = group.create_group("box")
+    box.attrs.update(dimension=3, boundary=["periodic"] * 3)
+    _write_element(box, "edges", edges, clock=group["position"])
+
+
+def _write_element(group: Any, name: str, values: Array, clock: Any = None) -> None:
+    """One H5MD element; `clock` is an element of the same frames, whose step and time it shares by hard link."""
+    element = group.create_group(name)
+    element["value"] = values
+    element["step"] = np.arange(len(values), dtype=np.int64) if clock is None else clock["step"]
+    element["time"] = np.arange(len(values), dtype=np.float64) if clock is None else clock["time"]
+
+
+def _check_one_sweep(frames: list[Packing]) -> None:
+    if not frames:
+        raise InputError("no packings to write: a file needs at least one")
+    first = frames[0]
+    for k, packing in enumerate(frames):
+        for name in ("model", "units", "diameters", "offsets"):
+            if not np.array_equal(getattr(packing, name), getattr(first, name)):
+                raise InputError(f"frame {k} differs from frame 0 in {name}: a file holds one sweep, use several files")
+        for name in first.params.keys() | packing.params.keys():
+            if not np.array_equal(packing.params.get(name), first.params.get(name)):  # type: ignore[arg-type]
+                raise InputError(
+                    f"frame {k} differs from frame 0 in params[{name!r}]: a file holds one sweep, use several files"
+                )
+
+
+def _check_name(kind: str, name: str) -> None:
+    if not name or "/" in name or name == ".":
+        raise InputError(f"{kind} cannot be named {name!r}: a name in an HDF5 file is not empty and has no slash")
+
+
+def _observable(name: str, values: ArrayLike, frames: int) -> Array:
+    _check_name("an observable", name)
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"observable {name!r} is no array of numbers: {error}") from error
+    if array.ndim == 0 or len(array) != frames:
+        raise InputError(f"observable {name!r} has shape {array.shape}: the first axis must count the {frames} frames")
+    return array
+
+
+def _param(name: str, value: Any) -> Any:
+    _check_name("a parameter", name)
+    if isinstance(value, str):
+        return value
+    array = np.asarray(value)
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"params[{name!r}] is {value!r}: only numbers, arrays of numbers and text can be stored")
+    return array
+
+
+def _onset(frame: int, onset: float | None) -> float:
+    if onset is not None and not np.isfinite(onset):
+        raise InputError(f"onset of frame {frame} is {onset}: must be a finite number or None")
+    return np.nan if onset is None else float(onset)
+
+
+def _history(frame: int, provenance: dict[str, Any]) -> str:
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.generic | np.ndarray):
+            return value.tolist()
+        raise TypeError(f"{value!r} is a {type(value).__name__}")
+
+    try:
+        return json.dumps(provenance, default=plain)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"provenance of frame {frame} cannot be stored: {error}; use numbers, text, None, lists and dicts"
+        ) from error
+
+
+def _jamlab_version() -> str:
+    try:
+        return metadata.version("jamlab")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+# reading --------------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def opened(path: FilePath) -> Iterator[Any]:
+    """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
+    try:
+        with open(path, "rb"):
+            pass
+    except OSError as error:
+        raise StorageError(f"cannot read {path}: {error.strerror}; check the name and its permissions") from error
+    if not h5py.is_hdf5(path):
+        raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_schema(path, file)
+            yield file
+    except JamlabError:
+        raise
+    except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
+        raise StorageError(
+            f"{path} is damaged or truncated ({error}): copy it again, or run the task that wrote it again"
+        ) from error
+
+
+def _check_schema(path: FilePath, file: Any) -> None:
+    if file.attrs.get("schema") != SCHEMA:
+        raise StorageError(
+            f"{path} is HDF5 but not from jamlab (it lacks the root attribute schema = {SCHEMA!r}): "
+            "give a file that jamlab wrote"
+        )
+    version = int(file.attrs["schema_version"])
+    if version > SCHEMA_VERSION:
+        needed = file["h5md/creator"].attrs["version"]
+        raise StorageError(
+            f"{path} has schema version {version}, jamlab {_jamlab_version()} reads up to {SCHEMA_VERSION}: "
+            f"install jamlab {needed} or newer"
+        )
+
+
+def _count(file: Any) -> int:
+    return int(file["particles/all/position/value"].shape[0])
+
+
+def _packing(path: FilePath, file: Any, frame: int) -> Packing:
+    parameters = file["parameters"]
+    particles = file["particles/all"]
+    onset = float(parameters["onset"][frame])
+    fields = {
+        "model": parameters.attrs["model"],
+        "units": parameters.attrs["units"],
+        "box": particles["box/edges/value"][frame, :2, :2],
+        "positions": particles["position/value"][frame, :, :2],
+        "params": {name: _value(dataset) for name, dataset in parameters["force_law"].items()},
+        "diameters": parameters["diameters"][()] if "diameters" in parameters else None,
+        "offsets": parameters["offsets"][()] if "offsets" in parameters else None,
+        "onset": None if np.isnan(onset) else onset,
+        "provenance": json.loads(parameters["provenance"].asstr()[frame]),
+    }
+    try:
+        return Packing(**fields)
+    except InputError as error:
+        raise InputError(f"{path}, frame {frame}: {error}") from error
+
+
+def _value(dataset: Any) -> Any:
+    if h5py.check_string_dtype(dataset.dtype):
+        return dataset.asstr()[()]
+    value = dataset[()]
+    return value.item() if isinstance(value, np.generic) else value

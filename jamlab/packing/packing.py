@@ -1,0 +1,255 @@
+"""A packing: the state that every other part of jamlab takes and gives.
+
+Two models share the class. SP: soft disks, one position each. DP: deformable polygons, one position per vertex. The
+box is a parallelogram with periodic boundaries; all lengths and energies are in the units of the paper that
+`Packing.units` names.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from jamlab.checks import check_choice, check_positive, finite_array, is_number
+from jamlab.errors import InputError, SelfCrossingError
+
+Array = NDArray[np.float64]
+
+MODELS = ("sp", "dp")
+UNITS = ("eps", "k")
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")
+FORCE_LAW = {  # parameters that each model and unit system needs
+    ("sp", "eps"): ("eps",),
+    ("sp", "k"): ("k",),
+    ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Packing:
+    """Disks or deformable polygons in a periodic parallelogram.
+
+    Attributes:
+        model: "sp" (soft disks) or "dp" (deformable polygons).
+        box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
+        positions: SP (n, 2) float64 centres. DP (n_vertices, 2) vertices; each polygon is whole (not wrapped) and
+            counter-clockwise.
+        params: every parameter of the force law. SP: `eps` or `k`. DP: `gamma` (eps/l), `ka` (eps/l^4), `eps`,
+            `delta` (l), `eta` (l), `contact` (one of CONTACT_FORMS) and `a0`, (n,) rest areas (l^2).
+        units: "eps": Boromand et al. (energy eps; SP length: mean diameter; DP length: l = mean of sqrt(a0) over the
+            two sizes). "k": Baumgarten & Tighe (stiffness k, mean diameter d, time tau_1).
+        diameters: SP (n,) float64, else None.
+        offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
+        onset: phi_J (= rho_J) of the packing that this one was compressed from, or None.
+        provenance: how it was made: seed, versions, protocol, `max_force` reached, `converged`, wall time.
+
+    Raises:
+        InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
+            polygons that are clockwise. The message names the particle and the value.
+        SelfCrossingError: an InputError too, if the outline of a polygon crosses itself.
+    """
+
+    model: str
+    box: Array
+    positions: Array
+    params: dict[str, Any]
+    units: str = "eps"
+    diameters: Array | None = None
+    offsets: NDArray[np.int64] | None = None
+    onset: float | None = None
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_choice("model", self.model, MODELS)
+        check_choice("units", self.units, UNITS)
+        self._set("box", finite_array("box", self.box, (2, 2)))
+        self._set("positions", finite_array("positions", self.positions, (None, 2)))
+        if not len(self.positions):
+            raise InputError("a packing needs at least one particle")
+        if self.onset is not None and not (is_number(self.onset) and self.onset > 0):
+            raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
+        _check_box(self.box)
+        check_params(self.model, self.units, self.params)
+        if self.model == "sp":
+            self._check_disks()
+        else:
+            self._check_polygons()
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    def _check_disks(self) -> None:
+        if self.offsets is not None:
+            raise InputError("offsets belong to model dp, not to sp")
+        if self.diameters is None:
+            raise InputError("model sp needs diameters, one per disk")
+        self._set("diameters", finite_array("diameters", self.diameters, (len(self.positions),)))
+        check_positive("diameters", self.diameters)
+
+    def _check_polygons(self) -> None:
+        if self.diameters is not None:
+            raise InputError("diameters belong to model sp, not to dp")
+        offsets = np.asarray(self.offsets if self.offsets is not None else [])
+        if len(offsets) and not np.issubdtype(offsets.dtype, np.integer):
+            raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {self.offsets!r}")
+        offsets = offsets.astype(np.int64)
+        if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
+            raise InputError(f"offsets must run from 0 to the number of vertices, {len(self.positions)}; got {offsets}")
+        vertices = np.diff(offsets)
+        if vertices.min() < 3:
+            raise InputError(f"polygon {vertices.argmin()} has {vertices.min()} vertices, needs at least 3")
+        self._set("offsets", offsets)
+        a0 = finite_array("params['a0']", self.params["a0"], (len(vertices),))
+        check_positive("params['a0']", a0)
+        self._set("params", {**self.params, "a0": a0})
+        crossed = self_crossings(self.positions, offsets)
+        if len(crossed):
+            raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")
+        negative = np.flatnonzero(self.polygon_areas <= 0)
+        if len(negative):
+            m = negative[0]
+            raise InputError(f"polygon {m} has area {self.polygon_areas[m]:.6g}: order its vertices counter-clockwise")
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return len(self.positions) if self.offsets is None else len(self.offsets) - 1
+
+    @property
+    def area(self) -> float:
+        """Area of the periodic cell."""
+        return float(self.box[0, 0] * self.box[1, 1])
+
+    @property
+    def particle(self) -> NDArray[np.int64]:
+        """(len(positions),) particle that each position belongs to."""
+        if self.offsets is None:
+            return np.arange(self.n)
+        return np.repeat(np.arange(self.n), np.diff(self.offsets))
+
+    @property
+    def successor(self) -> NDArray[np.int64]:
+        """DP (n_vertices,): index of the next vertex counter-clockwise on the same polygon."""
+        offsets = self._polygon_offsets
+        following = np.arange(1, offsets[-1] + 1)
+        following[offsets[1:] - 1] = offsets[:-1]
+        return following
+
+    @property
+    def edges(self) -> Array:
+        """DP (n_vertices, 2): vector from each vertex to the next."""
+        return self.positions[self.successor] - self.positions
+
+    @property
+    def polygon_areas(self) -> Array:
+        """DP (n,): area of each polygon without its rim, positive if counter-clockwise."""
+        offsets = self._polygon_offsets
+        r = self.positions - np.repeat(self.positions[offsets[:-1]], np.diff(offsets), axis=0)
+        e = self.edges
+        return np.add.reduceat(0.5 * (r[:, 0] * e[:, 1] - r[:, 1] * e[:, 0]), offsets[:-1])
+
+    @property
+    def perimeters(self) -> Array:
+        """DP (n,): perimeter of each polygon without its rim."""
+        return np.add.reduceat(np.hypot(*self.edges.T), self._polygon_offsets[:-1])
+
+    @property
+    def centroids(self) -> Array:
+        """(n, 2): centres of the disks, or area centroids of the polygons without rim."""
+        if self.offsets is None:
+            return self.positions
+        starts = self.offsets[:-1]
+        first = self.positions[starts]
+        r = self.positions - np.repeat(first, np.diff(self.offsets), axis=0)
+        s = r[self.successor]
+        wedge = r[:, 0] * s[:, 1] - r[:, 1] * s[:, 0]
+        moment = np.add.reduceat((r + s) * wedge[:, None], starts)
+        return first + moment / (6.0 * self.polygon_areas[:, None])
+
+    @property
+    def phi(self) -> float:
+        """Nominal packing fraction: area of the undeformed particles, overlaps counted twice, over the cell.
+
+        SP: sum(pi d^2/4)/A. DP: sum over particles of the area of the free droplet with its rim (see `droplet`).
+        """
+        if self.diameters is not None:
+            return float(np.pi / 4 * np.sum(self.diameters**2) / self.area)
+        from jamlab.packing.free_droplet import free_area
+
+        return float(np.sum(free_area(np.diff(self._polygon_offsets), self.params)) / self.area)
+
+    def outlines(self) -> NDArray[np.object_]:
+        """DP (n,): the polygons without rim as shapely geometries."""
+        return _outlines(self.positions, self._polygon_offsets)
+
+    def with_state(self, **changes: Any) -> "Packing":
+        """Copy with some attributes replaced; `provenance` entries are merged into the old ones."""
+        if "provenance" in changes:
+            changes["provenance"] = {**self.provenance, **changes["provenance"]}
+        return replace(self, **changes)
+
+    def write(self, path: Any) -> None:
+        """Write this one packing to an HDF5 file, see `jamlab.packing.hdf5`."""
+        from jamlab.packing.hdf5 import write
+
+        write(path, [self])
+
+    @property
+    def _polygon_offsets(self) -> NDArray[np.int64]:
+        if self.offsets is None:
+            raise InputError("a packing of disks (model sp) has no polygons")
+        return self.offsets
+
+
+def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
+
+    Contacts keep different polygons apart, but nothing in the energy of Boromand et al. keeps a polygon from folding
+    over itself. A minimiser can do that far above onset or with weak line tension; no such state is a packing.
+
+    Args:
+        positions: (n_vertices, 2) float64, each polygon whole, as in `Packing.positions`.
+        offsets: (n + 1,) int64, as in `Packing.offsets`.
+
+    Returns:
+        (m,) int64, ascending.
+    """
+    outlines = _outlines(positions, offsets)
+    suspects = np.flatnonzero(~shapely.is_valid(outlines))
+    if not len(suspects):
+        return suspects
+    size = float(np.ptp(positions, axis=0).max())
+    points = shapely.remove_repeated_points(outlines[suspects], 1e-12 * size)
+    return np.asarray(suspects[~shapely.is_valid(points)])
+
+
+def _outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:
+    corners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=corners)))
+
+
+def _check_box(box: Array) -> None:
+    if box[0, 1] != 0:
+        raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
+    if box[0, 0] <= 0 or box[1, 1] <= 0:
+        raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
+
+
+def check_params(model: str, units: str, params: dict[str, Any]) -> None:
+    """Refuse force-law parameters that are missing, unknown by name or no positive numbers.
+
+    Raises:
+        InputError: naming the parameter and its value.
+    """
+    if (model, units) not in FORCE_LAW:
+        raise InputError(f"model {model} has no units {units!r}")
+    for name in FORCE_LAW[model, units]:
+        if name not in params:
+            raise InputError(f"params of model {model} in units {units} lack {name!r}")
+        value = params[name]
+        if name == "contact":
+            check_choice("contact form", value, CONTACT_FORMS)
+        elif name != "a0" and not (is_number(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
+            raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")

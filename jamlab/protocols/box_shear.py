@@ -1,0 +1,95 @@
+"""Relax the shear of the box as well: packings without residual shear stress at fixed area.
+
+Compressed in a fixed square box, a small packing keeps a shear stress and may be unstable against shear: its G can be
+negative. At a minimum over both shears of the box as well, G is positive in every direction.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from jamlab.checks import check_choice
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import ConvergenceError
+from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow_shear
+from jamlab.protocols.relaxation import Relaxed, relax
+
+ENSEMBLES = ("fixed-box", "shear-stabilized")
+
+_SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
+_STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure
+_STEPS = 60
+_LARGEST_STRAIN = 0.02
+_REACH = 0.3  # first trust radius over the compressive strain p/B, in which overlaps close
+
+
+def minimizer(ensemble: str) -> Callable[..., Relaxed]:
+    """How states of an ensemble are relaxed: `relax` or `relax_with_box_shear`.
+
+    Args:
+        ensemble: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no shear stress
+            is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012)).
+
+    Raises:
+        InputError: for another name.
+    """
+    check_choice("ensemble", ensemble, ENSEMBLES)
+    return relax if ensemble == "fixed-box" else relax_with_box_shear
+
+
+def shear_stress(state: Evaluation) -> float:
+    """Residual shear stress, sqrt(((S_xx - S_yy)/2)^2 + S_xy^2): its largest value over all directions."""
+    return float(np.hypot(0.5 * (state.stress[0, 0] - state.stress[1, 1]), state.stress[0, 1]))
+
+
+def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure: float = 0.0) -> Relaxed:
+    """Minimise the energy over positions and over both shears of the box, at fixed area.
+
+    Newton steps in the two shear strains, eigenvalues of the 2 x 2 curvature taken by absolute value, with a trust
+    radius; the sites follow by linear response and are relaxed at each new box. The work of the shear stress along the
+    step stands for the fall of the energy, which has no digits left near the end.
+
+    Args:
+        session: is left in the minimum; without contacts it is left where contacts were lost.
+        near: see `relax`.
+        least_pressure: see `relax`.
+
+    Returns:
+        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure. A packing that
+        comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
+    """
+    found = relax(session, near=near, least_pressure=least_pressure)
+    radius = None
+    for _ in range(_STEPS):
+        state, packing = found.evaluation, session.packing()
+        settled = shear_stress(state) <= _STRESS_TOLERANCE * state.pressure
+        if settled or not found.converged or state.pressure < least_pressure:
+            return found
+        try:
+            tensor = elastic_tensor(packing)
+        except ConvergenceError:  # nothing is held: no stress to relax
+            return found
+        curvature = np.einsum("aij,ijkl,bkl->ab", _SHEARS, tensor.relaxed, _SHEARS) - 2 * state.pressure * np.eye(2)
+        work = np.einsum("aij,ij->a", _SHEARS, state.stress)
+        values, vectors = np.linalg.eigh(curvature)
+        if radius is None:
+            radius = _REACH * state.pressure / compression_modulus(tensor.relaxed, state.pressure)
+        step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), 1e-12 * np.abs(values).max()))
+        length = float(np.hypot(*step))
+        step *= min(1.0, min(radius, _LARGEST_STRAIN) / length)
+        session.load(follow_shear(packing, np.einsum("a,aij->ij", step, _SHEARS), tensor))
+        trial = relax(session, near=True, least_pressure=least_pressure)
+        gained = 0.5 * (work + np.einsum("aij,ij->a", _SHEARS, trial.evaluation.stress)) @ step
+        predicted = work @ step - 0.5 * step @ curvature @ step
+        if trial.evaluation.pressure < least_pressure:
+            return trial
+        if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
+            found = trial
+            if gained > 0.5 * predicted:
+                radius *= 2.5
+            elif gained < 0.25 * predicted:
+                radius *= 0.5
+        else:
+            session.load(packing)
+            radius = 0.25 * min(radius, length)
+    return Relaxed(session.evaluate(), False, found.newton_steps)

@@ -1,0 +1,172 @@
+"""Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.checks import check_number
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
+from jamlab.mechanics.stiffness import stress
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.packing import Packing
+from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.onset import Progress
+from jamlab.protocols.provenance import record
+from jamlab.protocols.relaxation import FORCE_TOLERANCE, Relaxed
+
+Array = NDArray[np.float64]
+
+_SECANT_STEPS = 15
+_SHORTEST = 1e-7  # of phi, in one step that follows a basin
+_LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth foretelling
+
+
+def compress(
+    packing: Packing,
+    to: float,
+    step: float = 1e-3,
+    *,
+    by: str = "rho",
+    nearest: float | None = None,
+    per_decade: int = 5,
+    error: float | None = None,
+    progress: Progress | None = None,
+) -> Iterator[Packing]:
+    """States on the way to a higher (or lower) packing fraction, each at an energy minimum.
+
+    The ensemble of the packing, fixed box or shear-stabilized, is kept (`provenance["ensemble"]`).
+
+    Args:
+        packing: where to start, usually from `jam`.
+        to: last packing fraction, reached to 1e-6.
+        step: distance of two states; met to 1 % of a step.
+        by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
+        nearest: distance of the first state from the start; from there on `per_decade` states per decade of distance,
+            until they are `step` apart. By default all states are.
+        per_decade: see `nearest`.
+        error: follow the basin: go on by sub-steps so short that linear response foretells every pressure to this
+            relative error. By default each state is reached in one step, which may jump to another basin. A small
+            packing may come loose even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
+        progress: called with the stage and the packing fraction after each minimisation.
+
+    Yields:
+        One Packing per state. A state that did not converge has `provenance["converged"]` False, one that misses its
+        packing fraction, because it jumps there, has `provenance["on_target"]` False. With `error`,
+        `provenance["step_error"]` is the largest relative error of a pressure foretold since the state before.
+
+    Raises:
+        InputError: `to`, `step`, `nearest`, `per_decade` or `error` out of range.
+    """
+    if by not in ("rho", "phi"):
+        raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")
+    check_number("step", step, 1.0)
+    check_number("to", to, 1.0 if by == "rho" else 2.0)
+    if nearest is not None:
+        check_number("nearest", nearest, step)
+    check_number("per_decade", per_decade, 1000)
+    if error is not None:
+        check_number("error", error, 1.0)
+    minimizer(_ensemble(packing))
+    value = packing_fraction(packing) if by == "rho" else packing.phi
+    return _sweep(packing, grid(value, to, step, nearest, per_decade), by, error, progress)
+
+
+def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int = 5) -> Array:
+    """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
+    way = abs(to - start)
+    distances: Array = np.empty(0)
+    if nearest is not None:
+        growth = 10 ** (1 / per_decade)
+        count = 1 + int(np.ceil(np.log(step / ((growth - 1) * nearest)) / np.log(growth)))
+        distances = np.asarray(nearest * growth ** np.arange(max(1, count)))
+    last = distances[-1] if len(distances) else 0.0
+    count = max(0, int(np.ceil((way - last) / step - 1e-9)))
+    distances = np.concatenate([distances, last + step * np.arange(1, count + 1)])
+    distances = distances[distances < way * (1 - 1e-9)]
+    return np.asarray([*(start + np.sign(to - start) * distances), to])
+
+
+def _ensemble(packing: Packing) -> str:
+    return str(packing.provenance.get("ensemble", "fixed-box"))
+
+
+def _sweep(
+    packing: Packing, targets: Array, by: str, error: float | None, progress: Progress | None
+) -> Iterator[Packing]:
+    def measure(state: Packing) -> float:
+        return packing_fraction(state) if by == "rho" else state.phi
+
+    value, slope = measure(packing), 1.0
+    relax_state = minimizer(_ensemble(packing))
+    before = value
+    with Session(packing) as session:
+        for target in targets:
+            began = time.perf_counter()
+            tolerance = min(0.01 * abs(target - before), 1e-6 if target == targets[-1] else 1.0)
+            step_error = 0.0
+            # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
+            for _ in range(_SECANT_STEPS):
+                phi = packing.phi + (target - value) / slope
+                if error is None:
+                    session.load(at_phi(packing, phi))
+                    found = relax_state(session)
+                else:
+                    found, missed = _followed(session, packing, phi, error)
+                    step_error = max(step_error, missed)
+                state = session.packing()
+                reached = measure(state)
+                if abs(reached - target) <= tolerance:
+                    break
+                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > 0.1:
+                    slope = (reached - value) / (state.phi - packing.phi)
+                packing, value = state, reached
+            entries = {} if error is None else {"step_error": step_error}
+            packing = record(
+                state,
+                found,
+                by=by,
+                target=float(target),
+                on_target=bool(abs(reached - target) <= tolerance),
+                wall_time=time.perf_counter() - began,
+                **entries,
+            )
+            value = before = reached
+            if progress is not None:
+                progress("compress", value)
+            yield packing
+
+
+def _followed(session: Session, packing: Packing, phi: float, error: float) -> tuple[Relaxed, float]:
+    """Go to phi by steps in which linear response foretells the pressure to a relative error; also returns that."""
+    relax_state = minimizer(_ensemble(packing))
+    largest, length = 0.0, abs(phi - packing.phi)
+    while True:
+        pressure = 0.5 * float(np.trace(stress(packing)))
+        length = min(length, abs(phi - packing.phi))
+        following = packing.phi + np.sign(phi - packing.phi) * length
+        foretold = _foretold_pressure(packing, pressure, following)
+        session.load(follow(packing, following))
+        found = relax_state(session, near=True)
+        met = found.evaluation.pressure
+        missed = abs(met - foretold) / max(abs(met), abs(foretold), _LOOSE * FORCE_TOLERANCE[packing.model])
+        if (missed > error or not found.converged) and length > _SHORTEST:
+            length *= 0.5
+            continue
+        largest = max(largest, missed)
+        packing = session.packing()
+        if abs(packing.phi - phi) <= 1e-12:
+            return found, largest
+        length *= 2.0 if missed < 0.3 * error else 1.0
+
+
+def _foretold_pressure(packing: Packing, pressure: float, phi: float) -> float:
+    try:
+        modulus = compression_modulus(elastic_tensor(packing).relaxed, pressure)
+    except ConvergenceError:  # not jammed: no response
+        return pressure
+    return float(pressure + modulus * np.log(phi / packing.phi))

@@ -1,0 +1,154 @@
+"""From disks to droplets: hand a jammed packing of soft particles over to the DP model.
+
+The disks share their overlaps half and half, as their power cells cut them. Each becomes a polygon inscribed in what is
+left of it, drawn in by half the width of the circulo-lines, so that no two outlines cross and rims just meet where the
+disks overlap. Rest areas are chosen so that every free droplet has the area of its disk; then the polygons relax, and
+the box is set until they cover what the disks covered.
+"""
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.power_cells import radical_height
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.packing import Packing
+from jamlab.packing.versions import versions
+from jamlab.protocols.provenance import record
+from jamlab.protocols.random_start import droplet_params
+from jamlab.protocols.relaxation import relax
+
+Array = NDArray[np.float64]
+
+_RHO_TOLERANCE = 1e-6
+_STEPS = 12
+_Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
+
+
+def to_polygons(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
+    """The same packing as deformable polygons at the same true packing fraction, relaxed.
+
+    Args:
+        packing: SP, at a minimum; two sizes or more. Best below rho = 0.88, where the models part (Boromand et al.
+            fig 5): beyond, the disks have contacts that droplets have not.
+        seed: of the orientations.
+        parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
+            alike: (nv_small + nv_large)/2 for a disk of mean diameter.
+
+    Returns:
+        DP packing in units "eps", `onset` that of the disks. Its provenance holds `handover`: rho and z of the disks,
+        z of the droplets, the share of contacts that both have, and whether it is `continuous`: rho met to 1e-6, z
+        within 0.5, three quarters of the contacts kept. Close to onset droplets may come loose; then it is not.
+
+    Raises:
+        InputError: not disks, an unknown parameter, disks too small for the width of the circulo-lines.
+        ConvergenceError: the packing fraction of the disks was not met.
+    """
+    if packing.model != "sp":
+        raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")
+    began = time.perf_counter()
+    start = inscribed(packing, seed=seed, **parameters)
+    rho = packing_fraction(packing)
+    reached = float("nan")
+    with Session(start) as session:
+        for _ in range(_STEPS):
+            found = relax(session)
+            state = session.packing()
+            reached = packing_fraction(state)
+            if abs(reached - rho) <= _RHO_TOLERANCE:
+                break
+            session.load(at_phi(state, state.phi * rho / reached))
+        else:
+            raise ConvergenceError(
+                f"droplets cover rho = {reached:.6f}, not the {rho:.6f} of the disks: hand over at another rho"
+            )
+    before, after = contacts(packing), contacts(state)
+    kept = _common(before.pairs, after.pairs)
+    continuous = bool(abs(after.z - before.z) <= _Z_JUMP and kept >= _KEPT)
+    return record(
+        state,
+        found,
+        protocol="from disks",
+        handover={"rho": rho, "z_disks": before.z, "z": after.z, "contacts_kept": kept, "continuous": continuous},
+        wall_time=time.perf_counter() - began,
+        **versions(),
+    )
+
+
+def inscribed(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
+    """Polygons inscribed in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
+    assert packing.diameters is not None
+    counts, params = droplet_params(2, **parameters)
+    nv = np.maximum(3, np.rint(counts.mean() * packing.diameters / packing.diameters.mean())).astype(np.int64)
+    area = np.pi / 4 * packing.diameters**2
+    scale = _scale(nv, area, params)
+    params["a0"] = _rest_area(nv, scale**2 * area, params)
+    positions, box, radius = scale * packing.positions, scale * packing.box, 0.5 * scale * packing.diameters
+    half = 0.5 * float(params["delta"])
+    near = periodic_pairs(positions, box, float(2 * radius.max()))
+    i, j, r = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i]), np.concatenate([near.r, -near.r])
+    distance = np.hypot(*r.T)
+    real = distance < radius[i] + radius[j]
+    i, j, normal, distance = i[real], j[real], r[real] / distance[real, None], distance[real]
+    height = radical_height(distance, radius[i], radius[j])
+    rng = np.random.default_rng([seed, 2])
+    shapes = []
+    for m, count in enumerate(nv):
+        turn = 2 * np.pi * (np.arange(count) + rng.random()) / count
+        ray = np.column_stack([np.cos(turn), np.sin(turn)])
+        own = i == m
+        along = ray @ normal[own].T
+        limits = np.divide(height[own] - half, along, out=np.full(along.shape, np.inf), where=along > 0)
+        reach = np.minimum(radius[m] - half, limits.min(axis=1, initial=np.inf))
+        if reach.min() <= 0:
+            raise InputError(
+                f"disk {m} has no room for a polygon inside rims of width delta = {params['delta']:g}: hand over at a "
+                "lower packing fraction or take a smaller delta"
+            )
+        shapes.append(positions[m] + reach[:, None] * ray)
+    offsets = np.concatenate([[0], np.cumsum(nv)])
+    origin = {**packing.provenance, "handed_over": True}
+    vertices = np.concatenate(shapes)
+    return Packing("dp", box, vertices, params, offsets=offsets, onset=packing.onset, provenance=origin)
+
+
+def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> Array:
+    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`.
+
+    With p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of
+    line tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a).
+    """
+    c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"])
+    root = np.sqrt(np.maximum(c * half**2 + grown - np.pi * half**2, 0.0)) - np.sqrt(c) * half
+    if root.min() <= 0:
+        raise InputError(
+            f"delta = {params['delta']:g} leaves no droplet inside the smallest disk: take a smaller delta"
+        )
+    return np.asarray(root**2 + params["gamma"] / params["ka"] * np.sqrt(c) / root)
+
+
+def _scale(nv: NDArray[np.int64], area: Array, params: dict[str, Any]) -> float:
+    """Factor from the length unit of the disks to l, in which the mean of sqrt(a0) is 1."""
+
+    def excess(s: float) -> float:
+        return float(np.sqrt(_rest_area(nv, s**2 * area, params)).mean()) - 1.0
+
+    without_rim = 1.0 / float(np.sqrt(area).mean())
+    if excess(without_rim) >= 0:
+        ratio = params["gamma"] / params["ka"]
+        raise InputError(f"gamma/ka = {ratio:g} l^3 squeezes droplets to less than half their size: take a larger ka")
+    return float(brentq(excess, without_rim, 10 * without_rim))
+
+
+def _common(one: NDArray[np.int64], two: NDArray[np.int64]) -> float:
+    """Contacts in both lists over contacts in either."""
+    a, b = ({tuple(sorted(pair)) for pair in pairs.tolist()} for pairs in (one, two))
+    return len(a & b) / max(len(a | b), 1)

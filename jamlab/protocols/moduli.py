@@ -1,0 +1,144 @@
+"""The shear modulus G and the bulk modulus B, three ways each.
+
+Boromand et al. apply an affine shear and measure the stress; without relaxation that is the affine modulus, which does
+not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed modulus.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.checks import check_choice, check_number
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
+from jamlab.mechanics.stiffness import stress
+from jamlab.packing.deformation import at_phi, deformed, simple_shear
+from jamlab.packing.packing import Packing
+from jamlab.protocols.relaxation import relax
+
+Array = NDArray[np.float64]
+
+METHODS = ("linear-response", "finite-strain", "affine")
+
+# At small strain: soft modes turn a force f that is left into an error of the stress of 100 f and more.
+_FORCE = {"sp": 2e-14, "dp": 1e-13}
+_STRAIN = {"sp": 1e-6, "dp": 3e-7}  # contacts of droplets are less linear: 1e-6 costs 1e-4 of G
+_HALVINGS = 12
+
+
+def shear_modulus(
+    packing: Packing,
+    method: str = "linear-response",
+    *,
+    angle: ArrayLike = 0.0,
+    average: bool = False,
+    strain: float | None = None,
+) -> float | Array:
+    """Shear modulus G of a packing at an energy minimum, in its units of stress.
+
+    Simple shear E = strain a b^T along a = (cos, sin) of `angle` with gradient along b, a turned by 90 degrees:
+    G = -dS_ab/dstrain. A small packing is anisotropic, and in a box that was not sheared G can be negative near onset.
+
+    Args:
+        packing: SP or DP.
+        method: "linear-response": relaxed, from the analytic Hessian. "finite-strain": relaxed, LAMMPS shears the box
+            by +-strain/2 and minimises; the strain is halved until no contact changes. "affine": without relaxation.
+        angle: direction of shear, radian; 0 is along x. One number or (m,).
+        average: mean over all directions instead.
+        strain: for "finite-strain", where to start; by default 1e-6, DP 3e-7.
+
+    Returns:
+        G; an array if `angle` is one.
+
+    Raises:
+        InputError: unknown method, or an angle or strain that is no number.
+        ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+    """
+    _check_method(method)
+    try:
+        asked = np.asarray(angle, dtype=np.float64)
+    except (TypeError, ValueError):
+        asked = np.array(np.nan)
+    if asked.ndim > 1 or not np.isfinite(asked).all():
+        raise InputError(f"angle = {angle!r}: give one direction in radian or a row of them")
+    angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
+    if method == "finite-strain":
+        strain = _first_strain(packing, strain)
+        with Session(packing) as session:
+            moduli = np.array([_sheared(session, packing, float(a), strain) for a in angles])
+    else:
+        tensor = elastic_tensor(packing)
+        moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
+    return float(moduli.mean()) if average or not asked.ndim else moduli
+
+
+def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
+    """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
+
+    Args:
+        packing: SP or DP.
+        method: as in `shear_modulus`.
+        strain: relative change of the area, for "finite-strain", where to start; default as in `shear_modulus`.
+
+    Raises:
+        InputError: unknown method, or a strain that is no number.
+        ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+    """
+    _check_method(method)
+    if method == "finite-strain":
+        strain = _first_strain(packing, strain)
+        with Session(packing) as session:
+            return _compressed(session, packing, strain)
+    tensor = elastic_tensor(packing)
+    pressure = 0.5 * float(np.trace(stress(packing)))
+    return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure)
+
+
+def _check_method(method: str) -> None:
+    check_choice("method", method, METHODS)
+
+
+def _first_strain(packing: Packing, strain: float | None) -> float:
+    if strain is None:
+        return _STRAIN[packing.model]
+    check_number("strain", strain, 0.1)
+    return strain
+
+
+def _sheared(session: Session, packing: Packing, angle: float, strain: float) -> float:
+    a = np.array([np.cos(angle), np.sin(angle)])
+    b = np.array([-a[1], a[0]])
+    for step in strain * 0.5 ** np.arange(_HALVINGS):
+        (up, turn_up), (down, turn_down) = (deformed(packing, simple_shear(s, angle)) for s in (step / 2, -step / 2))
+        above, below = _minimum(session, up), _minimum(session, down)
+        if _same_contacts(above[1], below[1]):
+            s_up, s_down = (a @ t.T @ e.stress @ t @ b for t, e in ((turn_up, above[0]), (turn_down, below[0])))
+            return float((s_down - s_up) / step)
+    raise _changing_contacts("G", step)
+
+
+def _compressed(session: Session, packing: Packing, strain: float) -> float:
+    for step in strain * 0.5 ** np.arange(_HALVINGS):
+        above, below = (_minimum(session, at_phi(packing, packing.phi * (1 + s))) for s in (step / 2, -step / 2))
+        if _same_contacts(above[1], below[1]):
+            return float((above[0].pressure - below[0].pressure) / (np.log1p(step / 2) - np.log1p(-step / 2)))
+    raise _changing_contacts("B", step)
+
+
+def _minimum(session: Session, packing: Packing) -> tuple[Evaluation, Packing]:
+    session.load(packing)
+    found = relax(session, _FORCE[packing.model], near=True)
+    if not found.converged:
+        raise ConvergenceError(f"no minimum after a small strain: max force {found.evaluation.max_force:.2g} is left")
+    return found.evaluation, session.packing()
+
+
+def _same_contacts(one: Packing, two: Packing) -> bool:
+    return np.array_equal(contacts(one).pairs, contacts(two).pairs)
+
+
+def _changing_contacts(modulus: str, strain: float) -> ConvergenceError:
+    return ConvergenceError(
+        f"contacts change even at strain {strain:.2g}: {modulus} of this packing is not defined by finite strain"
+    )

@@ -1,0 +1,96 @@
+"""Where packings come from: random disks, and polygons put in the place of disks."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.checks import check_bidisperse, check_choice
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import InputError
+from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
+from jamlab.packing.packing import UNITS, Packing, check_params
+
+Array = NDArray[np.float64]
+
+
+def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:
+    """Half small, half large disks at uniformly random places in a square box.
+
+    Args:
+        n: even number of disks; the first n/2 are small.
+        seed: of numpy's default generator; one seed gives one packing, bit for bit.
+        phi: nominal packing fraction.
+        units: "eps" or "k"; in both the mean diameter is 1.
+    """
+    check_bidisperse(n, seed, phi)
+    check_choice("units", units, UNITS)
+    law = defaults("sp")
+    ratio = float(law["ratio"])
+    small = 2 / (1 + ratio)
+    diameters = np.repeat([small, ratio * small], n // 2)
+    side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
+    positions = side * np.random.default_rng(seed).random((n, 2))
+    return Packing("sp", np.diag([side, side]), positions, {units: float(law[units])}, units, diameters)
+
+
+def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Vertices and force-law parameters of n droplets, half small, half large.
+
+    Args:
+        n: even number of droplets; the first n/2 are small.
+        changes: values that replace those of `lammps_inputs/dp.parameters`.
+
+    Returns:
+        (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
+
+    Raises:
+        InputError: for a parameter that the model does not have.
+    """
+    values = {name: value for name, value in defaults("dp").items() if name != "longest_edge"}
+    unknown = set(changes) - set(values)
+    if unknown:
+        raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
+    values |= changes
+    vertices = [values.pop("nv_small"), values.pop("nv_large")]
+    for count in vertices:
+        if isinstance(count, str | bool) or count != int(count) or count < 3:
+            raise InputError(
+                f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3"
+            )
+    nv = np.repeat(np.array(vertices, dtype=np.int64), n // 2)
+    # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
+    params: dict[str, Any] = {**values, "a0": (2 * nv / (nv[0] + nv[-1])) ** 2}
+    check_params("dp", "eps", params)
+    return nv, params
+
+
+def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
+    """(n,) diameter of the disk that each free droplet with its rim just fits into."""
+    area = free_polygon_area(nv, params)
+    return np.asarray(2 * np.sqrt(2 * area / (nv * np.sin(2 * np.pi / nv))) + params["delta"])
+
+
+def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
+    """Free droplets, regular polygons of random orientation, around given centres.
+
+    Args:
+        centres: (n, 2).
+        box: (2, 2).
+        nv: (n,) vertices.
+        params: as in `Packing.params`.
+        seed: of the orientations.
+    """
+    angles = np.random.default_rng([seed, 1]).random(len(nv))
+    areas = free_polygon_area(nv, params)
+    shapes = [
+        centre + regular_polygon(int(count), area, 2 * np.pi * turn)
+        for centre, count, area, turn in zip(centres, nv, areas, angles, strict=True)
+    ]
+    offsets = np.concatenate([[0], np.cumsum(nv)])
+    return Packing("dp", box, np.concatenate(shapes), params, offsets=offsets)
+
+
+def droplet_cell(nv: NDArray[np.int64], params: dict[str, Any], phi: float) -> float:
+    """Side of the square box in which droplets have nominal packing fraction phi."""
+    return float(np.sqrt(np.sum(free_area(nv, params)) / phi))

@@ -1,0 +1,124 @@
+"""A scene: particles at a true packing fraction, modelled as simply as the tolerance on what is wanted allows."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from jamlab.checks import check_choice
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.measure import measure
+from jamlab.packing.packing import MODELS, Packing
+from jamlab.protocols.compression import compress
+from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.model_choice import PART, Choice, Way, choose
+from jamlab.protocols.onset import jam
+
+STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Outcome of `scene`.
+
+    Attributes:
+        packing: at the packing fraction asked for; its provenance holds the choice.
+        values: every quantity that a tolerance can be asked for, see `model_choice.QUANTITIES`, of the packing.
+        estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
+        choice: model, contact form and vertices, expected error, and why.
+        seconds: wall time.
+    """
+
+    packing: Packing
+    values: dict[str, float]
+    estimate: dict[str, float]
+    choice: Choice
+    seconds: float
+
+
+def scene(
+    rho: float,
+    n: int = 64,
+    seed: int = 1,
+    *,
+    tolerance: Mapping[str, float],
+    model: str = "auto",
+    step: float = STEP,
+) -> Scene:
+    """Particles at rho, by the cheapest model expected to give what is wanted within its tolerance.
+
+    Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
+    the models part, and go on from there.
+
+    Args:
+        rho: true packing fraction.
+        n: even number of particles.
+        seed: of the random start.
+        tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
+        model: "auto", "sp" or "dp".
+        step: of rho in the sweeps.
+
+    Raises:
+        InputError: see `jamlab.protocols.model_choice.choose`.
+        ConvergenceError: no onset below rho, or a state on the way did not converge.
+    """
+    began = time.perf_counter()
+    choice = choose(rho, tolerance, n, model=model)
+    packing = realise(choice.way, jam("sp", n, seed), rho, step)
+    entries = {"model_choice": str(choice.way), "model_why": choice.why, "model_warning": choice.warning}
+    packing = packing.with_state(provenance=entries)
+    values = quantities(packing)
+    estimate = {name: value + choice.correction[name] for name, value in values.items()}
+    return Scene(packing, values, estimate, choice, time.perf_counter() - began)
+
+
+def realise(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packing:
+    """The packing of disks at onset, brought to rho in a given way.
+
+    Raises:
+        ConvergenceError: rho is below the onset, or a state did not converge.
+    """
+    check_choice("model", way.model, MODELS)
+    if packing_fraction(onset) >= rho:
+        raise ConvergenceError(f"the packing jams at rho = {packing_fraction(onset):.5f}, above the {rho:g} asked for")
+    packing = _last(onset, rho if way.nv is None else min(rho, PART), step)
+    if way.nv is not None:
+        small, large = way.nv
+        packing = _converged(to_polygons(packing, contact=way.contact, nv_small=small, nv_large=large))
+        if rho > PART:
+            packing = _last(packing, rho, step)
+    return packing
+
+
+def quantities(packing: Packing) -> dict[str, float]:
+    """z, g, a and void_sides of a packing, see `model_choice.QUANTITIES`; nan where there is no value."""
+    row = measure(packing)
+    free = 1.0
+    if packing.offsets is not None:
+        nv = np.diff(packing.offsets)
+        free = float((nv * np.tan(np.pi / nv) / np.pi).mean())
+    return {"z": row["z"], "g": row["g"], "a": row["shape"] - free, "void_sides": row["void_sides"]}
+
+
+def default_way() -> Way:
+    """Droplets as `dp.parameters` has them."""
+    law = defaults("dp")
+    return Way("dp", str(law["contact"]), (int(law["nv_small"]), int(law["nv_large"])))
+
+
+def _last(packing: Packing, rho: float, step: float) -> Packing:
+    for state in compress(packing, rho, step):
+        packing = _converged(state)
+    return packing
+
+
+def _converged(packing: Packing) -> Packing:
+    if not packing.provenance.get("converged", False):
+        left = packing.provenance.get("max_force", float("nan"))
+        raise ConvergenceError(
+            f"{packing.model} state at phi = {packing.phi:.4f} did not converge: max force {left:.2g} is left"
+        )
+    return packing

@@ -1,0 +1,1 @@
+"""Viscous drag, the equation of motion, G*(omega) and its scaling near jamming."""

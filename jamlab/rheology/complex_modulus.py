@@ -1,0 +1,160 @@
+"""Complex shear modulus G*(omega) of packings, Baumgarten & Tighe eqs 10-13, by three solvers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.checks import check_choice
+from jamlab.errors import InputError
+from jamlab.mechanics.elasticity import backbone, check_at_rest
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.direct_solver import solve_frequency
+from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
+from jamlab.rheology.reduced_model import reduce
+from jamlab.rheology.relaxation_spectrum import Modes, RelaxationSpectrum, all_modes, spectrum
+from jamlab.rheology.rounding_error import larger_relative, rounding_error, variational_modulus
+from jamlab.rheology.slow_and_fast_limits import Limits, limits
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+METHODS = ("auto", "dense", "direct", "reduced")
+
+_SMALL = 256  # displacements up to which the dense solver is the quickest
+_CHECKS_PER_DECADE = 1.0
+
+
+@dataclass(frozen=True)
+class ComplexModulus:
+    """Shear response over frequency, in the packing's unit of stress and with times in tau_1.
+
+    Attributes:
+        omega: (m,) angular frequencies, 1/tau_1.
+        storage: (m,) G'.
+        loss: (m,) G''.
+        g0: static modulus at fixed box shape, G'(omega -> 0); negative if the packing would shear by itself.
+        eta0: lim G''/omega at low frequency.
+        eta_inf: lim G''/omega at high frequency.
+        method: solver used.
+        error: (m,) estimate of the larger of the relative errors of G' and of G''.
+        spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
+            frequencies asked for (reduced); None for method "direct".
+    """
+
+    omega: Array
+    storage: Array
+    loss: Array
+    g0: float
+    eta0: float
+    eta_inf: float
+    method: str
+    error: Array
+    spectrum: RelaxationSpectrum | None = None
+
+    @property
+    def tau_star(self) -> float:
+        """Time of the slowest relaxation that carries stress, tau* = eta_0/G_0 (Baumgarten & Tighe, below eq 22)."""
+        return self.eta0 / self.g0
+
+
+def complex_modulus(
+    packing: Packing,
+    omega: ArrayLike,
+    damping: Damping | None = None,
+    prestress: bool = True,
+    method: str = "auto",
+) -> ComplexModulus:
+    """G*(omega) of a packing; rattlers are left out.
+
+    Args:
+        packing: SP or DP at an energy minimum.
+        omega: (m,) angular frequencies, positive, in units 1/tau_1.
+        damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
+        prestress: False replaces contacts by unstressed springs; SP only.
+        method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
+            complex factorisation per frequency, as in the paper. "dense": the whole relaxation spectrum, up to 1024
+            sites. "auto": "dense" for small packings, else "reduced".
+
+    Raises:
+        InputError: a frequency that is not positive, an unknown method, a packing too large for "dense", polygons
+            without pre-stress.
+        ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named.
+    """
+    check_choice("method", method, METHODS)
+    frequencies = _frequencies(omega)
+    check_at_rest(backbone(packing)[0])
+    motion = equation_of_motion(packing, damping or ContactDamping(), prestress)
+    ends = limits(motion)
+    if method == "auto":
+        method = "dense" if motion.moving <= _SMALL else "reduced"
+    solve = {"dense": _dense, "direct": _direct, "reduced": _reduced}[method]
+    modulus, error, elements = solve(motion, ends, frequencies)
+    return ComplexModulus(
+        omega=frequencies,
+        storage=modulus.real.copy(),
+        loss=modulus.imag.copy(),
+        g0=ends.g0,
+        eta0=ends.eta0,
+        eta_inf=ends.eta_inf,
+        method=method,
+        error=error,
+        spectrum=elements,
+    )
+
+
+def _frequencies(omega: ArrayLike) -> Array:
+    try:
+        frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise InputError(f"omega = {omega!r}: frequencies must be numbers") from None
+    if frequencies.ndim != 1 or not len(frequencies):
+        raise InputError(f"omega has shape {frequencies.shape}: give one number or one row of frequencies")
+    bad = frequencies[~(np.isfinite(frequencies) & (frequencies > 0))]
+    if len(bad):
+        raise InputError(f"omega = {bad[0]}: frequencies must be positive and finite")
+    return frequencies
+
+
+_Solution = tuple[Complex, Array, RelaxationSpectrum | None]
+
+
+def _direct(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
+    modulus = np.empty(len(omega), dtype=np.complex128)
+    error = np.empty(len(omega))
+    for index, w in enumerate(omega):
+        q, modulus[index], left = solve_frequency(motion, w)
+        rounding = rounding_error(motion, q[:, None], omega[[index]])
+        total = rounding + abs(left.real) + 1j * abs(left.imag)
+        error[index] = larger_relative(total, modulus[[index]])[0]
+    return modulus, error, None
+
+
+def _dense(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
+    found, basis = all_modes(motion, ends)
+    elements = spectrum(found, ends, motion.area)
+    return elements.modulus(omega), _rounding(motion, ends, found, basis, elements, omega), elements
+
+
+def _reduced(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
+    model = reduce(motion, ends, omega)
+    rounding = _rounding(motion, ends, model.modes, model.basis, model.spectrum, omega)
+    return model.spectrum.modulus(omega), model.change + rounding, model.spectrum
+
+
+def _rounding(
+    motion: EquationOfMotion, ends: Limits, found: Modes, basis: Array, elements: RelaxationSpectrum, omega: Array
+) -> Array:
+    """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out.
+
+    To the bound for any solver comes what the sum of Maxwell elements differs from the work done by that response.
+    """
+    low, high = omega.min(), omega.max()
+    samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
+    q = ends.slow[:, None] + basis @ found.coefficients(samples)
+    modulus = elements.modulus(samples)
+    gap = modulus - variational_modulus(motion, q, samples)
+    bound = rounding_error(motion, q, samples) + np.abs(gap.real) + 1j * np.abs(gap.imag)
+    relative = larger_relative(bound, modulus)
+    return np.asarray(np.exp(np.interp(np.log(omega), np.log(samples), np.log(relative))))

@@ -1,0 +1,93 @@
+"""Dynamic critical scaling: G*/p^mu against omega/p^lambda on one curve, Baumgarten & Tighe eqs 14-17 and fig 3."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.power_laws import collapse_exponents
+
+Array = NDArray[np.float64]
+
+_HIGHEST = 0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling
+_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted
+
+
+@dataclass(frozen=True)
+class Collapse:
+    """Fitted exponents with half-widths of their 95 % bootstrap intervals.
+
+    Attributes:
+        mu: G_0 ~ p^mu.
+        lam: tau* ~ p^-lam.
+        exponent: Delta, G* ~ omega^Delta in the critical regime.
+        mu_error, lam_error, exponent_error: half-widths.
+        spread: root mean square distance of the rescaled curves from their mean, in ln G*.
+    """
+
+    mu: float
+    lam: float
+    exponent: float
+    mu_error: float
+    lam_error: float
+    exponent_error: float
+    spread: float
+
+
+def collapse(
+    pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
+) -> Collapse:
+    """Fit mu and lambda so that the mean spectra of several pressures fall on one curve; Delta from its slope.
+
+    Args:
+        pressures: three or more.
+        spectra: for each pressure one spectrum or more, all of the same frequencies.
+        resamples: bootstrap samples over the packings of each pressure; none make no errors (0).
+        seed: of the bootstrap.
+
+    Raises:
+        InputError: fewer than three pressures, no spectra, frequencies that differ or do not reach the critical regime,
+            a modulus that is not positive.
+    """
+    p = np.asarray(pressures, dtype=np.float64)
+    if len(p) < 3 or len(p) != len(spectra) or not all(len(group) for group in spectra):
+        raise InputError(f"a collapse needs spectra of three pressures or more, got {len(p)} and {len(spectra)} groups")
+    omega = spectra[0][0].omega
+    if not all(np.array_equal(s.omega, omega) for group in spectra for s in group):
+        raise InputError("a collapse needs spectra of the same frequencies")
+    for pressure, group in zip(p, spectra, strict=True):
+        unstable = [s.g0 for s in group if not (np.all(s.storage > 0) and np.all(s.loss > 0))]
+        if unstable:
+            raise InputError(
+                f"a packing at pressure {pressure:g} has no positive modulus (G_0 = {unstable[0]:.3g}): leave it out, "
+                "or use prestress=False"
+            )
+    kept = omega <= _HIGHEST
+    curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
+    x = omega[kept]
+    best = _fit(x, p, [c.mean(axis=0) for c in curves])
+    errors = np.zeros(3)
+    if resamples:
+        drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)
+        errors = 0.5 * (drawn.high - drawn.low)
+    mu_error, lam_error, exponent_error = (float(e) for e in errors)
+    return Collapse(best[0], best[1], best[2], mu_error, lam_error, exponent_error, best[3])
+
+
+def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
+    """mu, lambda, Delta and the spread; curves: (2, m) mean G' and G'' of each pressure."""
+    families = [[(omega, c[part]) for c in curves] for part in (0, 1)]
+    found = collapse_exponents(p, families, start=(-1.0, -0.5))
+    mu, lam = -found.b, -found.a
+    slopes = []
+    for c, pressure in zip(curves, p, strict=True):
+        critical = omega > _CRITICAL * pressure**lam
+        if np.count_nonzero(critical) >= 3:
+            slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
+    if not slopes:
+        raise InputError(f"no frequency lies between {_CRITICAL:g} p^lambda and {_HIGHEST:g}: lower the pressure")
+    return mu, lam, float(np.mean(slopes)), found.spread

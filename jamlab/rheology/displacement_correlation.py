@@ -1,0 +1,139 @@
+"""Spatial correlation of the transverse displacement in oscillating shear, Baumgarten & Tighe fig 7.
+
+Under contact damping it has no length but the box; under Stokes drag it has a minimum that moves out as the frequency
+falls. Sites are binned and pairs counted by fast Fourier transform: the cost grows as n log n, not as the n^2 pairs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.elasticity import backbone
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.direct_solver import solve_frequency
+from jamlab.rheology.equation_of_motion import equation_of_motion
+from jamlab.rheology.slow_and_fast_limits import limits
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class DisplacementCorrelation:
+    """C(delta) of one packing at one frequency.
+
+    Attributes:
+        delta: (m,) distances along the flow, centres of bins, up to half the box.
+        correlation: (m,) C; 1 if two sites move alike.
+        pairs: (m,) pairs in each bin.
+    """
+
+    delta: Array
+    correlation: Array
+    pairs: Array
+
+    @property
+    def length(self) -> float:
+        """Distance at which C first falls through zero.
+
+        Raises:
+            ConvergenceError: C does not change its sign within half the box.
+        """
+        below = np.flatnonzero(self.correlation <= 0)
+        if not len(below) or below[0] == 0:
+            raise ConvergenceError("the displacement correlation has no zero within half the box: use a larger packing")
+        k = below[0]
+        (x0, x1), (c0, c1) = self.delta[k - 1 : k + 1], self.correlation[k - 1 : k + 1]
+        return float(x0 + (x1 - x0) * c0 / (c0 - c1))
+
+
+def oscillating_displacements(
+    packing: Packing, omega: float, damping: Damping | None = None, prestress: bool = True
+) -> tuple[Packing, Complex]:
+    """The backbone and (sites, 2) complex non-affine displacements per shear stress that oscillates as cos(omega t).
+
+    Real part: at peak stress; imaginary part: at zero stress (Baumgarten & Tighe fig 1). The mean is zero.
+
+    Args:
+        packing: SP or DP at an energy minimum.
+        omega: angular frequency, 1/tau_1.
+        damping: default balanced contact damping.
+        prestress: see `jamlab.dynamical_matrices`.
+
+    Raises:
+        InputError: omega is not positive.
+        ConvergenceError: the packing is not jammed or not stable.
+    """
+    if not (np.isfinite(omega) and omega > 0):
+        raise InputError(f"omega = {omega}: must be positive and finite")
+    motion = equation_of_motion(packing, damping or ContactDamping(), prestress)
+    limits(motion)  # refuses what is not stable
+    q, modulus, _ = solve_frequency(motion, omega)
+    network, _ = backbone(packing)
+    held = 2 * len(network.positions) - motion.moving
+    u = np.concatenate([np.zeros(held), q[: motion.moving] / modulus]).reshape(-1, 2)
+    return network, u - u.mean(axis=0)
+
+
+def displacement_correlation(
+    packing: Packing,
+    omega: float,
+    damping: Damping | None = None,
+    prestress: bool = True,
+    *,
+    lane: float = 1.0,
+    width: float = 0.5,
+) -> DisplacementCorrelation:
+    """C(delta) = <u_y(x) u_y(x + delta)>/<u_y^2> of pairs in one lane along the flow, real part of u at peak stress.
+
+    Args:
+        packing: SP or DP at an energy minimum.
+        omega: angular frequency, 1/tau_1.
+        damping: default balanced contact damping.
+        prestress: see `jamlab.dynamical_matrices`.
+        lane: height of a lane; the box is cut into lanes of about this height.
+        width: of a bin in delta, about.
+
+    Raises:
+        InputError: omega, lane or width is not positive, or they are too wide for the box.
+        ConvergenceError: the packing is not jammed or not stable.
+    """
+    network, u = oscillating_displacements(packing, omega, damping, prestress)
+    return correlation_along_x(network.positions, u[:, 1].real, packing.box, lane=lane, width=width)
+
+
+def correlation_along_x(
+    positions: Array, values: Array, box: Array, *, lane: float = 1.0, width: float = 0.5
+) -> DisplacementCorrelation:
+    """Correlation of values (n,) at positions (n, 2) of a periodic box, between sites of one lane; see above.
+
+    Raises:
+        InputError: lane or width is not positive, or too wide for the box.
+    """
+    for name, size, side in (("lane", lane, box[1, 1]), ("width", width, box[0, 0] / 4)):
+        if not 0 < size <= side:
+            raise InputError(f"{name} = {size}: must be positive and at most {side:.3g} in this box")
+    lanes, bins = int(box[1, 1] / lane), int(box[0, 0] / width)
+    fraction = positions @ np.linalg.inv(box)
+    x = (positions - np.floor(fraction) @ box)[:, 0] / box[0, 0]
+    row = np.minimum((fraction[:, 1] % 1.0 * lanes).astype(np.int64), lanes - 1)
+    column = np.minimum((x % 1.0 * bins).astype(np.int64), bins - 1)
+    cell = row * bins + column
+
+    def products(weights: Array) -> Array:
+        """(bins,) sum over ordered pairs of two different sites, by their distance in bins."""
+        grid = np.bincount(cell, weights, minlength=lanes * bins).reshape(lanes, bins)
+        power = np.abs(np.fft.rfft(grid, axis=1)) ** 2
+        sums = np.fft.irfft(power, n=bins, axis=1).sum(axis=0)
+        sums[0] -= np.sum(weights**2)
+        return np.asarray(sums)
+
+    half = bins // 2
+    counted = np.rint(products(np.ones_like(values))[:half])
+    summed = products(values)[:half]
+    kept = counted > 0
+    delta = (np.arange(half) * box[0, 0] / bins)[kept]
+    return DisplacementCorrelation(delta, summed[kept] / counted[kept] / np.mean(values**2), counted[kept])

@@ -1,0 +1,128 @@
+"""Linear equation of motion of a packing under oscillating shear, Baumgarten & Tighe eqs 10-12.
+
+(K + i omega B) Q = dS A e_gamma with the Hessian K of the energy and the Hessian B of the Rayleigh function (their
+eq 10 prints a dot on the first Q). At unit strain Q = (q, 1), and q follows from (K_qq + s B_qq) q = -(k + s b),
+s = i omega, with the columns k, b of gamma.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from jamlab.mechanics.elasticity import backbone
+from jamlab.mechanics.stiffness import stiffness
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
+
+Array = NDArray[np.float64]
+
+
+def dynamical_matrices(
+    packing: Packing, damping: Damping | None = None, prestress: bool = True
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
+
+    Coordinates. SP, (3n + 1, 3n + 1): 2i, 2i + 1 = non-affine u_x, u_y of particle i; 2n + i = its rotation theta,
+    counter-clockwise; last = shear strain gamma of x -> x + gamma y. DP, (2 n_vertices + 1, 2 n_vertices + 1): u_x, u_y
+    of every vertex, then gamma; K holds perimeter, area and contact terms.
+
+    Args:
+        packing: SP or DP. Rattlers are kept: `equation_of_motion` leaves them out.
+        damping: default balanced contact damping, `ContactDamping(beta=1)`.
+        prestress: False sets the contact forces in K to zero (their eq 4). SP only.
+
+    Raises:
+        InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
+    """
+    k = stiffness(packing, prestress=prestress)
+    spins = packing.n if packing.model == "sp" else 0
+    column = sparse.coo_array(np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])[:, None])
+    corner = np.array([[k.ee[0, 1, 0, 1]]])
+    inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
+    hessian = sparse.block_array([[inner, column], [column.T, sparse.coo_array(corner)]], format="csc")
+    return hessian, damping_matrix(packing, damping or ContactDamping())
+
+
+@dataclass(frozen=True)
+class EquationOfMotion:
+    """K and B on the coordinates to solve for, m of them; gamma is kept apart.
+
+    The first `moving` coordinates are displacements, the others rotations, which no energy depends on.
+
+    Attributes:
+        k, b: (m + 1, m + 1) sparse, the last row and column belong to gamma.
+        k_qq, b_qq: (m, m) sparse blocks.
+        k_qg, b_qg: (m,) columns of gamma.
+        moving: number of displacements among the coordinates.
+        drifting: True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle
+            may be held, which would be a force; otherwise site 0 is held.
+        area: A of the cell.
+    """
+
+    k: sparse.csc_array
+    b: sparse.csc_array
+    k_qq: sparse.csc_array
+    b_qq: sparse.csc_array
+    k_qg: Array
+    b_qg: Array
+    moving: int
+    drifting: bool
+    area: float
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates m."""
+        return int(self.k_qq.shape[0])
+
+    @property
+    def translations(self) -> Array:
+        """(m, 2) rigid translation along x and along y."""
+        axes = np.zeros((self.size, 2))
+        axes[0 : self.moving : 2, 0] = axes[1 : self.moving : 2, 1] = 1.0
+        return axes
+
+    def without_drift(self, q: Array) -> Array:
+        """q (m,) or (m, j) less the rigid translation that feels a net drag; without drag on translations q itself."""
+        if not self.drifting:
+            return q
+        axes = self.translations
+        drag = self.b_qq @ axes
+        moved: Array = q - axes @ np.linalg.solve(axes.T @ drag, drag.T @ q)
+        return moved
+
+
+def equation_of_motion(packing: Packing, damping: Damping, prestress: bool = True) -> EquationOfMotion:
+    """Equation of motion of the backbone of a packing; rattlers are left out.
+
+    Args:
+        packing: SP or DP at an energy minimum.
+        damping: viscous law.
+        prestress: see `dynamical_matrices`.
+
+    Raises:
+        ConvergenceError: every particle rattles.
+        InputError: see `dynamical_matrices`.
+    """
+    network, _ = backbone(packing)
+    k, b = dynamical_matrices(network, damping, prestress)
+    sites = len(network.positions)
+    drifting = not isinstance(damping, ContactDamping)
+    # without drag on sliding, and under Stokes drag, rotations enter nowhere
+    spinning = isinstance(damping, ContactDamping) and damping.beta > 0 and network.model == "sp"
+    first = 0 if drifting else 2
+    free = np.arange(first, 3 * sites if spinning else 2 * sites)
+    kept = np.append(free, k.shape[0] - 1)
+    k, b = k[kept][:, kept], b[kept][:, kept]
+    return EquationOfMotion(
+        k=k,
+        b=b,
+        k_qq=k[:-1][:, :-1].tocsc(),
+        b_qq=b[:-1][:, :-1].tocsc(),
+        k_qg=k[:-1][:, [-1]].toarray()[:, 0],
+        b_qg=b[:-1][:, [-1]].toarray()[:, 0],
+        moving=2 * sites - first,
+        drifting=drifting,
+        area=packing.area,
+    )

@@ -1,0 +1,126 @@
+"""Relaxation spectrum: G*(omega) as a sum of Maxwell elements beside a spring and a dashpot.
+
+The generalised modes K v = lambda B v of the equation of motion (Baumgarten & Tighe eq 12) turn its solution into
+G* = G_0 + i omega eta_inf + sum_i g_i i omega/(lambda_i + i omega), g_i >= 0. Every term is positive, so neither G' nor
+G'' is ever a small difference of large numbers, however low or high the frequency.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from jamlab.errors import InputError
+from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.rheology.equation_of_motion import EquationOfMotion
+from jamlab.rheology.slow_and_fast_limits import Limits
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LARGEST_DENSE = 2048  # displacements: 512 disks and rotations twice over, or about 70 polygons
+
+
+@dataclass(frozen=True)
+class RelaxationSpectrum:
+    """Spring, dashpot and Maxwell elements in parallel.
+
+    Attributes:
+        g0: static modulus.
+        eta_inf: viscosity of infinitely fast flow.
+        rates: (m,) lambda_i, ascending, 1/tau_1.
+        strengths: (m,) g_i > 0, unit of stress.
+    """
+
+    g0: float
+    eta_inf: float
+    rates: Array
+    strengths: Array
+
+    @property
+    def eta0(self) -> float:
+        """lim G''/omega, omega -> 0."""
+        return float(self.eta_inf + np.sum(self.strengths / self.rates))
+
+    def modulus(self, omega: Array) -> Complex:
+        """(f,) complex G* at frequencies (f,)."""
+        y = omega[:, None] / self.rates
+        weight = self.strengths / (1.0 + y**2)
+        storage = self.g0 + np.sum(weight * y**2, axis=1)
+        loss = self.eta_inf * omega + np.sum(weight * y, axis=1)
+        return np.asarray(storage + 1j * loss)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Generalised modes in a space that holds the difference x of fast and slow response.
+
+    Attributes:
+        rates: (j,) lambda.
+        vectors: (m, j), coefficients on the basis of that space.
+        amplitudes: (j,) of x on the modes.
+        energies: (j,) v^T K v.
+    """
+
+    rates: Array
+    vectors: Array
+    amplitudes: Array
+    energies: Array
+
+    def coefficients(self, omega: Array) -> Complex:
+        """(m, f) coefficients of q - q_slow at unit strain: amplitude times i omega/(lambda + i omega)."""
+        share = 1j * omega / (self.rates[:, None] + 1j * omega)
+        return np.asarray(self.vectors @ (self.amplitudes[:, None] * share))
+
+
+def modes(k: Array, b: Array, x: Array) -> Modes:
+    """Modes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite.
+
+    The pencil (K, K + sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with
+    sigma in the middle of the rates that carry x, slow and fast ones keep their digits.
+
+    Args:
+        k: (m, m).
+        b: (m, m).
+        x: (m,) vector whose amplitudes are wanted. Modes without dissipation and without energy are left out.
+    """
+    energy, dissipation = float(x @ k @ x), float(x @ b @ x)
+    if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
+        empty = np.zeros(0)
+        return Modes(empty, np.zeros((len(x), 0)), empty, empty)
+    sigma = energy / dissipation
+    metric = k + sigma * b
+    fraction, vectors = linalg.eigh(k, metric)
+    amplitudes = vectors.T @ (metric @ x)
+    kept = (fraction > 0) & (fraction < 1)
+    fraction, vectors, amplitudes = fraction[kept], vectors[:, kept], amplitudes[kept]
+    return Modes(sigma * fraction / (1 - fraction), vectors, amplitudes, fraction)
+
+
+def spectrum(found: Modes, ends: Limits, area: float) -> RelaxationSpectrum:
+    """Maxwell elements of a packing from its modes: g_i = (v^T K v) x_i^2 / A."""
+    strengths = found.energies * found.amplitudes**2 / area
+    kept = strengths > 0
+    return RelaxationSpectrum(ends.g0, ends.eta_inf, found.rates[kept], strengths[kept])
+
+
+def all_modes(motion: EquationOfMotion, ends: Limits) -> tuple[Modes, Array]:
+    """Every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to.
+
+    Raises:
+        InputError: more coordinates than `LARGEST_DENSE`.
+    """
+    moving, size = motion.moving, motion.size
+    if moving > LARGEST_DENSE:
+        raise InputError(
+            f"method 'dense' with {moving} displacements: it takes at most {LARGEST_DENSE}; use method='reduced'"
+        )
+    basis = np.zeros((size, moving))
+    basis[:moving] = np.eye(moving)
+    if size > moving:
+        coupling = motion.b_qq[moving:, :moving].toarray()
+        basis[moving:] = -SymmetricFactors(motion.b_qq[moving:, moving:].tocsc()).solve(coupling)
+    k = motion.k_qq[:moving, :moving].toarray()
+    b = basis.T @ (motion.b_qq @ basis)
+    return modes(k, 0.5 * (b + b.T), (ends.fast - ends.slow)[:moving]), basis

@@ -1,0 +1,1 @@
+"""Intervals, power laws and published numbers; knows no packing."""

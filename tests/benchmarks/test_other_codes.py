@@ -1,0 +1,107 @@
+"""Other codes on the same disks: agreement, absent peers, recipes."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum
+from jamlab.benchmarks.other_codes.lammps_peer import Lammps
+from jamlab.benchmarks.other_codes.numpy_disks import all_pairs
+from jamlab.benchmarks.other_codes.peer import Peer, mean_diameters
+from jamlab.benchmarks.other_codes.recipes import write_recipe
+from jamlab.benchmarks.other_codes.tables import tables
+
+
+class Absent(Peer):
+    name, package, method = "absent", "a-package-that-nobody-has", "none"
+
+    def evaluate(self, packing):
+        raise AssertionError("an absent peer was asked")
+
+    descent = evaluate
+
+
+class Wrong(Lammps):
+    """A code whose springs are a millionth too stiff."""
+
+    def evaluate(self, packing):
+        return super().evaluate(packing.with_state(params={"eps": 1 + 1e-6}))
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return compare(32, 2, peers=[Lammps("cg"), Lammps("fire"), Wrong("cg"), Absent()])
+
+
+def test_same_coordinates_give_the_same_forces(rows):
+    """jamlab against all pairs in numpy; LAMMPS' expression style against jamlab: three ways to the same digits."""
+    for row in rows[:3]:
+        assert max(row.energy, row.forces, row.stress, row.pressure) < 1e-12
+    assert rows[3].energy == pytest.approx(1e-6, rel=1e-3)
+
+
+def test_same_basin_gives_the_same_minimum(rows):
+    for row in rows[:3]:
+        assert row.max_force < 2e-12 and row.minimum < 1e-12
+        assert row.z == 0.0 and abs(row.g) < 1e-7
+        assert 0 < row.warm and 0 < row.cold and row.warm_ratio == pytest.approx(row.warm / rows[0].warm)
+
+
+def test_absent_peer_is_reported(rows):
+    row = rows[-1]
+    assert row.energy is None and row.warm is None
+    assert row.note == "not installed: pip install 'jamlab[peers]'"
+    assert "-" in tables(rows, 32, 0.88)[0].rows[-1]
+
+
+def test_numpy_disks_at_an_analytic_point():
+    """Two disks of diameter 1 and 0.6 apart by 0.5 across the boundary: U = eps/2 (1 - 0.5/0.8)^2."""
+    p = jamlab.Packing("sp", 4 * np.eye(2), [[0.1, 1.0], [3.6, 1.0]], {"eps": 2.0}, diameters=[1.0, 0.6])
+    point = all_pairs(p)(p.positions)
+    overlap = 1 - 0.5 / 0.8
+    assert point.energy == pytest.approx(overlap**2, rel=1e-14)
+    assert point.forces[0] == pytest.approx([2 * overlap / 0.8, 0.0], rel=1e-13)
+    assert point.stress[0, 0] == pytest.approx(2 * overlap / 0.8 * 0.5 / 16, rel=1e-13)
+
+
+def test_packings_that_no_peer_takes(random_disks):
+    with pytest.raises(jamlab.InputError, match="'k'"):
+        mean_diameters(random_disks(units="k"))
+    with pytest.raises(jamlab.InputError, match="tilt"):
+        mean_diameters(random_disks(tilt=0.1))
+    with pytest.raises(jamlab.ConvergenceError, match="raise phi"):
+        jolted_minimum(8, 1, 0.3)
+
+
+@pytest.mark.parametrize("name", ["hoomd", "jaxdem"])
+def test_recipe_holds_what_its_script_reads(tmp_path, name):
+    start, _ = jolted_minimum(16, 1, 0.9)
+    said = write_recipe(name, tmp_path, start)
+    assert f"{name}_check.py" in said
+    data = np.load(tmp_path / "packing.npz")
+    script = (tmp_path / f"{name}_check.py").read_text()
+    compile(script, name, "exec")
+    assert all(f'data["{key}"]' in script for key in ("positions", "species", "s", "sides", "eps", "energy", "forces"))
+    diameters = np.diag(data["s"])[data["species"]]
+    again = jamlab.Packing("sp", np.diag(data["sides"]), data["positions"], {"eps": 1.0}, diameters=diameters)
+    assert all_pairs(again)(again.positions).energy == pytest.approx(float(data["energy"]), rel=1e-12)
+    with pytest.raises(jamlab.InputError, match="hoomd, jaxdem"):
+        write_recipe("nobody", tmp_path, start)
+
+
+def test_command_line(tmp_path):
+    command = [sys.executable, "-m", "jamlab.cli", "compare", "--recipe", "hoomd", "--out", "h", "--n", "16"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0 and "conda" in done.stdout, done.stderr
+    done = subprocess.run(
+        [sys.executable, "-m", "jamlab.cli", "compare", "--phi", "0.2", "--n", "8", "--json"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 1 and "raise phi" in done.stderr and not done.stdout

@@ -1,0 +1,122 @@
+"""Campaigns: the file and its errors, names of tasks."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from campaigns import SWEEP, names, written
+
+import jamlab
+from jamlab.campaign.driver import to_do
+from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.tasks import batches, task_name
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"model": "spx"}, r"sweep\[1\] \(disks\)\.model\[1\] = 'spx': use one of 'sp' or 'dp'"),
+        ({"n": 15}, r"n\[1\] = 15: .* even"),
+        ({"n": 0}, r"n\[1\] = 0: must be 2 or more"),
+        ({"n": "x"}, r"n\[1\] = 'x': must be a whole number"),
+        ({"n": []}, r"n = \[\]: the list is empty"),
+        ({"seeds": 0}, r"seeds = 0: give how many"),
+        ({"seeds": True}, r"seeds = True: give how many"),
+        ({"seeds": [1, 2, 1]}, r"seeds = \[1, 2, 1\]: 1 is listed twice"),
+        ({"seeds": [-1]}, r"seeds\[1\] = -1: must be 0 or more"),
+        ({"seed": 3}, r"seed = 3: unknown key, did you mean seeds\?"),
+        ({"name": "a b"}, r"name = 'a b': use letters"),
+        ({"ensemble": "npt"}, r"ensemble = 'npt': use one of 'fixed-box' or 'shear-stabilized'"),
+        ({"compress": None}, r"none of them: give exactly one of compress, pressures and onset"),
+        ({"pressures": [0.01]}, r"compress and pressures: give exactly one"),
+        ({"compress": {"to": 1.2}}, r"to = 1.2 is above 1, .*: lower it or by = 'phi'"),
+        ({"compress": {"to": 0.9, "nearest": 0.1}}, r"nearest = 0.1 is above step = 0.01: lower it"),
+        ({"compress": {"to": 0.9, "steps": 0.1}}, r"compress\.steps = 0.1: unknown key, did you mean step\?"),
+        ({"compress": {"step": 0.1}}, r"compress\.to is missing: add it"),
+        ({"compress": 0.9}, r"compress = 0.9: must be a table"),
+        ({"compress": None, "pressures": [0.5]}, r"pressures\[1\] = 0.5: must be 0.3 or less"),
+        ({"compress": None, "pressures": [0.01], "model": ["sp", "dp"]}, r"pressures are of model sp"),
+        ({"model": "dp", "prestress": False}, r"prestress = false is of model sp"),
+        ({"model": "dp", "observables": ["quasistatic"]}, r"'quasistatic' is of model sp"),
+        ({"model": "dp", "force_law": {"gama": 1.0}}, r"force_law: model dp has no parameter 'gama': use .*gamma"),
+        ({"model": "dp", "force_law": {"ka": -1.0}}, r"force_law: .*'ka'\] is -1.0"),
+        ({"force_law": {"gamma": 0.1}}, r"force_law is of model dp"),
+        ({"observables": ["void"]}, r"observables\[1\] = 'void': use one of"),
+        ({"observables": ["spectra"]}, r"'spectra' needs omega"),
+        ({"omega": [1.0]}, r"omega is there, but observable 'spectra' is not"),
+        ({"observables": ["spectra"], "omega": [1.0], "damping": {}}, r"'spectra' needs a damping law"),
+        ({"observables": ["spectra"], "omega": [-1.0]}, r"omega\[1\] = -1.0: must be above 0"),
+        (
+            {"observables": ["spectra"], "omega": {"lowest": 2.0, "highest": 1.0, "points": 3}},
+            r"lowest = 2 is not below",
+        ),
+        ({"tolerances": {"max_force": 0}}, r"tolerances\.max_force = 0: must be above 0"),
+    ],
+)
+def test_what_no_campaign_can_do_is_named_with_file_key_value_and_remedy(tmp_path, changes, message):
+    path = written(tmp_path / "wrong.toml", **changes)
+    with pytest.raises(InputError, match=message) as caught:
+        read_campaign_file(path)
+    assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
+
+
+def test_files_that_are_no_campaign_file(tmp_path):
+    with pytest.raises(InputError, match="No such file"):
+        jamlab.open_campaign(tmp_path / "none.toml")
+    (tmp_path / "bad.toml").write_text("name = ")
+    with pytest.raises(InputError, match="is not TOML"):
+        jamlab.open_campaign(tmp_path / "bad.toml")
+    with pytest.raises(InputError, match="no campaign has run in the folder"):
+        jamlab.open_campaign(tmp_path)
+    path = written(tmp_path / "c.toml")
+    path.write_text(path.read_text() + path.read_text().split("\n", 1)[1])
+    with pytest.raises(InputError, match="two sweeps have the name 'disks': rename one"):
+        jamlab.open_campaign(path)
+    with pytest.raises(InputError, match="has no sweep 'x': use one of disks"):
+        jamlab.open_campaign(written(tmp_path / "c.toml")).plan(only=["x"])
+
+
+def test_task_names_depend_on_what_results_depend_on(tmp_path):
+    path = tmp_path / "c.toml"
+    one = names(written(path))
+    assert len(set(one)) == 2
+    assert names(written(path, name="other", seeds=[2, 1])) == one[::-1]
+    assert set(names(written(path, seeds=3))) > set(one)  # more seeds keep what is there
+    assert set(names(written(path, n=[16, 18]))) > set(one)
+    assert names(written(path, observables=["states"])) == one
+    for changes in (
+        {"ensemble": "shear-stabilized"},
+        {"compress": {"to": 0.91, "step": 0.02}},
+        {"observables": ["voids"]},
+        {"tolerances": {"max_force": 1e-9}},
+    ):
+        assert not set(names(written(path, **changes))) & set(one)
+    lists = {"compress": None, "pressures": [1e-3, 1e-2], "observables": ["spectra"], "omega": [1.0, 2.0]}
+    turned = lists | {"pressures": [1e-2, 1e-3], "omega": [2.0, 1.0], "prestress": [True]}
+    assert names(written(path, **lists)) == names(written(path, **turned))
+
+
+def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(tmp_path):
+    path = written(tmp_path / "c.toml", model="dp", force_law={"gamma": 0.1})
+    code = "import sys; from jamlab.campaign.file import *; from jamlab.campaign.tasks import *\n"
+    code += "print(*[t.name for b in batches(read_campaign_file(sys.argv[1])) for t in b.tasks()])"
+    environment = os.environ | {"PYTHONHASHSEED": "7"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, path], capture_output=True, text=True, check=True, env=environment
+    )
+    assert done.stdout.split() == names(path)
+    task = next(batches(read_campaign_file(path))[0].tasks())
+    assert task_name(dict(reversed(task.parameters.items()))) == task.name
+    # the defaults of the decks are part of the name: new ones make new tasks
+    assert task.parameters["force_law"]["ka"] == defaults("dp")["ka"]
+    assert not set(names(written(path, model="dp", force_law={"gamma": 0.11}))) & set(names(path)) - set(names(path))
+
+
+def test_a_task_of_two_sweeps_is_done_once():
+    content = CampaignTable.model_validate({"name": "c", "sweep": [SWEEP, SWEEP | {"name": "again", "seeds": 3}]})
+    tasks = list(to_do(batches(content), set()))
+    assert sorted(task.parameters["seed"] for task in tasks) == [1, 2, 3]
+    assert [t.parameters["seed"] for t in to_do(batches(content), {tasks[0].name})] == [2, 3]

@@ -1,0 +1,197 @@
+"""Campaigns: the folder of tasks; status, damage, failures, merge, export, plan."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from campaigns import FULL, run_here, written
+
+import jamlab
+from jamlab.campaign import states as sweep_states
+from jamlab.campaign.exchange import export, merge
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.tables import TABLES
+from jamlab.campaign.task_file import damage, read_task_file
+from jamlab.campaign.tasks import batches, task_name
+from jamlab.campaign.worker import run_task
+from jamlab.errors import InputError, StorageError
+
+
+def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
+    status = full.status(verify=True)
+    assert (status.tasks, status.finished, status.failed, status.left) == (6, 6, 0, 0)
+    assert (status.damaged, status.gaps, status.foreign) == ({}, {}, 0)
+    assert jamlab.open_campaign(full.folder.path / "campaign.toml").finished() == full.finished()
+    shutil.copytree(full.folder.path, tmp_path / "full")
+    path = tmp_path / "full.toml"
+    path.write_text(FULL.replace("seeds = [3, 4]", "seeds = [4, 5]"))
+    status = jamlab.open_campaign(path).status()
+    assert [(s.n, s.finished, s.left) for s in status.sweeps] == [(8, 1, 1), (10, 1, 1), (32, 1, 0), (8, 1, 0)]
+    assert status.foreign == 2
+
+
+@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "other", "foreign"])
+def test_damaged_files_are_found(full, harm, tmp_path):
+    name, other = full.finished()[:2]
+    content = full.folder.task_file(name).read_bytes()
+    middle = len(content) // 2
+    harmed = {
+        "cut": content[:middle],
+        "flip": content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :],
+        "empty": b"",
+        "other": full.folder.task_file(other).read_bytes(),
+        "foreign": b"hello" * 1000,
+    }[harm]
+    (tmp_path / "harmed.h5").write_bytes(harmed)
+    assert damage(tmp_path / "harmed.h5", name)
+    assert damage(full.folder.task_file(name), name) is None
+
+
+def test_a_damaged_file_is_moved_aside_and_done_again(full, tmp_path):
+    shutil.copytree(full.folder.path, tmp_path / "c")
+    campaign = jamlab.open_campaign(tmp_path / "c")
+    name = next(n for n in campaign.finished() if campaign.packings(n)[0].n == 8)
+    whole = read_task_file(campaign.folder.task_file(name))
+    campaign.folder.task_file(name).write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 500)
+    with pytest.raises(StorageError, match=name):
+        campaign.table("states")
+    done = campaign.run(1)
+    assert (done.finished, done.failed, list(done.repaired)) == (1, 0, [name])
+    assert (tmp_path / "c" / "damaged" / f"{name}.1.h5").exists()
+    again = read_task_file(campaign.folder.task_file(name))
+    for column, values in whole.observables.items():
+        np.testing.assert_array_equal(again.observables[column], values)
+
+
+def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
+    path = written(tmp_path / "c.toml", n=8, seeds=1, compress={"to": 0.5})
+    campaign = jamlab.open_campaign(path)
+    (outcome,) = run_here(campaign)
+    assert outcome[0] == "failed"
+    assert "onset lies at rho" in outcome[1]
+    status = campaign.status()
+    assert (status.failed, status.left) == (1, 0)
+    (record,) = status.failures.values()
+    assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
+    assert campaign.run(1) == type(campaign.run(1))(0, 0, {})  # nothing is left: no worker starts
+    first = campaign.folder.failure_file(task_name(record["parameters"])).stat().st_mtime_ns
+    done = campaign.run(1, retry_failed=True)
+    assert (done.finished, done.failed) == (0, 1)
+    assert campaign.folder.failure_file(task_name(record["parameters"])).stat().st_mtime_ns > first
+
+
+def test_a_sweep_that_breaks_off_keeps_its_states_and_says_so(tmp_path, monkeypatch):
+    def breaks_off(packing, to, **_):
+        yield packing
+        raise jamlab.EngineError("LAMMPS stopped")
+
+    monkeypatch.setattr(sweep_states, "compress", breaks_off)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1))
+    assert run_here(campaign)[0][0] == "finished"
+    assert len(campaign.table("states")) == 2
+    (line,) = campaign.status(verify=True).gaps.values()
+    assert line == "sp n=8 seed=1 lacks states after 1: LAMMPS stopped"
+
+
+def test_pressures_that_are_not_met(tmp_path, monkeypatch):
+    def fussy(n, pressure, seed, **how):
+        if pressure < 1e-2:
+            raise jamlab.ConvergenceError("not met")
+        return jamlab.pack(n, pressure, seed, **how)
+
+    monkeypatch.setattr(sweep_states, "pack", fussy)
+    path = written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-2, 1e-3])
+    campaign = jamlab.open_campaign(path)
+    assert run_here(campaign)[0][0] == "finished"
+    assert campaign.table("states")["target_pressure"].tolist() == [1e-2]
+    assert list(campaign.status(verify=True).gaps.values()) == ["sp n=8 seed=1 lacks pressure 0.001: not met"]
+    alone = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, pressures=[1e-3]))
+    assert run_here(alone)[0][0] == "failed"
+
+
+def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path, monkeypatch):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaign.folder.prepare()
+    task = next(batches(campaign.content)[0].tasks())
+    place = str(campaign.folder.path)
+
+    def no_space(self, content):
+        with open(self, "wb") as file:
+            file.write(content[:100])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", no_space)
+    outcome = run_task(place, task.name, task.parameters)
+    assert outcome[0] == "full"
+    assert "No space left" in outcome[1]
+    assert not list((campaign.folder.path / "tasks").iterdir())  # nothing half-written
+    assert not campaign.folder.failed()
+    monkeypatch.undo()
+    assert run_task(place, task.name, task.parameters)[0] == "finished"
+
+
+def test_two_drivers_do_not_share_a_folder(tmp_path):
+    folder = CampaignFolder(tmp_path)
+    folder.prepare()
+    with folder.lock():
+        with pytest.raises(StorageError, match=f"process {os.getpid()} on .* works in {tmp_path}: wait"):
+            jamlab.open_campaign(written(tmp_path / "c.toml"), tmp_path).run(1)
+    with folder.lock():  # free again
+        pass
+    code = "import sys, os, pathlib; from jamlab.campaign.folder import CampaignFolder\n"
+    code += "lock = CampaignFolder(pathlib.Path(sys.argv[1])).lock(); lock.__enter__(); os.kill(os.getpid(), 9)"
+    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == -9
+    with folder.lock():  # the lock of a dead driver is none
+        pass
+
+
+def test_merge_takes_what_is_whole_and_missing(full, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(full.folder.path, other)
+    a, b = full.finished()[:2]
+    (other / "tasks" / f"{a}.h5").write_bytes(b"no")
+    target = jamlab.open_campaign(full.file, tmp_path / "merged")
+    assert merge(target, [other]) == {"copied": 5, "present": 0, "damaged": 1}
+    assert merge(target, [other, full.folder.path]) == {"copied": 1, "present": 10, "damaged": 1}
+    assert target.finished() == full.finished()
+    assert target.folder.task_file(b).read_bytes() == full.folder.task_file(b).read_bytes()
+    with pytest.raises(InputError, match="no campaign has run"):
+        merge(target, [tmp_path / "nowhere"])
+
+
+def test_export(full, tmp_path):
+    files = export(full, tmp_path / "csv")
+    assert sorted(file.stem for file in files) == sorted(TABLES)
+    back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
+    np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])
+    pytest.importorskip("pyarrow")
+    export(full, tmp_path / "parquet", "parquet", ["spectra"])
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "parquet" / "spectra.parquet"), full.table("spectra"))
+    dumps = export(full, tmp_path / "dump", "dump", sweep="droplets")
+    assert dumps[0].read_text().startswith("ITEM: TIMESTEP")
+    with pytest.raises(InputError, match="unknown format 'xls': use one of csv"):
+        export(full, tmp_path, "xls")
+
+
+def test_parquet_without_pyarrow_says_what_to_install(full, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"pip install 'jamlab\[parquet\]', or export csv"):
+        export(full, tmp_path / "out", "parquet")
+
+
+def test_plan_counts_states_and_learns_from_finished_tasks(full, tmp_path):
+    lines = {(line.sweep, line.n): line for line in full.plan()}
+    assert all(line.left == 0 and line.seconds == 0 and line.measured for line in lines.values())
+    path = tmp_path / "full.toml"
+    path.write_text(FULL)
+    fresh = jamlab.open_campaign(path).plan()
+    assert [(line.tasks, line.left, line.measured) for line in fresh[:2]] == [(2, 2, False)] * 2
+    states = full.table("states", sweep="up").groupby(["n", "seed"]).size()
+    assert abs(fresh[0].states - states[8].mean()) < 8  # the onset of so few disks lies lower than the typical one
+    sizes = [full.folder.task_file(task).stat().st_size for task in full.finished("up")]
+    assert 0.3 < sum(line.bytes for line in fresh[:2]) / sum(sizes) < 3

@@ -1,0 +1,123 @@
+"""Campaigns: tables, what they hold, means with intervals."""
+
+import MDAnalysis
+import numpy as np
+import pandas as pd
+import pytest
+from campaigns import run_here, written
+
+import jamlab
+from jamlab.campaign.aggregate import aggregate
+from jamlab.campaign.tables import TABLE_COLUMNS, TABLES
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import InputError
+from jamlab.measure import COLUMNS, measure
+from jamlab.packing.lammps_files import write_dump
+
+
+def test_tables_have_their_columns_and_one_row_for_each(full):
+    for name in TABLES:
+        assert tuple(full.table(name).columns) == TABLE_COLUMNS[name]
+    onset, states = full.table("onset"), full.table("states")
+    assert list(onset["model"]) == ["dp", "sp", "sp", "sp", "sp"]
+    assert len(states) == sum(len(full.packings(task)) for task in full.finished())
+    assert len(full.table("spectra")) == 2 * 2 * 2 * 2  # pressures, laws, pre-stress, frequencies
+    assert len(full.table("quasistatic")) == 4
+    assert set(full.table("states", sweep="sheared")["n"]) == {32}
+    with pytest.raises(InputError, match="no table 'state': use one of states"):
+        full.table("state")
+
+
+def test_tables_hold_what_jamlab_measures(full):
+    states = full.table("states", sweep="up")
+    row = states[(states.n == 10) & (states.seed == 4)].iloc[-1]
+    p = full.packings(row.task)[-1]
+    assert {name: row[name] for name in COLUMNS} == pytest.approx(measure(p), nan_ok=True)
+    assert (row.units, row.ensemble, row.contact) == ("eps", "fixed-box", "")
+    onset = jamlab.jam(n=10, seed=4)
+    assert (row.onset, row.onset_phi) == (jamlab.packing_fraction(onset), onset.phi)
+    first = full.table("onset", sweep="up").query("n == 10 and seed == 4").iloc[0]
+    network = jamlab.contacts(onset)
+    assert (first.phi_J, first.z_J, first.n_contacts) == (onset.phi, network.z, network.count)
+    assert first.rattlers == network.rattlers.sum()
+    voids = full.table("voids", sweep="up").query("n == 10 and seed == 4")
+    v = jamlab.voids(p)
+    last = voids[voids.state == row.state]
+    assert last.sides.tolist() == v.sides[v.percolating == 0].tolist()
+    assert last["area"].sum() == v.area[v.percolating == 0].sum()
+    assert last.particle_area.iloc[0] == pytest.approx(row.rho * p.area / p.n)
+    droplet = full.table("states", sweep="droplets").iloc[0]
+    assert (droplet.gamma, droplet.ka, droplet.contact) == (0.12, defaults("dp")["ka"], "outline")
+
+
+def test_spectra_hold_what_jamlab_computes(full):
+    frame = full.table("spectra")
+    row = frame[(frame.law == "stokes") & ~frame.prestress & (frame.target_pressure == 1e-3) & (frame.omega == 1.0)]
+    p = next(p for p in full.packings(row.task.iloc[0]) if abs(p.provenance["pressure"] / 1e-3 - 1) < 1e-5)
+    s = jamlab.complex_modulus(p, [1e-3, 1.0], jamlab.StokesDrag(eta_f=2.0), False)
+    assert (row.storage.item(), row.loss.item()) == (s.storage[1], s.loss[1])
+    assert (row.g0.item(), row.eta0.item(), row.eta_inf.item()) == (s.g0, s.eta0, s.eta_inf)
+    assert (row.eta_f.item(), np.isnan(row.beta.item()), row.converged.item()) == (2.0, True, True)
+    slow = full.table("quasistatic").query("prestress and target_pressure == 1e-3").iloc[0]
+    u = jamlab.slow_shear(p)
+    assert slow.approach == pytest.approx(u.median_normal, rel=1e-9)
+    assert slow.sliding == pytest.approx(u.median_tangential, rel=1e-9)
+    c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), True)
+    curve = full.table("correlation").query("law == 'contact' and prestress and target_pressure == 1e-3")
+    assert (curve.delta.tolist(), curve.box.iloc[0]) == (c.delta.tolist(), p.box[0, 0])
+    np.testing.assert_allclose(curve.c, c.correlation, atol=1e-9)
+
+
+def test_what_is_not_converged_is_marked(tmp_path):
+    limits = {"tolerances": {"max_force": 1e-30}, "seeds": 1, "n": 8, "compress": None, "onset": True}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **limits))
+    assert run_here(campaign)[0][0] == "finished"
+    assert campaign.table("states")["converged"].tolist() == [False]
+    assert campaign.table("onset")["converged"].tolist() == [False]
+    assert campaign.aggregate(["rho"]).empty
+
+
+@pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")
+def test_mdanalysis_iterates_the_frames_of_a_task_file(full, tmp_path):
+    for task in full.finished():
+        frames, file = full.packings(task), str(full.folder.task_file(task))
+        write_dump(tmp_path / "run.dump", frames)
+        universe = MDAnalysis.Universe(
+            str(tmp_path / "run.dump"), file, topology_format="LAMMPSDUMP", format="H5MD", convert_units=False
+        )
+        assert len(universe.trajectory) == len(frames)
+        for packing, step in zip(frames, universe.trajectory, strict=True):
+            np.testing.assert_allclose(step.positions[:, :2], packing.positions, atol=1e-5)
+            np.testing.assert_allclose(step.triclinic_dimensions[:2, :2], packing.box, atol=1e-5)
+
+
+def test_packings_are_drawn_not_rows():
+    """Ten equal rows of a packing tell no more than one."""
+    frame = pd.DataFrame(
+        {"model": "sp", "n": 8, "seed": np.repeat([1, 2, 3], [10, 1, 1]), "z": [4.0] * 10 + [5.0, 6.0]}
+    )
+    row = aggregate(frame, ["z"], ["n"]).iloc[0]
+    once = aggregate(frame.drop_duplicates(), ["z"], ["n"]).iloc[0]
+    assert (row.z, row.z_packings) == (5.0, 3)
+    assert (row.z_low, row.z_high) == (once.z_low, once.z_high)
+
+
+def test_groups_bins_and_what_is_left_out():
+    frame = pd.DataFrame(
+        {
+            "model": "sp",
+            "n": 8,
+            "seed": [1, 2, 1, 2, 1],
+            "p": [1e-3, 1.0000002e-3, 1e-2, 1e-2, 1e-2],
+            "x": [0.1, 0.3, 1.5, 1.7, 9.0],
+            "g": [1.0, 3.0, 5.0, np.nan, 100.0],
+        }
+    )
+    assert aggregate(frame, ["g"], ["p"])["g_packings"].tolist() == [2, 1]
+    binned = aggregate(frame, ["g"], ["n"], along="x", bins=[0, 1, 2])
+    assert (binned.g.tolist(), binned.x.tolist()) == ([2.0, 5.0], [0.2, 1.6])
+    with pytest.raises(InputError, match="no column 'h': use one of model"):
+        aggregate(frame, ["h"], ["p"])
+    for wrong in ({"along": "x"}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}, {"statistic": "mode"}):
+        with pytest.raises(InputError, match="|".join(wrong)):
+            aggregate(frame, ["g"], ["p"], **wrong)

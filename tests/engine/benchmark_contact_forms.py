@@ -1,0 +1,171 @@
+"""Contact forms of polygons side by side: smoothness, convergence, onset, cost, speed. pytest -m benchmark -s.
+
+JAMLAB_SEEDS sets how many seeds (8), JAMLAB_RESULTS a folder where each result is kept as it comes, so that a run can
+go on where it was stopped. Prints tables and one JSON object each.
+"""
+
+import json
+import os
+import time
+from pathlib import Path
+
+import contact_paths
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.engine.deck_defaults import installed
+from jamlab.packing.packing import CONTACT_FORMS
+from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+
+SEEDS = int(os.environ.get("JAMLAB_SEEDS", "8"))
+SIZES = (8, 12, 16)
+RHO = (0.86, 0.90, 0.94)
+KICK = 1e-3  # l: all forms start equally far from a minimum
+MOVES = 1000  # evaluations in a speed run
+REQUIRED = 3e6  # vertex evaluations a second
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    given = os.environ.get("JAMLAB_RESULTS")
+    path = Path(given) if given else tmp_path_factory.mktemp("contact-forms")
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def kept(file, keys, make):
+    """Rows of a file of JSON lines by their first fields; those that are missing are made, a few at a time."""
+    names = ("form", "n", "seed")
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    known = {tuple(row[name] for name in names) for row in rows}
+    with file.open("a") as out:
+        for key in keys:
+            if key in known:
+                continue
+            row = dict(zip(names, key, strict=True)) | make(*key)
+            out.write(json.dumps(row) + "\n")
+            out.flush()
+            rows.append(row)
+    return [row for row in rows if tuple(row[name] for name in names) in set(keys)]
+
+
+def onset(form, n, seed):
+    """rho and z at onset in one form, or the error."""
+    began = time.process_time()
+    try:
+        p = jamlab.jam("dp", n, seed, contact=form)
+        row = {"rho": jamlab.packing_fraction(p), "z": jamlab.contacts(p).z}
+    except jamlab.JamlabError as error:
+        row = {"error": str(error)}
+    return row | {"t": time.process_time() - began}
+
+
+def minima(form, n, seed, starts):
+    """Largest force that is reached from the same states in every form, and the time."""
+    if (n, seed) not in starts:
+        try:
+            first = jamlab.jam("dp", n, seed)
+            states = [*jamlab.compress(first, to=RHO[-1], step=RHO[1] - RHO[0])]
+            starts[n, seed] = [p for p in states if jamlab.packing_fraction(p) > RHO[0] - 0.02]
+        except jamlab.JamlabError:
+            starts[n, seed] = []  # the default form finds no onset for this seed
+    forces, seconds = [], []
+    for k, p in enumerate(starts[n, seed]):
+        kicked = p.positions + np.random.default_rng([n, seed, k]).normal(0, KICK, p.positions.shape)
+        began = time.process_time()
+        try:
+            with jamlab.Session(p.with_state(positions=kicked, params=p.params | {"contact": form})) as session:
+                found = relax(session)
+            forces.append(found.evaluation.max_force if found.converged else max(found.evaluation.max_force, 1e-9))
+        except jamlab.JamlabError:
+            forces.append(float("inf"))
+        seconds.append(time.process_time() - began)
+    return {"forces": forces, "t": seconds}
+
+
+@pytest.mark.benchmark
+def test_forms_side_by_side(folder):
+    """Continuity along paths; fraction of minimisations below 1e-10; rho_J and z_J; wall time."""
+    smooth = {}
+    print(f"\n{'form':16s}{'shape':8s}{'path':10s}{'class':6s} energy jump  force jump  (of the largest on the path)")
+    for form, shape, path, s in contact_paths.table(CONTACT_FORMS):
+        print(f"{form:16s}{shape:8s}{path:10s}{s.name:6s} {s.energy_jump:10.1e}  {s.force_jump:10.1e}")
+        smooth[form] = min(smooth.get(form, "C1"), s.name)
+
+    keys = [(form, n, seed) for n in SIZES for seed in range(1, SEEDS + 1) for form in CONTACT_FORMS]
+    starts = {}
+    at_onset = kept(folder / "form-onsets.jsonl", keys, onset)
+    reached = kept(folder / "form-minima.jsonl", keys, lambda *key: minima(*key, starts))
+
+    print(f"\n{'form':16s}{'class':6s} minima <1e-10  median s   onsets  rho_J +- sd        z_J   median s")
+    result = {}
+    for form in CONTACT_FORMS:
+        forces = np.array([f for row in reached if row["form"] == form for f in row["forces"]])
+        seconds = np.array([t for row in reached if row["form"] == form for t in row["t"]])
+        rows = [row for row in at_onset if row["form"] == form]
+        good = [row for row in rows if "rho" in row]
+        rho, z = np.array([row["rho"] for row in good]), np.array([row["z"] for row in good])
+        result[form] = {
+            "continuity": smooth[form],
+            "minima": len(forces),
+            "converged": float(np.mean(forces <= FORCE_TOLERANCE["dp"])),
+            "minimum_seconds": float(np.median(seconds)),
+            "onsets": len(good),
+            "tried": len(rows),
+            "rho_J": float(rho.mean()) if len(rho) else None,
+            "rho_J_sd": float(rho.std()) if len(rho) else None,
+            "z_J": float(np.nanmean(z)) if len(z) else None,
+            "onset_seconds": float(np.median([row["t"] for row in rows])),
+        }
+        r = result[form]
+        jammed = f"{r['rho_J']:.4f} +- {r['rho_J_sd']:.4f} {r['z_J']:8.3f}" if good else f"{'none':>25s}"
+        print(
+            f"{form:16s}{r['continuity']:6s} {r['converged']:7.1%} of {r['minima']:3d} {r['minimum_seconds']:9.2f} "
+            f"{r['onsets']:4d}/{r['tried']:<3d} {jammed} {r['onset_seconds']:9.2f}"
+        )
+    print(json.dumps(result))
+    assert result["outline"]["converged"] > result["segment"]["converged"]
+
+
+def tiled(p, times):
+    """The same packing side by side, `times` by `times`."""
+    shifts = np.array([[a, b] for a in range(times) for b in range(times)]) @ p.box
+    count = len(shifts)
+    return p.with_state(
+        box=times * p.box,
+        positions=np.concatenate([p.positions + shift for shift in shifts]),
+        offsets=np.append((p.offsets[:-1] + p.offsets[-1] * np.arange(count)[:, None]).ravel(), count * p.offsets[-1]),
+        params=p.params | {"a0": np.tile(p.params["a0"], count)},
+    )
+
+
+def rates(p):
+    """Vertex evaluations a second of all three terms in LAMMPS: at rest, and in FIRE steps with neighbour builds."""
+    kicked = p.positions + np.random.default_rng(0).normal(0, 10 * KICK, p.positions.shape)
+    with jamlab.Session(p.with_state(positions=kicked)) as session:
+        session.evaluate()
+        session.command("thermo 1000000")
+        found = []
+        session.command("include " + str(installed("lammps_inputs") / "minimize.fire"))
+        for command in (f"run {MOVES} post no", f"minimize 0 0 {MOVES} {MOVES}"):
+            began = time.process_time()
+            session.command(command)
+            found.append(MOVES * len(p.positions) / (time.process_time() - began))
+    return found
+
+
+@pytest.mark.benchmark
+def test_vertex_evaluations_per_second():
+    """Pure LAMMPS on one core: at least 3 M vertex evaluations a second in the default form, at rho = 0.92."""
+    *_, first = jamlab.compress(jamlab.jam("dp", 12, 1), to=0.92, step=0.03)
+    result = {}
+    print(f"\n{'form':16s}{'polygons':>9s}   M vertex evaluations/s: at rest, in FIRE")
+    for form in CONTACT_FORMS:
+        for times in (1, 2, 8):
+            p = tiled(first.with_state(params=first.params | {"contact": form}), times)
+            best = np.max([rates(p) for _ in range(3)], axis=0)
+            result[f"{form} {p.n}"] = [float(v) for v in best]
+            print(f"{form:16s}{p.n:9d} {best[0] / 1e6:28.2f} {best[1] / 1e6:10.2f}")
+    print(json.dumps(result))
+    assert all(min(value) > REQUIRED for name, value in result.items() if name.startswith("outline "))

@@ -1,0 +1,99 @@
+"""Polygons that fold over themselves are found, in Python and in the plugin, and are no packing."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.engine.deck_defaults import installed
+
+DECK = """
+include {decks}/common.settings
+atom_style molecular
+fix d_a0 all property/atom d_a0
+read_data whole.data fix d_a0 NULL d_a0
+{variables}
+include {decks}/dp.force
+include {decks}/common.output
+compute shape all polygon
+variable crossed equal sum(c_shape[4])
+group far id {vertex}
+displace_atoms far move {move[0]:.17g} {move[1]:.17g} 0
+run 0
+print "crossings $(v_crossed) $(c_shape[{polygon}][4])"
+variable dir index {decks}
+include {decks}/crossed
+print "went on"
+"""
+
+
+def bow_tie():
+    """A square, and a quadrangle whose two long edges cross."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    crossed = np.array([[0.0, 0.0], [1.2, 1.0], [1.0, 0.0], [0.0, 1.5]]) + 2.0
+    return np.vstack([square, crossed]), np.array([0, 4, 8])
+
+
+def test_a_bow_tie_is_found_and_refused():
+    """Its area is positive, so the order of its vertices alone does not tell."""
+    positions, offsets = bow_tie()
+    assert jamlab.self_crossings(positions, offsets).tolist() == [1]
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": [1.0, 1.0]}
+    with pytest.raises(jamlab.SelfCrossingError, match="edges of polygon 1 cross each other"):
+        jamlab.Packing("dp", 5 * np.eye(2), positions, law, offsets=offsets)
+
+
+def test_edges_of_no_length_do_not_cross():
+    """Plateau borders shrink edges to nothing."""
+    positions, offsets = bow_tie()
+    positions[4:] = [[2.0, 2.0], [3.0, 2.0], [3.0, 2.0], [2.0, 3.0]]
+    assert not len(jamlab.self_crossings(positions, offsets))
+
+
+def test_a_packing_driven_to_collapse_is_found(random_polygons):
+    """Boxes far too small: the plugin counts crossing edges of the very polygons that shapely finds."""
+    p = random_polygons(0.0, "outline", 1)
+    for shrink in (1.0, 0.85, 0.7):
+        with jamlab.Session(p.with_state(positions=p.positions * shrink, box=p.box * shrink)) as session:
+            session.minimize(1e-6, style="fire", steps=1000)
+            found = session.self_crossings()
+            session.command("compute shape all polygon")
+            session.command("run 0")
+            crossings = session._lmp.numpy.extract_compute("shape", 0, 2)[:, 3]
+            assert np.flatnonzero(crossings).tolist() == found.tolist()
+            assert len(found) == {1.0: 0, 0.85: 1, 0.7: 2}[shrink]
+            if len(found):
+                with pytest.raises(jamlab.SelfCrossingError, match=f"edges of polygon {found[0]} "):
+                    session.packing()
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("through", [False, True])
+def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_path, ranks, through):
+    """One vertex pushed out through the opposite side; the polygon lies across the boundaries of box and ranks."""
+    p = random_polygons(0.3, "outline", 1)
+    ring = slice(*p.offsets[3:5])
+    vertex = p.offsets[3] + 2
+    other = p.positions.copy()
+    other[vertex] += (1.15 if through else -0.1) * 2 * (p.positions[ring].mean(axis=0) - other[vertex])
+    assert jamlab.self_crossings(other, p.offsets).tolist() == ([3] if through else [])
+    wide = p.with_state(box=2 * p.box)
+    for place in (0.0, 0.5):  # centred on the corner of the box, or where ranks meet
+        moved = p.positions - p.positions[ring].mean(axis=0) + place * wide.box.sum(axis=0)
+        jamlab.write_data(tmp_path / "whole.data", wide.with_state(positions=moved))
+        values = {key: value for key, value in p.params.items() if key != "a0"} | {"skin": 0.1, "longest_edge": 3.0}
+        variables = "\n".join(f"variable {key} index {value}" for key, value in values.items())
+        fields = {"decks": installed("lammps_inputs"), "variables": variables, "vertex": vertex + 1, "polygon": 4}
+        (tmp_path / "in.test").write_text(DECK.format(**fields, move=other[vertex] - p.positions[vertex]))
+        programs = Path(sys.executable).parent
+        line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
+        done = subprocess.run([str(word) for word in line], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+        counts = next(row.split()[1:] for row in done.stdout.splitlines() if row.startswith("crossings"))
+        assert counts[0] == counts[1]
+        assert (int(counts[0]) > 0) == through
+        assert (done.returncode != 0) == through
+        assert ("SELF-CROSSING" in done.stdout) == through
+        assert ("went on" in done.stdout) != through

@@ -1,0 +1,49 @@
+"""Pictures: what is drawn where, from packings whose picture is known."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import jamlab
+from jamlab.figures import packing_pictures as figures
+from jamlab.packing.free_droplet import regular_polygon
+
+BOX = np.diag([4.0, 4.0])
+
+
+def drawn(packing):
+    figure = Figure()
+    axes = figure.subplots()
+    figures.draw_packing(axes, packing, "title")
+    return axes
+
+
+def test_particles_repeat_in_every_periodic_image():
+    packing = jamlab.Packing("sp", BOX, [[0.1, 2.0], [2.0, 2.0]], {"eps": 1.0}, diameters=[1.0, 1.4])
+    fills = drawn(packing).collections[0::2][:9]
+    centres = np.concatenate([[path.vertices[:-1].mean(axis=0) for path in fill.get_paths()] for fill in fills])
+    for x, y in ((0.1, 2.0), (4.1, 2.0), (-3.9, -2.0), (2.0, 6.0)):
+        assert np.min(np.hypot(*(centres - [x, y]).T)) < 0.03
+
+
+def test_contact_lines_cross_the_boundary_from_both_sides():
+    packing = jamlab.Packing("sp", BOX, [[0.2, 1.0], [3.6, 1.0]], {"eps": 1.0}, diameters=[1.0, 1.0])
+    lines = drawn(packing).collections[-1].get_segments()
+    ends = sorted(tuple(np.round(line[:, 0], 9)) for line in lines)
+    assert ends == [(0.2, -0.4), (3.6, 4.2)]
+
+
+def test_droplets_are_filled_to_their_rim():
+    polygon = regular_polygon(12, 1.0)
+    params = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.2, "eta": 0.0, "contact": "outline", "a0": [1.0]}
+    packing = jamlab.Packing("dp", BOX, polygon + 2.0, params, offsets=[0, 12])
+    fill = drawn(packing).collections[0].get_paths()[0].vertices
+    radius = np.hypot(*(polygon[0]))
+    widest = np.hypot(*(fill - [-2.0, -2.0]).T).max()  # the first image drawn lies one cell down and left
+    assert abs(widest - radius - 0.1) < 1e-3
+
+
+def test_states_without_a_value_are_counted_not_drawn():
+    table = {"rho": np.array([0.84, 0.86, 0.88]), "g": np.array([np.nan, 0.1, 0.2])}
+    axes = figures.curve_figure({"dp": table}, "g", "G").axes[0]
+    assert any("1 DP state(s)" in text.get_text() for text in axes.get_legend().get_texts())
+    assert axes.get_xlabel() and axes.get_ylabel() == "G"

@@ -1,0 +1,310 @@
+"""Figures of both papers from tables in which the papers' laws hold, and from tables in which they do not."""
+
+import gzip
+import json
+import re
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import paper_tables
+import pytest
+from typer.testing import CliRunner
+
+from jamlab.cli.main import app
+from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import derive, ensemble, log_edges, near_onset, usual
+from jamlab.figures.papers.tables import Tables, count_voids, read_folder, reference_tables, save
+from jamlab.statistics.bootstrap import Interval
+
+TABLES, states = paper_tables.TABLES, paper_tables.states
+
+
+@cache
+def tables():
+    made = {name: make() for name, make in TABLES.items()}
+
+    def read(name):
+        if name not in made:
+            raise InputError(f"no table {name}")
+        return made[name]
+
+    return Tables(read, {"campaign": "made up"})
+
+
+@cache
+def drawn(name):
+    return gallery.draw(name, tables())
+
+
+def found(name, text):
+    """The one claim of a figure whose quantity begins with the text."""
+    hits = [c for c in drawn(name).claims if c.quantity.startswith(text)]
+    assert len(hits) == 1, [c.quantity for c in drawn(name).claims]
+    return hits[0]
+
+
+# what the figures measure ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("figure", "quantity", "value", "tolerance"),
+    [
+        ("boromand-4", "C of eq 11", 1.21, 1e-3),
+        ("boromand-6", "alpha_0", 0.5, 0.01),
+        ("boromand-6", "beta_0", 0.5, 0.01),
+        ("boromand-8", "P_3 at onset, SP", 0.4, 1e-9),
+        ("boromand-8", "P_5 at onset, DP", 0.2, 1e-9),
+        ("boromand-8", "P_3 for rho > 0.97", 1.0, 1e-9),
+        ("boromand-8", "A of 3-sided voids, rho > 0.97", 4.87, 1e-9),
+        ("boromand-10", "theta: sigma ~ N^-theta, SP", 0.55, 1e-6),
+        ("boromand-10", "onset in the large-N limit, DP", 0.842, 1e-6),
+        ("boromand-11", "omega: drho ~ (A - 1)^omega, small A, SP", 1 / 1.5, 0.01),
+        ("boromand-11", "omega: drho ~ (A - 1)^omega, small A, DP", 1.0, 0.02),
+        ("tables", "z_0, SP(φ)", 3.7, 0.05),
+        ("tables", "G_0, SP(φ)", 0.42, 0.005),
+        ("tables", "z_0, DP(ρ)", 3.3, 0.05),
+        ("tables", "z_1, DP(ρ)", 7.1, 0.1),
+        ("tables", "G_1, DP(ρ)", 1.7, 0.02),
+        ("baumgarten-1", "slope of G'', slow", 1.0, 0.01),
+        ("baumgarten-1", "slope of G', critical", 0.5, 0.02),
+        ("baumgarten-3", "mu", 0.5, 0.02),
+        ("baumgarten-3", "lambda", 1.0, 0.05),
+        ("baumgarten-4", "largest |G''", 0.0, 1e-9),
+        ("baumgarten-4", "exponent of eta_0 in p", 0.5, 0.01),
+        ("baumgarten-4", "exponent of eta_0(beta)", 1.0, 0.01),
+        ("baumgarten-5", "exponent of approach", 0.25, 0.01),
+        ("baumgarten-5", "exponent of sliding", -0.25, 0.01),
+        ("baumgarten-6", "lambda", 1.0, 0.02),
+        ("baumgarten-6", "Delta", 0.5, 0.02),
+        ("baumgarten-6", "d eta_0 / d eta_F", 1e-9, 1e-12),
+        ("baumgarten-7", "l/L, contact", 0.25, 0.01),
+        ("baumgarten-7", "exponent of -ln p", 0.65, 0.02),
+    ],
+)
+def test_figures_measure_what_the_tables_hold(figure, quantity, value, tolerance):
+    c = found(figure, quantity)
+    assert c.value == pytest.approx(value, abs=tolerance)
+    assert c.low - 1e-12 <= c.value <= c.high + 1e-12 or c.high - c.low < 0.05
+
+
+def test_a_table_that_differs_is_told_from_the_paper():
+    other = Tables(lambda name: pd.concat([states(z0=5.0, c=0.9), states("dp")]) if name == "states" else None)
+    by_name = {c.quantity: c for c in gallery.draw("tables", other).claims}
+    assert by_name["z_0, SP(φ)"].value == pytest.approx(5.0, abs=0.1)
+    assert by_name["z_0, SP(φ)"].verdict == "differs: open"
+    assert by_name["G_0, SP(φ)"].agrees
+    c = gallery.draw("boromand-4", other).claims[0]
+    assert c.value == pytest.approx(0.9, abs=1e-3) and c.verdict.startswith("differs: C is 1 at onset")
+
+
+@pytest.mark.parametrize("name", list(gallery.FIGURES))
+def test_every_figure_keeps_what_it_draws(name):
+    drawing = drawn(name)
+    table = drawing.table
+    assert list(table.columns) == ["panel", "series", "x", "y", "low", "high"]
+    assert np.isfinite(table[["x", "y"]].to_numpy()).all() and len(table) > 10
+    assert drawing.claims and drawing.caption
+    lines = sum(len(a.lines) for a in drawing.figure.axes)
+    assert lines >= table.groupby(["panel", "series"]).ngroups > 0
+    for axes in drawing.figure.axes:
+        assert (axes.get_xlabel() and axes.get_ylabel()) or name == "tables"
+
+
+# verdicts -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "relation", "agrees"),
+    [
+        (0.9, 1.1, "=", True),
+        (1.04, 1.1, "=", True),  # within the paper's margin
+        (1.06, 1.1, "=", False),
+        (0.8, 0.94, "=", False),
+        (1.2, 1.3, ">", True),
+        (0.7, 0.9, ">", False),
+        (0.7, 0.9, "<", True),
+        (1.2, 1.3, "<", False),
+    ],
+)
+def test_verdicts(low, high, relation, agrees):
+    c = Claim("f", "q", 0.5 * (low + high), low, high, 1.0, 0.05, relation)
+    assert c.agrees is agrees
+    assert c.verdict == ("agrees" if agrees else "differs: open")
+
+
+def test_a_value_without_interval_is_not_measured_rather_than_right():
+    c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), 1.0, how="one packing")
+    assert not c.agrees and c.verdict == "not measured: too few packings for an interval"
+    assert claim("f", "q", None, 1.0, how="no packing").verdict == "not measured: no packing"
+    assert claim("f", "q", None, 1.0).verdict == "not measured: too few data"
+
+
+# ensembles ------------------------------------------------------------------------------------------------------------
+
+
+def test_distances_are_those_to_the_onset_of_each_packing():
+    d = derive(states())
+    first = d[d["state"] == 0]
+    assert (first[["d_rho", "d_phi", "d_z", "lost"]].abs().to_numpy() < 1e-12).all()
+    # areas: all of the loss of rho against phi goes into the particles
+    last = d[d["state"] == 30].iloc[0]
+    assert last["lost"] == pytest.approx(1 - (last["rho"] / last["phi"]) / 1.0, abs=1e-12)
+    assert derive(d) is d
+
+
+def test_states_without_a_minimum_or_a_backbone_are_left_out():
+    s = states()
+    s.loc[5, "converged"] = False
+    s.loc[7, "z"] = np.nan
+    assert len(derive(s)) == len(s) - 2
+
+
+def test_only_the_usual_protocol_is_drawn():
+    s = states()
+    other = s[s["seed"] == 1].assign(units="k", ensemble="shear-stabilized")
+    assert len(usual(pd.concat([s, other]))) == len(s)
+
+
+def test_bins_that_few_packings_reach_are_left_out():
+    d = derive(states(sizes=(32,)))
+    full = ensemble(d, "sp", 32, "d_phi", "z", near_onset())
+    cut = ensemble(d[(d["d_phi"] < 0.1) | (d["seed"] <= 2)], "sp", 32, "d_phi", "z", near_onset())
+    assert full.y.shape[0] == cut.y.shape[0] == 5
+    assert cut.mean[0].max() < 0.1 < full.mean[0].max()
+    assert ensemble(d, "dp", 32, "d_phi", "z", log_edges(1e-6, 1)).y.shape == (1, 1)
+
+
+def test_voids_are_counted_once():
+    raw = TABLES["voids"]()
+    counted = count_voids(raw)
+    assert counted["voids"].sum() == len(raw)
+    assert counted["shape"].sum() == pytest.approx(raw["shape"].sum())
+    assert counted[counted["onset"]]["voids"].sum() == (raw["state"] == 0).sum()
+
+
+# reference data -------------------------------------------------------------------------------------------------------
+
+
+def test_reference_tables_give_the_same_figures(tmp_path):
+    written = save(tables(), tmp_path / "reference", {"commit": "abc"})
+    assert set(written) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
+    back = read_folder(tmp_path / "reference")
+    assert back.facts == {"commit": "abc"}
+    for name in ("boromand-11", "boromand-8", "baumgarten-5"):
+        for a, b in zip(drawn(name).claims, gallery.draw(name, back).claims, strict=True):
+            assert (b.value, b.low, b.high) == pytest.approx((a.value, a.low, a.high), rel=1e-2, nan_ok=True)
+
+
+def test_reference_tables_are_written_alike_every_time(tmp_path):
+    for folder in ("a", "b"):
+        save(tables(), tmp_path / folder, {})
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+
+
+def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
+    def read(name):
+        if name == "onset":
+            return TABLES["onset"]()
+        raise InputError(f"no table {name}")
+
+    assert set(save(Tables(read), tmp_path, {})) == {"onset"}
+    back = read_folder(tmp_path)
+    assert gallery.draw("boromand-10", back).claims
+    with pytest.raises(StorageError, match=r"spectra.*cannot be read"):
+        gallery.draw("baumgarten-1", back)
+    with pytest.raises(InputError, match="no table has rows"):
+        save(Tables(lambda name: pd.DataFrame()), tmp_path, {})
+
+
+def test_damaged_reference_tables_are_refused(tmp_path):
+    with pytest.raises(StorageError, match=r"reference\.json"):
+        read_folder(tmp_path)
+    save(tables(), tmp_path, {})
+    (tmp_path / "onset.csv.gz").write_bytes(b"no gzip")
+    with pytest.raises(StorageError, match="onset"):
+        gallery.draw("boromand-10", read_folder(tmp_path))
+    (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
+    with pytest.raises(InputError, match="column"):
+        gallery.draw("boromand-10", read_folder(tmp_path))
+
+
+def test_the_reference_data_are_packed_whole_and_small():
+    folder = Path(str(resources.files("jamlab.figures.papers").joinpath("reference")))
+    rows = json.loads((folder / "reference.json").read_text())["rows"]
+    packed = reference_tables()
+    for name, count in rows.items():
+        assert len(getattr(packed, name)) == count > 0
+    assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
+
+
+@pytest.mark.slow
+def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
+    drawings, failures = gallery.write_all(list(gallery.FIGURES), reference_tables(), tmp_path)
+    assert not failures and len(drawings) == len(gallery.FIGURES)
+    measured = [c for d in drawings for c in d.claims if c.measured]
+    assert len(measured) > 60
+
+
+# files, report and command --------------------------------------------------------------------------------------------
+
+
+def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
+    names = ["baumgarten-1", "baumgarten-5", "tables"]
+    drawings, failures = gallery.write_all(names, tables(), tmp_path)
+    assert not failures
+    for name in names:
+        table = pd.read_csv(tmp_path / f"{name}.csv")
+        assert len(table) == len(drawings[names.index(name)].table)
+        assert (tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        assert (tmp_path / f"{name}.pdf").read_bytes()[:5] == b"%PDF-"
+    page = (tmp_path / gallery.REPORT).read_text()
+    assert page.count("data:image/png;base64,") == len(names)
+    assert not re.search(r"(src|href)=\"(?!data:)", page)  # nothing from elsewhere
+    claims = [c for d in drawings for c in d.claims]
+    assert page.count('class="red"') == sum(not c.agrees for c in claims) > 0
+    verdicts = pd.read_csv(tmp_path / gallery.VERDICTS)
+    assert verdicts["verdict"].tolist() == [c.verdict for c in claims]
+
+
+def test_figures_that_the_tables_do_not_give_are_told(tmp_path):
+    some = Tables(lambda name: TABLES["quasistatic"]() if name == "quasistatic" else pd.DataFrame({"sliding": []}))
+    drawings, failures = gallery.write_all(["baumgarten-5", "boromand-8"], some, tmp_path)
+    assert [d.name for d in drawings] == ["baumgarten-5"] and [f.name for f in failures] == ["boromand-8"]
+    assert "Not drawn" in (tmp_path / gallery.REPORT).read_text()
+    with pytest.raises(InputError, match="no figure could be drawn"):
+        gallery.write_all(["boromand-8"], some, tmp_path)
+
+
+def test_command(tmp_path):
+    save(tables(), tmp_path / "reference", {})
+    run = CliRunner()
+    call = ["figure", "baumgarten-5", "--from", str(tmp_path / "reference"), "--out", str(tmp_path / "out")]
+    shown = run.invoke(app, call)
+    assert shown.exit_code == 0
+    assert re.search(
+        r"baumgarten-5: exponent of approach in p = 0\.2\d+ \[0\.2\d+, 0\.2\d+\], paper 0\.25", shown.stdout
+    )
+    assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
+    content = json.loads(run.invoke(app, [*call, "--json"]).stdout)
+    assert [c["verdict"] for c in content["claims"]] == ["agrees"] * 3
+    assert "boromand-11" in run.invoke(app, ["figure", "list"]).stdout
+    assert set(json.loads(run.invoke(app, ["figure", "list", "--json"]).stdout)) == set(gallery.FIGURES)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (["boromand-3"], "no figure boromand-3"),
+        (["boromand-4", "--from", "nowhere"], "nowhere"),
+    ],
+)
+def test_bad_calls_are_refused(call, message):
+    result = CliRunner().invoke(app, ["figure", *call])
+    assert isinstance(result.exception, InputError | StorageError) and re.search(message, str(result.exception))

@@ -1,0 +1,288 @@
+"""Disks cut by their power cells: closed forms, an independent union of polygons, invariance."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from jamlab.errors import InputError
+from jamlab.geometry import power_cells
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.packing.packing import Packing
+
+LARGE = np.diag([20.0, 20.0])
+HEXAGONAL = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
+
+
+def disks(positions, diameters, box=LARGE):
+    positions = np.atleast_2d(positions)
+    return Packing("sp", box, positions, {"eps": 1.0}, diameters=np.broadcast_to(diameters, len(positions)))
+
+
+def segment(radius, height):
+    """Area beyond a chord at the given distance from the centre."""
+    return radius**2 * np.arccos(height / radius) - height * np.sqrt(radius**2 - height**2)
+
+
+def union_of_polygons(packing, clip=None):
+    """Area of the union of the disks drawn as polygons, repeated over the cell; error ~ 1/corners^2 extrapolated."""
+    box, radius = packing.box, 0.5 * packing.diameters
+    layers = [
+        np.arange(-k, k + 1)
+        for k in (int(2 + (2 * radius.max() + box[1, 0]) / box[0, 0]), int(2 + 2 * radius.max() / box[1, 1]))
+    ]
+    shifts = np.stack(np.meshgrid(*layers), axis=-1).reshape(-1, 2) @ box
+    cell = shapely.Polygon([(0, 0), box[0], box[0] + box[1], box[1]])
+    wrapped = packing.positions - np.floor(packing.positions @ np.linalg.inv(box)) @ box
+    centres = (wrapped + shifts[:, None]).reshape(-1, 2)
+    radii = np.tile(radius, len(shifts))
+    areas = []
+    for corners in (256, 512):
+        angle = 2 * np.pi * np.arange(corners) / corners
+        ring = np.column_stack([np.cos(angle), np.sin(angle)])
+        shapes = shapely.polygons(centres[:, None] + radii[:, None, None] * ring)
+        areas.append(shapely.union_all(shapely.intersection(shapes[shapely.intersects(shapes, cell)], cell)).area)
+    return (4 * areas[1] - areas[0]) / 3
+
+
+@st.composite
+def scenes(draw, most=8):
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    n = draw(st.integers(1, most))
+    box = np.array([[1.0, 0.0], [draw(st.sampled_from([0.0, 0.3, 0.5, 0.9])), draw(st.sampled_from([0.7, 1.0]))]])
+    diameters = draw(st.sampled_from([0.3, 0.6, 1.0])) * rng.uniform(0.4, 1.4, n)
+    return disks(rng.random((n, 2)) @ box, diameters, box)
+
+
+# closed forms ---------------------------------------------------------------------------------------------------------
+
+
+def test_free_disk_is_whole():
+    cells = disk_cells(disks([3.0, 4.0], 2.0))
+    np.testing.assert_allclose([cells.area[0], cells.perimeter[0], cells.free_angle[0]], [np.pi, 2 * np.pi, 2 * np.pi])
+    assert (cells.arc_from.tolist(), cells.arc_to.tolist(), len(cells.chord_i)) == ([-1], [-1], 0)
+
+
+def test_two_equal_disks_share_their_lens():
+    cells = disk_cells(disks([[0.0, 0.0], [1.0, 0.0]], 2.0))  # R = r = 1: lens 2 pi/3 - sqrt(3)/2
+    np.testing.assert_allclose(cells.area, np.pi - (np.pi / 3 - np.sqrt(3) / 4), rtol=1e-15)
+    np.testing.assert_allclose(cells.perimeter, 4 * np.pi / 3 + np.sqrt(3), rtol=1e-15)
+    np.testing.assert_allclose(cells.chord_length, np.sqrt(3), rtol=1e-15)
+    np.testing.assert_array_equal(cells.chord_normal, [[1, 0], [-1, 0]])
+
+
+@pytest.mark.parametrize(("r", "height"), [(1.5, 1.0), (1.2, 0.78541666666667), (0.8, 0.55625), (0.52, 0.0)])
+def test_two_unequal_disks(r, height):
+    small, large = 0.5, 1.0
+    h_large = (r**2 + large**2 - small**2) / (2 * r)  # beyond r for a centre that is cut off
+    cells = disk_cells(disks([[0.0, 0.0], [0.0, r]], [2 * large, 2 * small]))
+    expected = [np.pi * large**2, np.pi * small**2]
+    if r < large + small:
+        expected -= np.array([segment(large, h_large), segment(small, r - h_large)])
+    np.testing.assert_allclose(cells.area, expected, rtol=1e-14)
+
+
+def test_centre_beyond_the_chord_has_negative_height():
+    cells = disk_cells(disks([[0.0, 0.0], [0.0, 0.6]], [2.0, 1.0]))
+    assert cells.chord_height[1] < 0 < cells.area[1] < np.pi / 8
+    np.testing.assert_allclose(cells.chord_height.sum(), 0.6, rtol=1e-14)
+
+
+def test_three_disks_around_a_reuleaux_triangle():
+    triangle = [[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]]
+    cells = disk_cells(disks(triangle, 2.0))
+    np.testing.assert_allclose(cells.area, (3 * np.pi / 2 + np.sqrt(3)) / 3, rtol=1e-14)
+    np.testing.assert_allclose(cells.chord_length, np.sqrt(0.75) + np.sqrt(1 / 3) - np.sqrt(1 / 12), rtol=1e-14)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.5, 0.51, 0.53, 0.56, 1 / np.sqrt(3), 0.6, 1.0, 3.0])
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
+    corner = np.stack(np.meshgrid(np.arange(repeat), np.arange(repeat)), axis=-1).reshape(-1, 2) @ HEXAGONAL
+    cells = disk_cells(disks(corner, 2 * radius, repeat * HEXAGONAL))
+    if radius <= 0.5:
+        area, perimeter = np.pi * radius**2, 2 * np.pi * radius
+    elif radius < 1 / np.sqrt(3):
+        alpha = np.arccos(0.5 / radius)
+        area = np.pi * radius**2 - 6 * segment(radius, 0.5)
+        perimeter = radius * (2 * np.pi - 12 * alpha) + 12 * radius * np.sin(alpha)
+    else:
+        area, perimeter = np.sqrt(0.75), 2 * np.sqrt(3)
+    np.testing.assert_allclose(cells.area, area, rtol=1e-13)
+    np.testing.assert_allclose(cells.perimeter, perimeter, rtol=1e-7 if radius == 1 / np.sqrt(3) else 1e-13)
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.55, 0.7, 0.71, 2.0])
+def test_square_lattice_of_one_disk_and_its_images(radius):
+    cells = disk_cells(disks([0.3, 0.9], 2 * radius, np.eye(2)))
+    covered = radius >= np.sqrt(0.5)
+    np.testing.assert_allclose(cells.area, 1.0 if covered else np.pi * radius**2 - 4 * segment(radius, 0.5), rtol=1e-13)
+    assert (cells.free_angle[0] < 1e-12) == covered
+
+
+# edges of the definition ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("x", [0.0, 0.1, 0.5, 0.5 - 1e-17])
+def test_nested_disk_has_no_cell(x):
+    cells = disk_cells(disks([[x, 0.0], [0.0, 0.0]], [1.0, 2.0]))  # x = 0.5 touches from inside
+    np.testing.assert_allclose(cells.area, [0.0, np.pi], rtol=1e-14)
+    np.testing.assert_array_equal(cells.perimeter[0], 0.0)
+    assert len(cells.chord_i) == 0
+
+
+def test_disk_inside_the_image_of_another():
+    cells = disk_cells(disks([[0.1, 0.1], [19.9, 19.9]], [0.5, 2.0]))
+    np.testing.assert_allclose(cells.area, [0.0, np.pi], rtol=1e-14)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-17, 1e-15])
+def test_disks_that_touch_are_whole(gap):
+    cells = disk_cells(disks([[0.0, 0.0], [1.2 - gap, 0.0]], [1.0, 1.4]))
+    np.testing.assert_allclose(cells.area, np.pi / 4 * np.array([1.0, 1.96]), rtol=1e-14)
+
+
+def test_of_coincident_disks_the_lowest_index_keeps_its_cell():
+    cells = disk_cells(disks([[1.0, 1.0], [2.0, 1.0], [2.0, 1.0], [2.0, 1.0]], 2.0))
+    pair = disk_cells(disks([[1.0, 1.0], [2.0, 1.0]], 2.0))
+    np.testing.assert_array_equal(cells.area, [*pair.area, 0.0, 0.0])
+    np.testing.assert_array_equal(cells.chord_length, pair.chord_length)
+
+
+@pytest.mark.parametrize("offset", [1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-16, 1e-30])
+def test_nearly_coincident_disks(offset):
+    cells = disk_cells(disks([[0.0, 0.0], [offset, 0.0]], 2.0))
+    union = np.pi + 2 * np.arcsin(offset / 2) + offset * np.sqrt(1 - offset**2 / 4)
+    np.testing.assert_allclose(cells.area.sum(), union, rtol=1e-14)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1, 0.7, 2.0, 3.0])
+def test_circles_through_the_same_two_points(angle):
+    """The disk in the middle is covered by the outer two: all three radical lines coincide."""
+    x = np.array([-0.7, 0.1, 0.9])
+    centres = np.column_stack([x * np.cos(angle), x * np.sin(angle)])
+    diameters = 2 * np.hypot(x, 0.5)
+    three, two = disk_cells(disks(centres, diameters)), disk_cells(disks(centres[::2], diameters[::2]))
+    np.testing.assert_allclose(three.area, [two.area[0], 0.0, two.area[1]], atol=1e-13)
+    np.testing.assert_allclose(three.perimeter, [two.perimeter[0], 0.0, two.perimeter[1]], atol=1e-6)
+    assert not three.chord_length[three.chord_i == 1].any()
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-16, 3e-16, 1e-15, 1e-13, 1e-10])
+def test_nearly_coincident_radical_lines_are_counted_once(shift):
+    centres = np.array([[0.0, 0.0], [1.0, 0.3], [2.0, 0.6 + shift]])
+    diameters = 2 * np.hypot(np.hypot(centres[:, 0], centres[:, 1]) - 0.8, 0.5)
+    for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0]):
+        cells = disk_cells(disks(centres[order], diameters[order]))
+        outer = disk_cells(disks(centres[::2], diameters[::2]))
+        np.testing.assert_allclose(cells.area.sum(), outer.area.sum(), atol=1e-9)
+
+
+def test_polygons_are_refused():
+    ring = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": [0.5]}
+    with pytest.raises(InputError, match="model dp"):
+        disk_cells(Packing("dp", LARGE, ring, law, offsets=[0, 3]))
+
+
+# independent checks ---------------------------------------------------------------------------------------------------
+
+
+@given(scenes())
+@settings(max_examples=25, deadline=None)
+def test_sum_of_areas_is_the_union(packing):
+    np.testing.assert_allclose(disk_cells(packing).area.sum(), union_of_polygons(packing), atol=3e-6)
+
+
+def test_each_cell_is_the_disk_clipped_by_its_radical_lines():
+    rng = np.random.default_rng(5)
+    x, radius = rng.random((12, 2)) * 2 + 9, rng.uniform(0.3, 0.7, 12)
+    angle = 2 * np.pi * np.arange(4096) / 4096
+    cells = disk_cells(disks(x, 2 * radius))
+    for i in range(12):
+        shape = shapely.Polygon(x[i] + radius[i] * np.column_stack([np.cos(angle), np.sin(angle)]))
+        for j in np.delete(np.arange(12), i):
+            # keep |y - x_i|^2 - R_i^2 < |y - x_j|^2 - R_j^2
+            normal = (x[j] - x[i]) / np.hypot(*(x[j] - x[i]))
+            foot = x[i] + normal * ((x[j] - x[i]) @ (x[j] - x[i]) + radius[i] ** 2 - radius[j] ** 2) / (
+                2 * np.hypot(*(x[j] - x[i]))
+            )
+            along = 10 * np.array([-normal[1], normal[0]])
+            shape = shape.intersection(
+                shapely.Polygon([foot - along, foot + along, foot + along - 10 * normal, foot - along - 10 * normal])
+            )
+        np.testing.assert_allclose([cells.area[i], cells.perimeter[i]], [shape.area, shape.length], atol=1e-5)
+
+
+@given(scenes())
+@settings(max_examples=25, deadline=None)
+def test_free_arcs_are_the_growth_of_the_union(packing):
+    """d(area of the union) = sum(R Theta) dR when all radii grow by dR."""
+    step = 1e-5
+    grown, shrunk = (
+        disk_cells(packing.with_state(diameters=packing.diameters + s)).area.sum() for s in (2 * step, -2 * step)
+    )
+    free = disk_cells(packing).free_angle
+    assume(abs(grown - 2 * disk_cells(packing).area.sum() + shrunk) < 1e-8)  # no arc appears or vanishes in between
+    np.testing.assert_allclose((grown - shrunk) / (2 * step), 0.5 * packing.diameters @ free, atol=1e-4)
+
+
+@given(scenes())
+@settings(max_examples=25, deadline=None)
+def test_free_arcs_join_into_closed_loops(packing):
+    """An arc that ends on the chord of i towards j goes on along j, from the chord towards i."""
+    cells = disk_cells(packing)
+    cut = cells.arc_from >= 0
+
+    def places(angle):
+        radius = 0.5 * packing.diameters[cells.arc_i[cut]]
+        x = packing.positions[cells.arc_i[cut]] + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        return x @ np.linalg.inv(packing.box)
+
+    start, end = places(cells.arc_start[cut]), places((cells.arc_start + cells.arc_angle)[cut])
+    apart = start[None] - end[:, None]
+    apart = np.abs(apart - np.rint(apart)).max(axis=2)
+    follows = (cells.chord_j[cells.arc_to[cut]][:, None] == cells.arc_i[cut]) & (
+        cells.arc_i[cut][:, None] == cells.chord_j[cells.arc_from[cut]]
+    )
+    assert (np.count_nonzero(follows & (apart < 1e-7), axis=1) >= 1).all()
+    assert (cells.arc_i[cut] == cells.chord_i[cells.arc_from[cut]]).all()
+    assert (cells.arc_i[cut] == cells.chord_i[cells.arc_to[cut]]).all()
+
+
+@given(scenes())
+@settings(max_examples=25, deadline=None)
+def test_both_sides_of_a_chord_have_the_same_length(packing):
+    cells = disk_cells(packing)
+    matrix = np.zeros((packing.n, packing.n))
+    np.add.at(matrix, (cells.chord_i, cells.chord_j), cells.chord_length)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-9)
+
+
+# invariance -----------------------------------------------------------------------------------------------------------
+
+
+@given(scenes(), st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_areas_do_not_depend_on_origin_image_order_or_lattice_vectors(packing, seed):
+    rng = np.random.default_rng(seed)
+    cells = disk_cells(packing)
+    images = rng.integers(-3, 4, (packing.n, 2)) @ packing.box
+    order = rng.permutation(packing.n)
+    others = [
+        (packing.with_state(positions=packing.positions + rng.normal(size=2)), np.arange(packing.n)),
+        (packing.with_state(positions=packing.positions + images), np.arange(packing.n)),
+        (packing.with_state(positions=packing.positions[order], diameters=packing.diameters[order]), order),
+        (packing.with_state(box=packing.box + np.outer([0, 1], [rng.integers(-4, 5), 0])), np.arange(packing.n)),
+    ]
+    for other, index in others:
+        np.testing.assert_allclose(disk_cells(other).area, cells.area[index], atol=1e-12)
+
+
+def test_blocks_of_tests_do_not_change_the_result(monkeypatch):
+    rng = np.random.default_rng(3)
+    packing = disks(rng.random((40, 2)), 0.4, np.eye(2))
+    whole = disk_cells(packing)
+    monkeypatch.setattr(power_cells, "BLOCK", 37)
+    np.testing.assert_array_equal(disk_cells(packing).chord_length, whole.chord_length)

@@ -1,0 +1,387 @@
+"""Voids between disks: closed forms, the torus, degenerate input; a raster and an integral know nothing of loops."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from jamlab.errors import InputError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics, without_rattlers
+from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
+from jamlab.packing.packing import Packing
+
+HEXAGONAL = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
+LARGE = np.diag([20.0, 20.0])
+TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
+
+
+def disks(positions, diameters, box=LARGE):
+    positions = np.atleast_2d(positions)
+    return Packing("sp", np.asarray(box), positions, {"eps": 1.0}, diameters=np.broadcast_to(diameters, len(positions)))
+
+
+def scene(seed, most=25):
+    rng = np.random.default_rng(seed)
+    n = rng.integers(1, most)
+    box = np.array([[1.0, 0.0], [rng.uniform(-2, 2), rng.uniform(0.3, 2)]])
+    return disks(rng.random((n, 2)) @ box, rng.choice([0.05, 0.1, 0.2, 0.35, 0.6]) * rng.uniform(0.5, 1.4, n), box)
+
+
+def jammed(seed, n, phi):
+    """Bidisperse disks on random places, pushed apart by a few steps of steepest descent: overlaps of all orders."""
+    rng = np.random.default_rng(seed)
+    diameters = np.where(np.arange(n) % 2, 1.0, 1.4)
+    side = np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi)
+    x, s = rng.random((n, 2)) * side, 0.5 * (diameters[:, None] + diameters)
+    for _ in range(300):
+        r = x[:, None] - x
+        r -= side * np.rint(r / side)
+        d = np.hypot(r[..., 0], r[..., 1]) + np.eye(n)
+        x += 0.2 * np.einsum("ij,ijk->ik", np.maximum(1 - d / s, 0) / d * (1 - np.eye(n)), r)
+    return disks(x, diameters, np.eye(2) * side)
+
+
+def check_sum(packing, found, tolerance=1e-12):
+    rho = packing_fraction(packing, "cells")
+    np.testing.assert_allclose(found.area.sum() / packing.area + rho, 1.0, rtol=0, atol=tolerance)
+    for values in (found.area, found.perimeter, found.shape, found.centroid[found.percolating == 0]):
+        assert np.isfinite(values).all()
+    assert (found.area > 0).all() and (found.shape >= 1 - 1e-9)[found.percolating == 0].all()
+
+
+# closed forms ---------------------------------------------------------------------------------------------------------
+
+
+def test_three_touching_disks_enclose_a_plateau_border():
+    found = voids(disks(TRIANGLE + 3, 1.0))
+    inner = found.percolating == 0
+    np.testing.assert_array_equal([found.sides[inner], found.islands[inner]], [[3], [0]])
+    np.testing.assert_allclose(found.area[inner], (np.sqrt(3) - np.pi / 2) / 4, rtol=1e-13)
+    np.testing.assert_allclose(found.perimeter[inner], np.pi / 2, rtol=1e-13)
+    np.testing.assert_allclose(found.shape[inner], np.pi / (4 * np.sqrt(3) - 2 * np.pi), atol=1e-10, rtol=0)
+    np.testing.assert_allclose(PLATEAU_BORDER, 4.8706, atol=5e-5)
+    np.testing.assert_allclose(found.centroid[inner], [TRIANGLE.mean(axis=0) + 3], rtol=1e-13)
+
+
+@pytest.mark.parametrize("gap", [-1e-15, -1e-13, 0.0, 1e-16, 1e-13])
+def test_disks_touch_within_rounding(gap):
+    found = voids(disks(TRIANGLE * (1 + gap) + 3, 1.0))
+    np.testing.assert_allclose(found.shape.max(), PLATEAU_BORDER, rtol=1e-5 if gap == -1e-13 else 1e-6)
+
+
+def test_disks_apart_enclose_nothing():
+    found = voids(disks(TRIANGLE * 1.001 + 3, 1.0))
+    assert (found.percolating.tolist(), found.islands.tolist()) == ([2], [3])
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.51, 0.53, 0.56, 0.577, 1 / np.sqrt(3), 0.578, 0.7])
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
+    corners = np.stack(np.meshgrid(np.arange(repeat), np.arange(repeat)), axis=-1).reshape(-1, 2) @ HEXAGONAL
+    found = voids(disks(corners + 0.1, 2 * radius, repeat * HEXAGONAL))
+    if radius >= 1 / np.sqrt(3):
+        assert len(found.area) == 0
+        return
+    alpha = np.arccos(0.5 / radius)
+    covered = np.pi * radius**2 - 6 * (radius**2 * alpha - 0.5 * radius * np.sin(alpha))
+    np.testing.assert_array_equal(found.sides, np.full(2 * repeat**2, 3))
+    np.testing.assert_allclose(found.area, (np.sqrt(0.75) - covered) / 2, rtol=1e-10, atol=1e-15)
+    np.testing.assert_allclose(found.perimeter, radius * (np.pi - 6 * alpha), rtol=1e-12)
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.55, 0.6, 0.7])
+def test_square_lattice_of_a_disk_larger_than_half_the_box(radius):
+    found = voids(disks([0.3, 0.9], 2 * radius, np.eye(2)))
+    alpha = np.arccos(0.5 / radius)
+    covered = np.pi * radius**2 - 4 * (radius**2 * alpha - 0.5 * radius * np.sin(alpha))
+    np.testing.assert_array_equal(found.sides, [4])
+    np.testing.assert_allclose(found.area, 1 - covered, rtol=1e-12)
+    np.testing.assert_allclose(found.perimeter, radius * (2 * np.pi - 8 * alpha), rtol=1e-12)
+    np.testing.assert_allclose(found.centroid, [[0.8, 0.4]], rtol=1e-12)
+
+
+@pytest.mark.parametrize("radius", [np.sqrt(0.5), 0.75, 3.0])
+def test_covered_cell_has_no_voids(radius):
+    """sqrt(1/2): four disks meet in one point."""
+    found = voids(disks([0.3, 0.9], 2 * radius, np.eye(2)))
+    assert [len(a) for a in (found.sides, found.area, found.shape, found.centroid)] == [0, 0, 0, 0]
+
+
+# the torus ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_free_disks_float_in_one_void(n):
+    found = voids(disks(np.array([[1.0, 1.0], [1.5, 9.0], [9.0, 1.3], [14.0, 14.0]])[:n], 2.0))
+    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[n], [n], [2]]
+    np.testing.assert_allclose([found.area[0], found.perimeter[0]], [400 - n * np.pi, 2 * np.pi * n], rtol=1e-13)
+    assert np.isnan(found.centroid).all()
+
+
+def test_row_of_touching_disks_leaves_a_strip():
+    found = voids(disks([0.3, 0.9], 1.0, [[1.0, 0.0], [0.0, 3.0]]))
+    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[1], [0], [1]]
+    np.testing.assert_allclose([found.area[0], found.perimeter[0]], [3 - np.pi / 4, np.pi], rtol=1e-13)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3, 1.0, -2.0])
+@pytest.mark.parametrize("d", [1.0, 1.1])
+def test_two_rows_divide_the_torus_in_two_strips(tilt, d):
+    """Where disks just touch, the strip of either side comes to the same point, which lies opposite to a disk."""
+    box = [[1.0, 0.0], [tilt, 3.0]]
+    found = voids(disks([[0.3, 0.9], [0.8, 2.0]], d, box))
+    assert found.percolating.tolist() == [1, 1]
+    between = np.sort(found.area)
+    half_lens = 0.25 * d**2 * np.arccos(1 / d) - 0.25 * np.sqrt(d**2 - 1)
+    np.testing.assert_allclose(between.sum(), 3 - 2 * (np.pi * 0.25 * d**2 - 2 * half_lens), rtol=1e-13)
+    np.testing.assert_allclose(np.diff(between), 0.8, rtol=1e-12)  # rows 1.1 and 1.9 apart, otherwise alike
+
+
+def test_island_in_a_strip():
+    found = voids(disks([[0.3, 0.9], [0.8, 2.4]], [1.0, 0.5], [[1.0, 0.0], [0.0, 3.0]]))
+    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[2], [1], [1]]
+    check_sum(disks([[0.3, 0.9], [0.8, 2.4]], [1.0, 0.5], [[1.0, 0.0], [0.0, 3.0]]), found)
+
+
+@pytest.mark.parametrize("place", [[0.8, 0.4], [0.81, 0.39], [-3.2, 5.4]])
+def test_rattler_in_a_cage_is_an_island(place):
+    packing = disks([[0.3, 0.9], place], [1.02, 0.35], np.eye(2))
+    found, cage = voids(packing), voids(disks([0.3, 0.9], 1.02, np.eye(2)))
+    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[4], [1], [0]]
+    np.testing.assert_allclose(found.area, cage.area - np.pi * 0.175**2, rtol=1e-12)
+    np.testing.assert_allclose(found.perimeter, cage.perimeter + np.pi * 0.35, rtol=1e-12)
+    wrapped = np.mod(place, 1.0)
+    centre = (cage.centroid[0] * cage.area[0] - wrapped * np.pi * 0.175**2) / found.area[0]
+    np.testing.assert_allclose(found.centroid[0], centre, rtol=1e-11)
+
+
+def test_rattler_that_touches_one_particle_is_one_more_side():
+    packing = disks([[0.3, 0.9], [0.66, 0.54]], [1.02, 0.06], np.eye(2))
+    found = voids(packing)
+    assert [a.tolist() for a in (found.sides, found.islands, found.percolating)] == [[5], [0], [0]]
+
+
+def test_clusters_with_voids_inside_float_in_a_void():
+    packing = disks(np.concatenate([TRIANGLE + 3, TRIANGLE + 12]), 1.05)
+    found = voids(packing)
+    order = np.argsort(found.area)
+    np.testing.assert_array_equal(found.sides[order], [3, 3, 6])
+    np.testing.assert_array_equal(found.islands[order], [0, 0, 2])
+    np.testing.assert_array_equal(found.percolating[order], [0, 0, 2])
+    check_sum(packing, found)
+
+
+# degenerate input -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-16, 1e-12, 1e-8])
+def test_coincident_disks_count_once(offset):
+    box = np.eye(2)
+    found = voids(disks([[0.3, 0.9], [0.3 + offset, 0.9]], 1.1, box))
+    single = voids(disks([0.3, 0.9], 1.1, box))
+    assert len(found.area) == 1
+    np.testing.assert_allclose(found.area, single.area, atol=1e-7)
+    assert offset > 1e-10 or found.sides[0] == 4
+
+
+def test_disk_that_touches_another_from_inside():
+    packing = disks([[3.0, 3.0], [3.5, 3.0]], [2.0, 1.0])
+    found = voids(packing)
+    np.testing.assert_allclose([found.area[0], found.perimeter[0]], [400 - np.pi, 2 * np.pi], rtol=1e-13)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 8])
+@pytest.mark.parametrize("regular", [True, False])
+def test_circles_through_one_point(count, regular):
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        turn = 2 * np.pi * np.arange(count) / count
+        centres = 0.8 * np.column_stack([np.cos(turn), np.sin(turn)]) if regular else rng.normal(size=(count, 2))
+        packing = disks(centres + rng.uniform(5, 6), 2 * np.hypot(*centres.T))
+        check_sum(packing, voids(packing))
+
+
+def test_lattice_points_with_all_degeneracies_at_once():
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        n = rng.integers(1, 20)
+        packing = disks(rng.integers(0, 8, (n, 2)) / 4, rng.choice([0.25, 0.5, 1.0, 1.25], n), 2 * np.eye(2))
+        check_sum(packing, voids(packing))
+
+
+def test_disk_of_no_size_is_refused():
+    with pytest.raises(InputError, match=r"diameters\[1\] is 0"):
+        disks([[0.0, 0.0], [1.0, 1.0]], [1.0, 0.0])
+
+
+# independent checks ---------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_voids_and_disks_fill_the_cell(seed):
+    packing = scene(seed)
+    check_sum(packing, voids(packing))
+
+
+def uncovered_by_lines(packing):
+    """Uncovered area of a square cell, line by line: exact along x, Gauss-Legendre between all heights where it kinks.
+
+    Between the tops, bottoms and crossings of circles the uncovered length is smooth but for square roots at the ends,
+    which y = middle + half sin(t) takes away.
+    """
+    side, radius = packing.box[0, 0], np.tile(0.5 * packing.diameters, 25)
+    moves = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2) * side
+    x = (np.mod(packing.positions, side)[None] + moves[:, None]).reshape(-1, 2)
+    near = (np.abs(x - side / 2) < side / 2 + 2 * radius.max()).all(axis=1)
+    x, radius = x[near], radius[near]
+    i, j = np.triu_indices(len(x), 1)
+    r = x[j] - x[i]
+    d = np.hypot(*r.T)
+    h = (d**2 + radius[i] ** 2 - radius[j] ** 2) / (2 * d)
+    k = np.flatnonzero(np.abs(h) < radius[i])
+    half = np.sqrt(radius[i] ** 2 - h**2, where=np.abs(h) < radius[i], out=np.zeros_like(h))[k]
+    foot, across = (x[i, 1] + h * r[:, 1] / d)[k], half * r[k, 0] / d[k]
+    kinks = np.concatenate([[0, side], x[:, 1] - radius, x[:, 1] + radius, foot - across, foot + across])
+    kinks = np.unique(kinks[(kinks >= 0) & (kinks <= side)])
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    middle, length = 0.5 * (kinks[1:] + kinks[:-1]), 0.5 * np.diff(kinks)
+    y = (middle[:, None] + length[:, None] * np.sin(nodes * np.pi / 2)).ravel()
+    w = (length[:, None] * weights * np.pi / 2 * np.cos(nodes * np.pi / 2)).ravel()
+    square = radius**2 - (y[:, None] - x[:, 1]) ** 2
+    reach = np.sqrt(np.maximum(square, 0))
+    low = np.where(square > 0, np.clip(x[:, 0] - reach, 0, side), 0)
+    high = np.where(square > 0, np.clip(x[:, 0] + reach, 0, side), 0)
+    order = np.argsort(low, axis=1)
+    low, high = np.take_along_axis(low, order, 1), np.take_along_axis(high, order, 1)
+    reached = np.maximum.accumulate(np.column_stack([np.zeros(len(y)), high]), axis=1)
+    gaps = np.maximum(np.column_stack([low, np.full(len(y), side)]) - reached, 0).sum(axis=1)
+    return gaps @ w
+
+
+@pytest.mark.parametrize("phi", [0.84, 0.95, 1.05, 1.15, 1.3])
+def test_rho_and_voids_against_an_integral_over_lines(phi):
+    packing = jammed(int(100 * phi), 16, phi)
+    expected = uncovered_by_lines(packing) / packing.area
+    np.testing.assert_allclose(voids(packing).area.sum() / packing.area, expected, atol=1e-10)
+    np.testing.assert_allclose(1 - packing_fraction(packing), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize(("n", "phi"), [(20, 0.4), (30, 0.9), (40, 1.2), (50, 1.5)])
+def test_voids_against_a_raster(n, phi):
+    """Connected white pixels of a picture, joined across the boundary."""
+    pixels = 1500
+    for seed in range(100):
+        d = np.where(np.arange(n) % 2, 1.0, 1.4)
+        side = np.sqrt(np.pi / 4 * np.sum(d**2) / phi)
+        packing = disks(np.random.default_rng(seed).random((n, 2)) * side, d, np.eye(2) * side)
+        counts = {len(voids(packing.with_state(diameters=d + s * side / pixels)).area) for s in (-3, -1, 0, 1, 3)}
+        if len(counts) == 1:  # no neck or void is as narrow as a few pixels
+            break
+    grid = (np.arange(pixels) + 0.5) * side / pixels
+    white = np.ones((pixels, pixels), dtype=bool)
+    for centre, d in zip(packing.positions, packing.diameters, strict=True):
+        dx, dy = (grid - c - side * np.rint((grid - c) / side) for c in centre)
+        white &= dx[None] ** 2 + dy[:, None] ** 2 > d**2 / 4
+    label, count = ndimage.label(white)
+    graph = np.arange(count + 1)
+    for a, b in ((label[0], label[-1]), (label[:, 0], label[:, -1])):
+        for one, two in set(zip(a[(a > 0) & (b > 0)].tolist(), b[(a > 0) & (b > 0)].tolist(), strict=True)):
+            graph[graph == graph[two]] = graph[one]
+    pixel = (side / pixels) ** 2
+    areas = np.bincount(graph[label[label > 0]]) * pixel
+    areas, found = np.sort(areas[areas > 30 * pixel]), voids(packing)  # single pixels come off in sharp corners
+    assert len(counts) == 1 and len(areas) == len(found.area) > 0
+    np.testing.assert_allclose(np.sort(found.area), areas, rtol=1e-3, atol=10 * pixel)
+
+
+# invariance -----------------------------------------------------------------------------------------------------------
+
+
+def table(found):
+    """Voids in an order of their own: by area."""
+    order = np.lexsort((found.perimeter, np.round(found.area, 9)))
+    keys = (found.sides, found.percolating, found.islands, found.area, found.perimeter)
+    return np.column_stack(keys)[order]
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_voids_do_not_depend_on_origin_image_order_or_lattice_vectors(seed):
+    packing, rng = scene(seed), np.random.default_rng(seed)
+    expected = table(voids(packing))
+    order = rng.permutation(packing.n)
+    for other in (
+        packing.with_state(positions=packing.positions + rng.normal(size=2)),
+        packing.with_state(positions=packing.positions + rng.integers(-3, 4, (packing.n, 2)) @ packing.box),
+        packing.with_state(positions=packing.positions[order], diameters=packing.diameters[order]),
+        packing.with_state(box=packing.box + np.outer([0, 1], [rng.integers(-4, 5), 0])),
+        packing.with_state(positions=packing.positions * 3, diameters=packing.diameters * 3, box=packing.box * 3),
+    ):
+        scale = packing.area / other.area
+        got = table(voids(other)) * [1, 1, 1, scale, np.sqrt(scale)]
+        np.testing.assert_allclose(got, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 2.5])
+def test_rotation(angle):
+    cluster = np.random.default_rng(2).random((60, 2)) * 6
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    one, other = (voids(disks(x + 10, 1.0, 30 * np.eye(2))) for x in (cluster, cluster @ turn))
+    assert len(one.area) > 2
+    np.testing.assert_allclose(table(other), table(one), atol=1e-10)
+
+
+def test_shear_leaves_the_sum():
+    packing = jammed(3, 20, 0.95)
+    for gamma in (0.1, 0.7, 1.3):
+        shear = np.array([[1.0, 0.0], [gamma, 1.0]])
+        sheared = packing.with_state(positions=packing.positions @ shear, box=packing.box @ shear)
+        check_sum(sheared, voids(sheared))
+
+
+# statistics -----------------------------------------------------------------------------------------------------------
+
+
+def test_probabilities_add_up_and_open_voids_are_counted_apart():
+    crystal = voids(disks([0.2, 0.1], 1.02, HEXAGONAL))
+    lattice = voids(disks([0.3, 0.9], 1.02, np.eye(2)))
+    open_void = voids(disks([3.0, 3.0], 1.0))
+    total = void_statistics(crystal, lattice, open_void)
+    assert (total.sides.tolist(), total.number.tolist(), total.percolating) == ([3, 4], [2, 1], 1)
+    np.testing.assert_allclose(total.probability, [2 / 3, 1 / 3], rtol=1e-14)
+    np.testing.assert_allclose(total.area, [crystal.area.mean(), lattice.area[0]], rtol=1e-12)
+    np.testing.assert_allclose(total.plateau, crystal.shape[0] / PLATEAU_BORDER, rtol=1e-12)
+    assert np.isnan(void_statistics(lattice).plateau)
+
+
+def test_touching_crystal_is_all_plateau_borders():
+    assert void_statistics(voids(disks([0.2, 0.1], 1.0, HEXAGONAL))).plateau == pytest.approx(1.0, rel=1e-10)
+
+
+def test_size_distribution_integrates_to_one():
+    found = voids(jammed(1, 40, 1.0))
+    edges, density = size_distribution(found, bins=7)
+    np.testing.assert_allclose(density @ np.diff(edges), 1.0, rtol=1e-12)
+    with pytest.raises(InputError, match="bins is 0"):
+        size_distribution(found, bins=0)
+    with pytest.raises(InputError, match=r"1 void\(s\)"):
+        size_distribution(voids(disks([0.3, 0.9], 1.02, np.eye(2))))
+    with pytest.raises(InputError, match="no voids"):
+        void_statistics()
+
+
+def test_isostatic_network_has_its_faces(sp_jammed):
+    """Without rattlers, Euler on the torus: N' - N_c + faces = 0, so that the mean number of sides is 2 N_c/faces."""
+    from jamlab.geometry.contact_network import contacts
+
+    network, found = contacts(sp_jammed), voids(without_rattlers(sp_jammed))
+    assert len(found.area) == network.count - network.backbone
+    assert found.sides.sum() == 2 * network.count and not found.islands.any()
+
+
+def test_packing_without_forces_has_nothing_left():
+    with pytest.raises(InputError, match="rattler"):
+        without_rattlers(disks([3.0, 3.0], 1.0))

@@ -1,0 +1,260 @@
+"""HDF5 files: every bit comes back, MDAnalysis reads them, errors tell what to do."""
+
+import os
+from dataclasses import fields
+
+import h5py
+import MDAnalysis
+import numpy as np
+import pytest
+
+from jamlab.errors import InputError, StorageError
+from jamlab.packing.hdf5 import SCHEMA_VERSION, read, read_all, read_observables, write
+from jamlab.packing.lammps_files import write_dump
+from jamlab.packing.packing import Packing
+
+BOX = np.array([[3.3, 0.0], [0.37, 2.9]])
+LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1 / 3, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+
+
+def disks(seed=0, box=BOX, **changes):
+    rng = np.random.default_rng(seed)
+    values = {"params": {"eps": 0.1}, "diameters": np.array([1, 1.4, 1, 1.4, 1]) / 1.2} | changes
+    return Packing("sp", box, rng.uniform(-4, 4, (5, 2)), **values)
+
+
+def polygons(seed=0, box=BOX, sides=(5, 7), **changes):
+    rng = np.random.default_rng(seed)
+    rings = []
+    for centre, nv in zip(((0.1, 0.1), (3.2, 2.8)), sides, strict=True):  # both cross the edge of the box
+        angle = 2 * np.pi * np.arange(nv) / nv
+        rings.append(centre + 0.4 * np.column_stack([np.cos(angle), np.sin(angle)]) + rng.uniform(-0.05, 0.05, (nv, 2)))
+    values = {"params": LAW | {"a0": np.array([0.5, 0.4]) / 3}, "offsets": np.cumsum([0, *sides])} | changes
+    return Packing("dp", box, np.concatenate(rings), **values)
+
+
+def sweep(make):
+    """Three frames in boxes sheared one way, the other way, and by more than the box is wide."""
+    return [make(k, box=np.array([[3.3 - k / 7, 0.0], [tilt, 2.9]])) for k, tilt in enumerate((0.37, -1.1, 5.3))]
+
+
+def assert_same_bits(a, b):
+    if isinstance(a, dict):
+        assert type(b) is dict and a.keys() == b.keys()
+        for key in a:
+            assert_same_bits(a[key], b[key])
+    elif isinstance(a, np.ndarray):
+        assert isinstance(b, np.ndarray)
+        assert (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
+    else:
+        assert type(a) is type(b) and a == b
+
+
+def assert_same(a, b):
+    for field in fields(Packing):
+        assert_same_bits(getattr(a, field.name), getattr(b, field.name))
+
+
+# what goes in comes out -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_every_frame_comes_back_bit_for_bit(tmp_path, make):
+    frames = sweep(make)
+    write(tmp_path / "run.h5", frames)
+    assert_same(read(tmp_path / "run.h5"), frames[-1])
+    for k in (0, 1, 2, -3, -2):
+        assert_same(read(tmp_path / "run.h5", frame=k), frames[k])
+    everything = read_all(tmp_path / "run.h5")
+    assert len(everything) == 3
+    for a, b in zip(everything, frames, strict=True):
+        assert_same(a, b)
+
+
+def test_numbers_at_the_edge_of_float64_keep_their_bits(tmp_path):
+    positions = np.array([[-0.0, 5e-324], [1e308, -1e-308], [np.nextafter(1, 2), 0.1 + 0.2]])
+    packing = Packing("sp", [[1.0, 0.0], [-0.0, 1.0]], positions, {"eps": 5e-324}, diameters=np.ones(3))
+    packing.write(str(tmp_path / "edge.h5"))
+    assert_same(read(str(tmp_path / "edge.h5")), packing)
+
+
+@pytest.mark.parametrize("onset", [None, 0.8413])
+def test_onset_belongs_to_the_frame(tmp_path, onset):
+    write(tmp_path / "run.h5", [disks(onset=onset), disks(onset=0.5)])
+    assert [p.onset for p in read_all(tmp_path / "run.h5")] == [onset, 0.5]
+
+
+def test_units_and_params_of_every_plain_kind(tmp_path):
+    params = {"k": 2.0, "note": "θ ≤ 1", "layers": 3, "fixed": True, "table": np.arange(6).reshape(2, 3)}
+    write(tmp_path / "run.h5", [disks(units="k", params=params)])
+    back = read(tmp_path / "run.h5")
+    assert back.units == "k"
+    assert_same_bits(back.params, params)
+
+
+def test_provenance_survives_and_numpy_numbers_become_plain(tmp_path):
+    plain = {"seed": 7, "none": None, "yes": True, "text": "µ", "tolerance": 1 / 3, "empty": {}}
+    plain |= {"nested": {"list": [1, 2.5, None, {"deep": False}]}, "infinite": float("inf")}
+    numpy = {"i": np.int64(3), "f": np.float64(0.1), "single": np.float32(0.5), "b": np.bool_(True)}
+    numpy |= {"array": np.array([[1.5, 2.0]])}
+    write(tmp_path / "run.h5", [disks(provenance=plain | numpy), disks(provenance={"frame": 1})])
+    expected = plain | {"i": 3, "f": 0.1, "single": 0.5, "b": True, "array": [[1.5, 2.0]]}
+    assert_same_bits(read(tmp_path / "run.h5", frame=0).provenance, expected)
+    assert_same_bits(read(tmp_path / "run.h5", frame=1).provenance, {"frame": 1})
+
+
+def test_observables_scalar_and_vector(tmp_path):
+    results = {"g": [0.1, np.nan, 0.3], "shape": np.arange(15.0).reshape(3, 5) / 7, "count": np.array([1, 2, 3])}
+    write(tmp_path / "run.h5", sweep(disks), results)
+    back = read_observables(tmp_path / "run.h5")
+    assert_same_bits(back, {name: np.asarray(values, dtype=np.float64) for name, values in results.items()})
+    write(tmp_path / "bare.h5", sweep(disks))
+    assert read_observables(tmp_path / "bare.h5") == {}
+
+
+def test_the_same_packings_give_the_same_bytes(tmp_path):
+    for name in ("a.h5", "b.h5"):
+        write(tmp_path / name, sweep(polygons), {"g": [1, 2, 3]})
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+# what others read -----------------------------------------------------------------------------------------------------
+
+
+def test_layout_is_h5md(tmp_path):
+    write(tmp_path / "run.h5", sweep(polygons), {"g": [1, 2, 3]})
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert (file.attrs["schema"], file.attrs["schema_version"]) == ("jamlab", 1)
+        assert file["h5md"].attrs["version"].tolist() == [1, 1]
+        assert file["h5md/author"].attrs["name"] and file["h5md/creator"].attrs["version"]
+        box = file["particles/all/box"]
+        assert (box.attrs["dimension"], box.attrs["boundary"].tolist()) == (3, ["periodic"] * 3)
+        for name, shape in (("particles/all/position", (3, 12, 3)), ("particles/all/box/edges", (3, 3, 3))):
+            assert (file[name]["value"].shape, file[name]["value"].dtype) == (shape, np.float64)
+        for name in ("particles/all/position", "particles/all/box/edges", "observables/g"):
+            assert file[name]["step"][:].tolist() == [0, 1, 2]
+            assert file[name]["time"][:].tolist() == [0.0, 1.0, 2.0]
+        assert not file["particles/all/position/value"][:, :, 2].any()
+
+
+@pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_mdanalysis_reads_box_positions_and_observables_of_each_frame(tmp_path, make):
+    frames = sweep(make)
+    write(tmp_path / "run.h5", frames, {"phi": [p.phi for p in frames]})
+    write_dump(tmp_path / "run.dump", frames)
+    dump, run = str(tmp_path / "run.dump"), str(tmp_path / "run.h5")
+    universe = MDAnalysis.Universe(dump, run, topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
+    assert (len(universe.trajectory), len(universe.atoms)) == (3, len(frames[0].positions))
+    for packing, step in zip(frames, universe.trajectory, strict=True):
+        np.testing.assert_allclose(step.positions[:, :2], packing.positions, atol=1e-6)
+        np.testing.assert_allclose(step.triclinic_dimensions[:2, :2], packing.box, atol=1e-5)
+        np.testing.assert_allclose(step.triclinic_dimensions[2], [0, 0, 1], atol=1e-6)
+        assert step.data["phi"] == packing.phi
+        assert step.time == step.frame
+
+
+# what is refused ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("second", "name"),
+    [
+        (polygons(), "model"),
+        (disks(diameters=np.ones(5)), "diameters"),
+        (disks(params={"eps": 0.2}), "params['eps']"),
+        (disks(params={"eps": 0.1, "extra": 1.0}), "params['extra']"),
+        (disks(params={"k": 0.1}, units="k"), "units"),
+    ],
+)
+def test_packings_of_another_sweep_are_refused(tmp_path, second, name):
+    with pytest.raises(InputError) as caught:
+        write(tmp_path / "run.h5", [disks(), second])
+    assert "frame 1" in str(caught.value) and name in str(caught.value)
+    assert os.listdir(tmp_path) == []
+
+
+def test_polygons_with_other_offsets_or_rest_areas_are_refused(tmp_path):
+    for second in (polygons(sides=(6, 6)), polygons(params=LAW | {"a0": np.ones(2)})):
+        with pytest.raises(InputError, match=r"frame 1 .* (offsets|params\['a0'\])"):
+            write(tmp_path / "run.h5", [polygons(), second])
+
+
+@pytest.mark.parametrize(
+    ("packings", "observables", "message"),
+    [
+        ([], None, "no packings"),
+        ([disks()], {"g": [1, 2]}, r"'g' has shape \(2,\)"),
+        ([disks()], {"g": 1.0}, r"'g' has shape \(\)"),
+        ([disks()], {"g": ["high"]}, "'g' is no array of numbers"),
+        ([disks()], {"a/b": [1.0]}, "cannot be named 'a/b'"),
+        ([disks(params={"eps": 1.0, "a/b": 1.0})], None, "cannot be named 'a/b'"),
+        ([disks(params={"eps": 1.0, "odd": None})], None, r"params\['odd'\] is None"),
+        ([disks(provenance={"odd": {1, 2}})], None, r"provenance of frame 0 .*\{1, 2\} is a set"),
+    ],
+)
+def test_values_that_no_file_can_hold_are_refused(tmp_path, packings, observables, message):
+    with pytest.raises(InputError, match=message):
+        write(tmp_path / "run.h5", packings, observables)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("call", [read, read_all, read_observables])
+def test_files_that_are_not_whole_jamlab_files_are_refused(tmp_path, call):
+    write(tmp_path / "run.h5", [disks()])
+    whole = (tmp_path / "run.h5").read_bytes()
+    (tmp_path / "text.h5").write_text("not HDF5")
+    (tmp_path / "empty.h5").touch()
+    (tmp_path / "cut.h5").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "short.h5").write_bytes(whole[:-1])
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = 1
+    (tmp_path / "folder.h5").mkdir()
+    for name, message in {
+        "absent.h5": "No such file",
+        "folder.h5": "Is a directory",
+        "text.h5": "not an HDF5 file",
+        "empty.h5": "not an HDF5 file",
+        "cut.h5": "truncated",
+        "short.h5": "truncated",
+        "foreign.h5": "not from jamlab",
+    }.items():
+        with pytest.raises(StorageError, match=message) as caught:
+            call(tmp_path / name)
+        assert str(tmp_path / name) in str(caught.value)
+        assert "give a file" in str(caught.value) or "check" in str(caught.value) or "again" in str(caught.value)
+
+
+def test_a_file_with_a_missing_part_is_damaged(tmp_path):
+    write(tmp_path / "run.h5", [disks()])
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        del file["particles/all/box"]
+    with pytest.raises(StorageError, match=r"run\.h5 is damaged"):
+        read(tmp_path / "run.h5")
+
+
+def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
+    write(tmp_path / "run.h5", [disks()])
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        file.attrs["schema_version"] = SCHEMA_VERSION + 1
+        file["h5md/creator"].attrs["version"] = "7.8.9"
+    with pytest.raises(StorageError, match=r"run\.h5 has schema version 2.*install jamlab 7\.8\.9 or newer"):
+        read(tmp_path / "run.h5")
+
+
+@pytest.mark.parametrize("frame", [2, -3, 1000])
+def test_frame_out_of_range(tmp_path, frame):
+    write(tmp_path / "run.h5", [disks(), disks(1)])
+    with pytest.raises(StorageError, match=rf"run\.h5 has no frame {frame}: it holds 2"):
+        read(tmp_path / "run.h5", frame=frame)
+    with pytest.raises(InputError, match=r"frame is 0\.5"):
+        read(tmp_path / "run.h5", frame=0.5)
+
+
+def test_stored_nan_is_refused_with_file_and_frame(tmp_path):
+    write(tmp_path / "run.h5", [disks(), disks(1)])
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        file["particles/all/position/value"][1, 3, 0] = np.nan
+    with pytest.raises(InputError, match=r"run\.h5, frame 1: positions\[3, 0\] is nan"):
+        read(tmp_path / "run.h5")
+    assert_same(read(tmp_path / "run.h5", frame=0), disks())

@@ -1,0 +1,222 @@
+"""Data files against LAMMPS itself, dumps against MDAnalysis."""
+
+import os
+
+import MDAnalysis
+import numpy as np
+import pytest
+
+from jamlab.engine.installation import lammps_class
+from jamlab.errors import InputError, StorageError
+from jamlab.packing.lammps_files import types, write_data, write_dump
+from jamlab.packing.packing import Packing
+
+LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+LX, LY = 10 / 3, 29 / 9.9  # all 17 digits count
+TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
+
+
+def disks(tilt, seed=0):
+    """Disks in the box and up to three boxes away."""
+    box = np.array([[LX, 0.0], [tilt, LY]])
+    spread = np.repeat([[-3.0, 4.0], [0.0, 1.0]], 20, axis=0)
+    positions = np.random.default_rng(seed).uniform(spread[:, :1], spread[:, 1:], (40, 2)) @ box
+    sizes = np.array([1.4, 1.0, 0.7, 1.0] * 10) / 3
+    return Packing("sp", box, positions, {"eps": 1.0}, diameters=sizes)
+
+
+def polygons(tilt, seed=0):
+    """Polygons that cross the edges and corners of the box, and one far outside."""
+    rng = np.random.default_rng(seed)
+    rings, sizes = [], [5, 7, 5, 3]
+    for centre, nv in zip(((0.1, 0.1), (3.2, 2.8), (0.1, 2.8), (-11.0, 9.0)), sizes, strict=True):
+        angle = 2 * np.pi * np.arange(nv) / nv
+        rings.append(centre + 0.4 * np.column_stack([np.cos(angle), np.sin(angle)]) + rng.uniform(-0.05, 0.05, (nv, 2)))
+    params = LAW | {"a0": np.array([0.4, 0.5, 0.4, 0.2]) / 3}
+    return Packing("dp", [[LX, 0.0], [tilt, LY]], np.concatenate(rings), params, offsets=np.cumsum([0, *sizes]))
+
+
+@pytest.fixture(scope="module")
+def lmp():
+    lammps = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    yield lammps
+    lammps.close()
+
+
+def load(lmp, path, model):
+    """Read a data file as the decks do, and run zero steps on it; arrays of what LAMMPS then holds, sorted by id."""
+    lmp.command("clear")
+    for line in ("units lj", "dimension 2", "boundary p p p", "atom_modify map array sort 0 0.0", "box tilt large"):
+        lmp.command(line)
+    lmp.command(f"atom_style {'atomic' if model == 'sp' else 'molecular'}")
+    if model == "dp":
+        lmp.command("fix d_a0 all property/atom d_a0")
+        lmp.command(f"read_data {path} fix d_a0 NULL d_a0")
+        lmp.command("bond_style zero")
+        lmp.command("bond_coeff *")
+        lmp.command("special_bonds lj/coul 1.0 1.0 1.0")
+    else:
+        lmp.command(f"read_data {path}")
+    lmp.command("pair_style zero 1.0")
+    lmp.command("pair_coeff * *")
+    as_read = held(lmp, model)
+    lmp.command("run 0 post no")
+    return as_read, held(lmp, model)
+
+
+def held(lmp, model):
+    count = lmp.get_natoms()
+    order = np.argsort(lmp.numpy.extract_atom("id")[:count])
+    state = {"x": lmp.numpy.extract_atom("x")[:count][order].copy()}
+    state["type"] = lmp.numpy.extract_atom("type")[:count][order].copy()
+    state["image"] = np.array(lmp.gather_atoms("image", 0, 3)).reshape(-1, 3)
+    if model == "dp":
+        state["molecule"] = lmp.numpy.extract_atom("molecule")[:count][order].copy()
+        state["a0"] = lmp.numpy.extract_atom("d_a0")[:count][order].copy()
+        number, bonds = lmp.gather_bonds()
+        state["bonds"] = np.array(bonds).reshape(number, 3)
+    return state
+
+
+def atoms_in(path, columns):
+    """Numbers of the Atoms section."""
+    section = path.read_text().split("\nAtoms # ")[1].split("\n\n")[1]
+    return np.array([line.split()[columns] for line in section.splitlines()], dtype=np.float64)
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_lammps_holds_what_was_written(tmp_path, lmp, make, tilt):
+    packing = make(tilt)
+    table = write_data(tmp_path / "p.data", packing)
+    for state in load(lmp, tmp_path / "p.data", packing.model):
+        low, high, xy, yz, xz, periodic, _ = lmp.extract_box()
+        assert (low[:2], high[:2], xy, yz, xz) == ([0, 0], [LX, LY], tilt, 0, 0)
+        assert periodic == [1, 1, 1]
+        whole = state["x"][:, :2] + state["image"][:, :2] @ packing.box
+        np.testing.assert_allclose(whole, packing.positions, rtol=0, atol=2e-14)
+        assert np.abs(state["image"][:, :2]).max() > 1 and not state["image"][:, 2].any()
+        assert (state["type"] == table.types[packing.particle]).all()
+        if packing.model == "dp":
+            assert (state["molecule"] == packing.particle + 1).all()
+            assert (state["a0"] == packing.params["a0"][packing.particle]).all()
+            bonds = {(kind, *sorted(pair)) for kind, *pair in state["bonds"].tolist()}
+            assert bonds == {(1, *sorted((i + 1, j + 1))) for i, j in enumerate(packing.successor.tolist())}
+
+
+def test_lammps_holds_every_bit_where_its_own_arithmetic_is_exact(tmp_path, lmp):
+    positions = np.random.default_rng(1).uniform(0, 4, (100, 2))
+    packing = Packing("sp", [[4.0, 0.0], [0.0, 4.0]], positions, {"eps": 1.0}, diameters=np.ones(100))
+    write_data(tmp_path / "p.data", packing)
+    for state in load(lmp, tmp_path / "p.data", "sp"):
+        assert state["x"][:, :2].tobytes() == positions.tobytes()
+        assert not state["image"].any()
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_written_atoms_lie_in_the_box_and_keep_their_bits_if_they_did_before(tmp_path, make, tilt):
+    packing = make(tilt)
+    write_data(tmp_path / "p.data", packing)
+    numbers = atoms_in(tmp_path / "p.data", slice(-6, None))
+    wrapped, image = numbers[:, :2], numbers[:, 3:5]
+    assert not numbers[:, [2, 5]].any()
+    fraction = wrapped @ np.linalg.inv(packing.box)
+    assert fraction.min() > -1e-14 and fraction.max() < 1 + 1e-14
+    inside = ~image.any(axis=1)
+    assert inside.any() and not inside.all()
+    assert wrapped[inside].tobytes() == packing.positions[inside].tobytes()
+
+
+def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path):
+    packing = Packing("sp", np.eye(2), [[0.5, 0.5], [0.5, -512.5]], {"eps": 1.0}, diameters=np.ones(2))
+    with pytest.raises(InputError, match=r"positions\[1\] of particle 1 lies 513 boxes away"):
+        write_data(tmp_path / "p.data", packing)
+    assert os.listdir(tmp_path) == []
+    write_data(tmp_path / "p.data", packing.with_state(positions=[[0.5, 0.5], [511.5, -511.5]]))
+    assert atoms_in(tmp_path / "p.data", slice(-3, -1)).tolist() == [[0, 0], [511, -512]]
+
+
+def test_types_rank_the_sizes():
+    table = types(disks(0.0))
+    assert table.ntypes == 3
+    assert (table.values == np.array([0.7, 1.0, 1.4]) / 3).all()
+    assert table.types[:4].tolist() == [3, 2, 1, 2]
+    table = types(polygons(0.0))
+    assert (table.values == np.array([0.2, 0.4, 0.5]) / 3).all()
+    assert table.types.tolist() == [2, 3, 2, 1]
+
+
+def test_too_many_sizes_are_refused(tmp_path):
+    def packing(n):
+        return Packing("sp", np.eye(2), np.zeros((n, 2)), {"eps": 1.0}, diameters=np.linspace(1, 2, n))
+
+    assert types(packing(64)).ntypes == 64
+    for call in (types, lambda p: write_data(tmp_path / "p.data", p), lambda p: write_dump(tmp_path / "p.dump", [p])):
+        with pytest.raises(InputError, match="65 different diameters"):
+            call(packing(65))
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")
+@pytest.mark.filterwarnings("ignore:Reader has no dt information:UserWarning")
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_mdanalysis_reads_the_dump(tmp_path, make):
+    frames = [make(tilt, seed) for seed, tilt in enumerate(TILTS)]
+    write_dump(tmp_path / "run.dump", frames)
+    columns = ["mol", "type"] + (["radius"] if make is disks else [])
+    universe = MDAnalysis.Universe(
+        str(tmp_path / "run.dump"), topology_format="LAMMPSDUMP", format="LAMMPSDUMP", additional_columns=columns
+    )
+    assert len(universe.trajectory) == len(frames)
+    for packing, step in zip(frames, universe.trajectory, strict=True):
+        np.testing.assert_allclose(step.positions[:, :2], packing.positions, atol=2e-6)
+        np.testing.assert_allclose(step.triclinic_dimensions[:2, :2], packing.box, atol=1e-5)
+        assert (step.data["mol"] == packing.particle + 1).all()
+        assert (step.data["type"] == types(packing).types[packing.particle]).all()
+        if make is disks:
+            assert (step.data["radius"] == packing.diameters / 2).all()
+
+
+def test_dump_has_the_same_doubles(tmp_path):
+    packing = disks(1 / 3)
+    write_dump(tmp_path / "run.dump", [packing, packing])
+    lines = (tmp_path / "run.dump").read_text().splitlines()
+    assert len(lines) == 2 * (9 + packing.n)
+    assert [lines[1], lines[10 + packing.n]] == ["0", "1"]
+    assert lines[4] == "ITEM: BOX BOUNDS xy xz yz pp pp pp"
+    assert [float(word) for word in lines[5].split()] == [0.0, LX + 1 / 3, 1 / 3]
+    numbers = np.array([line.split()[3:5] for line in lines[9 : 9 + packing.n]], dtype=np.float64)
+    assert numbers.tobytes() == packing.positions.tobytes()
+
+
+def test_dump_frames_have_one_size(tmp_path):
+    with pytest.raises(InputError, match="no packings"):
+        write_dump(tmp_path / "run.dump", [])
+    with pytest.raises(InputError, match="frame 1 is model dp with 20 positions, frame 0 is model sp with 40"):
+        write_dump(tmp_path / "run.dump", [disks(0.0), polygons(0.0)])
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_failure_keeps_the_old_files(tmp_path, monkeypatch):
+    calls = {
+        "p.data": lambda: write_data(tmp_path / "p.data", disks(0.37)),
+        "p.dump": lambda: write_dump(tmp_path / "p.dump", [disks(0.37)]),
+    }
+    for name in calls:
+        (tmp_path / name).write_text("old")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("jamlab.packing.atomic_file.os.fsync", full)
+    for name, call in calls.items():
+        with pytest.raises(StorageError, match=rf"cannot write .*{name}: No space left on device"):
+            call()
+        assert (tmp_path / name).read_text() == "old"
+    assert sorted(os.listdir(tmp_path)) == ["p.data", "p.dump"]
+
+
+def test_a_missing_folder_is_named(tmp_path):
+    with pytest.raises(StorageError, match=f"there is no folder {tmp_path}/absent; create it"):
+        write_data(tmp_path / "absent" / "p.data", disks(0.0))

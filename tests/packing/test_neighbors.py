@@ -1,0 +1,124 @@
+"""Periodic neighbours against brute force over lattice translations."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from jamlab.errors import InputError
+from jamlab.packing.neighbors import periodic_neighbors, periodic_pairs
+
+SQUARE = np.eye(2)
+
+
+def brute_force(a, b, box, cutoff, layers):
+    """Rows (i, j, s0, s1) of every image within the cutoff, trying all |s| <= layers."""
+    s = np.stack(np.meshgrid(*[np.arange(-k, k + 1) for k in layers], indexing="ij"), axis=-1).reshape(-1, 2)
+    r = b[None, :, None, :] - a[:, None, None, :] + (s @ box)
+    i, j, image = np.nonzero(np.hypot(r[..., 0], r[..., 1]) < cutoff)
+    return np.column_stack([i, j, s[image]])
+
+
+def rows(pairs):
+    return np.column_stack([pairs.i, pairs.j, pairs.shift])
+
+
+@st.composite
+def scenes(draw):
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    tilt = draw(st.sampled_from([0.0, 0.3, 0.5, -0.5, 0.8, -1.7, 4.2]))
+    box = np.array([[1.0, 0.0], [tilt, draw(st.sampled_from([0.4, 1.0, 2.5]))]])
+    spread = draw(st.sampled_from([1.0, 3.0]))
+    a, b = (spread * rng.uniform(-0.5, 1.5, (draw(st.integers(1, 5)), 2)) @ box for _ in range(2))
+    return a, b, box, draw(st.sampled_from([0.05, 0.3, 0.7, 1.1, 1.9]))
+
+
+def layers_for(a, b, box, cutoff):
+    """Enough translations for brute force: extent of the points and the cutoff, along y, then along x."""
+    extent = np.ptp(np.concatenate([a, b]), axis=0) + cutoff
+    along_y = int(np.ceil(extent[1] / box[1, 1]))
+    along_x = int(np.ceil((extent[0] + along_y * abs(box[1, 0])) / box[0, 0]))
+    return along_x, along_y
+
+
+@given(scenes())
+@settings(max_examples=60, deadline=None)
+def test_neighbors_are_those_of_brute_force(scene):
+    a, b, box, cutoff = scene
+    found = periodic_neighbors(a, b, box, cutoff)
+    expected = brute_force(a, b, box, cutoff, layers_for(*scene))
+    np.testing.assert_array_equal(rows(found), expected[np.lexsort(expected.T[::-1])])
+    np.testing.assert_allclose(found.r, b[found.j] - a[found.i] + found.shift @ box, atol=1e-14)
+
+
+@given(scenes())
+@settings(max_examples=60, deadline=None)
+def test_pairs_are_half_of_the_neighbors(scene):
+    points, _, box, cutoff = scene
+    pairs = rows(periodic_pairs(points, box, cutoff))
+    mirrored = np.column_stack([pairs[:, 1], pairs[:, 0], -pairs[:, 2:]])
+    both = np.unique(np.concatenate([pairs, mirrored]), axis=0)
+    expected = brute_force(points, points, box, cutoff, layers_for(points, points, box, cutoff))
+    expected = expected[(expected[:, 0] != expected[:, 1]) | expected[:, 2:].any(axis=1)]
+    assert len(both) == 2 * len(pairs)
+    assert (pairs[:, 0] <= pairs[:, 1]).all()
+    np.testing.assert_array_equal(both, np.unique(expected, axis=0))
+
+
+def test_one_point_sees_its_own_images():
+    pairs = periodic_pairs(np.zeros((1, 2)), SQUARE, 1.5)  # four at distance 1, four at sqrt(2); each pair once
+    assert rows(pairs).tolist() == [[0, 0, 0, 1], [0, 0, 1, -1], [0, 0, 1, 0], [0, 0, 1, 1]]
+    np.testing.assert_array_equal(pairs.r, pairs.shift)
+
+
+def test_box_smaller_than_the_cutoff_lists_every_image():
+    points = np.array([[0.0, 0.0], [0.5, 0.0]])
+    pairs = periodic_pairs(points, np.diag([1.0, 10.0]), 1.6)
+    between = pairs.r[(pairs.i == 0) & (pairs.j == 1)]
+    np.testing.assert_allclose(np.sort(between[:, 0]), [-1.5, -0.5, 0.5, 1.5])
+
+
+@given(st.integers(-7, 7), st.integers(0, 2**32 - 1))
+@example(50, 0)
+@settings(max_examples=20, deadline=None)
+def test_equivalent_sheared_lattices_have_the_same_pairs(k, seed):
+    points = np.random.default_rng(seed).random((20, 2))
+    box = np.array([[1.0, 0.0], [0.37, 1.1]])
+    sheared = box + np.outer([0, 1], [k, 0])
+    one, two = periodic_pairs(points, box, 0.45), periodic_pairs(points, sheared, 0.45)
+    back = np.column_stack([two.shift[:, 0] + k * two.shift[:, 1], two.shift[:, 1]])
+    images = np.column_stack([two.i, two.j, back])
+    np.testing.assert_array_equal(images[np.lexsort(images.T[::-1])], rows(one))
+
+
+def test_vector_keeps_the_precision_of_nearby_points():
+    gap = 1e-13
+    far = np.array([[1000.25, 0.5], [1000.25 + 2 * gap, 0.5]])
+    pairs = periodic_pairs(far, SQUARE, 0.1)
+    assert pairs.r[0, 0] == far[1, 0] - far[0, 0] > 0
+    across = periodic_pairs(np.array([[1e-13, 0.0], [-1e-13, 0.0]]), SQUARE, 0.1)  # wrapped to both ends of the cell
+    np.testing.assert_array_equal(across.r, [[-2e-13, 0.0]])
+
+
+def test_cutoff_is_strict_and_coincident_points_are_neighbors():
+    points = np.array([[0.25, 0.25], [0.5, 0.25], [0.25, 0.25]])
+    pairs = periodic_pairs(points, SQUARE, 0.25)
+    assert rows(pairs).tolist() == [[0, 2, 0, 0]]
+    assert len(periodic_pairs(points, SQUARE, np.nextafter(0.25, 1)).i) == 3
+
+
+def test_no_points_have_no_neighbors():
+    empty = np.empty((0, 2))
+    assert periodic_pairs(empty, SQUARE, 1.0).r.shape == (0, 2)
+    assert periodic_neighbors(empty, np.zeros((1, 2)), SQUARE, 1.0).shift.shape == (0, 2)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])
+def test_cutoff_must_be_a_positive_number(cutoff):
+    with pytest.raises(InputError, match=r"cutoff is (0|-1|nan|inf)"):
+        periodic_pairs(np.zeros((1, 2)), SQUARE, cutoff)
+
+
+def test_a_cutoff_over_too_many_images_is_refused():
+    with pytest.raises(InputError, match="too many periodic images"):
+        periodic_pairs(np.zeros((1, 2)), SQUARE, 1e5)

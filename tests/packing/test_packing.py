@@ -1,0 +1,197 @@
+"""A packing refuses what is none, and derives geometry that is known in closed form."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.packing.free_droplet import free_area, regular_polygon
+from jamlab.packing.packing import Packing
+
+BOX = np.array([[8.0, 0.0], [0.5, 6.0]])
+LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+L_SHAPE = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 3], [0, 3]]) + np.array([3.0, 2.0])  # area 4, perimeter 10
+
+
+def disks(**changes):
+    values = {"model": "sp", "box": BOX, "positions": [[1.0, 1.0], [4.0, 3.0]], "params": {"eps": 1.0}}
+    return Packing(**values | {"diameters": [1.0, 1.4]} | changes)
+
+
+def polygons(*rings, law=LAW, **changes):
+    rings = rings or (SQUARE, L_SHAPE)
+    offsets = np.cumsum([0, *(len(ring) for ring in rings)])
+    values = {"model": "dp", "box": BOX, "positions": np.concatenate(rings), "offsets": offsets}
+    return Packing(**values | {"params": law | {"a0": np.ones(len(rings))}} | changes)
+
+
+def without(name, values=LAW):
+    return {key: value for key, value in values.items() if key != name}
+
+
+# refused --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
+        ({"units": "SI"}, "unknown units 'SI': use one of eps, k"),
+        ({"units": "k"}, "params of model sp in units k lack 'k'"),
+        ({"params": {}}, "params of model sp in units eps lack 'eps'"),
+        ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0: must be a positive number"),
+        ({"params": {"eps": np.nan}}, r"params\['eps'\] is nan"),
+        ({"positions": [[1.0, np.nan], [4.0, 3.0]]}, r"positions\[0, 1\] is nan: all values must be finite"),
+        ({"positions": [[1.0, 1.0], [np.inf, 3.0]]}, r"positions\[1, 0\] is inf"),
+        ({"positions": [1.0, 2.0]}, r"positions must have shape \(any, 2\), got \(2,\)"),
+        ({"positions": [[1.0, 1.0, 0.0], [4.0, 3.0, 0.0]]}, r"positions must have shape \(any, 2\), got \(2, 3\)"),
+        ({"diameters": None}, "model sp needs diameters, one per disk"),
+        ({"diameters": [1.0]}, r"diameters must have shape \(2\), got \(1,\)"),
+        ({"diameters": [1.0, 0.0]}, r"diameters\[1\] is 0: must be positive"),
+        ({"diameters": [-1.0, 1.0]}, r"diameters\[0\] is -1: must be positive"),
+        ({"offsets": [0, 2]}, "offsets belong to model dp, not to sp"),
+        ({"box": np.zeros((2, 2))}, "has no positive area"),
+        ({"box": [[8.0, 0.0], [0.5, -6.0]]}, r"box \[\[8.0, 0.0\], \[0.5, -6.0\]\] has no positive area"),
+        ({"box": [[8.0, 0.1], [0.5, 6.0]]}, r"box\[0, 1\] is 0.1: the first lattice vector must lie along x"),
+        ({"box": [8.0, 6.0]}, r"box must have shape \(2, 2\), got \(2,\)"),
+        ({"box": [[8.0, 0.0], [np.nan, 6.0]]}, r"box\[1, 0\] is nan"),
+    ],
+)
+def test_what_is_no_packing_of_disks_is_refused(changes, message):
+    """Each message names the value."""
+    with pytest.raises(jamlab.InputError, match=message):
+        disks(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"units": "k"}, "model dp has no units 'k'"),
+        ({"diameters": [1.0, 1.0]}, "diameters belong to model sp, not to dp"),
+        ({"offsets": None}, "offsets must"),
+        ({"offsets": [0, 4, 9]}, "offsets must run from 0 to the number of vertices, 10"),
+        ({"offsets": [1, 4, 10]}, "offsets must run from 0 to the number of vertices, 10"),
+        ({"offsets": [0, 2, 10]}, "polygon 0 has 2 vertices, needs at least 3"),
+        ({"params": LAW}, "lack 'a0'"),
+        ({"params": LAW | {"a0": np.ones(3)}}, r"params\['a0'\] must have shape \(2\), got \(3,\)"),
+        ({"params": LAW | {"a0": [1.0, -1.0]}}, r"params\['a0'\]\[1\] is -1: must be positive"),
+        (
+            {"params": LAW | {"a0": [1.0, 1.0], "contact": "sphere"}},
+            "contact form 'sphere': use one of outline, segment, segment/smooth",
+        ),
+        ({"params": LAW | {"a0": [1.0, 1.0], "ka": -1.0}}, r"params\['ka'\] is -1.0: must be a positive number"),
+        ({"params": LAW | {"a0": [1.0, 1.0], "delta": 0.0}}, r"params\['delta'\] is 0.0"),
+        ({"params": LAW | {"a0": [1.0, 1.0], "gamma": -0.1}}, r"params\['gamma'\] is -0.1"),
+        *(({"params": without(name) | {"a0": [1.0, 1.0]}}, f"lack '{name}'") for name in LAW),
+    ],
+)
+def test_what_is_no_packing_of_polygons_is_refused(changes, message):
+    """Each message names the value."""
+    with pytest.raises(jamlab.InputError, match=message):
+        polygons(**changes)
+
+
+def test_a_clockwise_polygon_is_refused():
+    """Its number and its negative area are named."""
+    with pytest.raises(jamlab.InputError, match="polygon 1 has area -4: order its vertices counter-clockwise"):
+        polygons(SQUARE, L_SHAPE[::-1])
+
+
+@pytest.mark.parametrize("far", [0.0, 1000.0])
+def test_a_polygon_that_crosses_itself_is_refused(far):
+    """A pentagon with a bow tie, whose area is still positive; also far from the origin."""
+    bow = np.array([[0, 0], [2, 0], [2, 2], [1.0, -0.5], [0, 2]]) + far
+    with pytest.raises(jamlab.InputError, match="edges of polygon 1 cross"):
+        polygons(SQUARE, bow)
+
+
+def test_errors_are_also_value_errors():
+    """So that callers need not know jamlab's own classes."""
+    with pytest.raises(ValueError, match="unknown model"):
+        disks(model="foam")
+    assert issubclass(jamlab.InputError, jamlab.JamlabError)
+
+
+def test_polygon_geometry_of_disks_is_refused():
+    """Disks have no edges."""
+    with pytest.raises(jamlab.InputError, match="has no polygons"):
+        _ = disks().perimeters
+
+
+# accepted -------------------------------------------------------------------------------------------------------------
+
+
+def test_edges_of_zero_length_are_accepted():
+    """Edges shrink to nothing at Plateau borders: exactly, or to rounding size that makes a tiny loop."""
+    square = np.insert(SQUARE, 2, SQUARE[1], axis=0)
+    p = polygons(square, L_SHAPE)
+    assert p.polygon_areas[0] == pytest.approx(4.0)
+    assert np.hypot(*p.edges.T)[1] == 0
+    nearly = np.insert(SQUARE, [2, 2], [[2.0 + 1e-15, 1e-15], [2.0, -1e-15]], axis=0)
+    assert polygons(nearly, L_SHAPE).polygon_areas[0] == pytest.approx(4.0)
+
+
+def test_a_tension_and_a_smoothing_of_zero_are_accepted():
+    """The other parameters must be positive."""
+    assert polygons(law=LAW | {"gamma": 0.0, "eta": 0.0}).params["gamma"] == 0.0
+
+
+def test_lists_become_float_arrays_and_inputs_are_copied():
+    """A packing does not change when the caller's arrays do."""
+    x = np.array([[1.0, 1.0], [4.0, 3.0]])
+    p = disks(positions=x, box=[[8, 0], [0, 6]])
+    x[0] = 99.0
+    assert p.positions[0].tolist() == [1.0, 1.0]
+    assert p.box.dtype == p.positions.dtype == p.diameters.dtype == np.float64
+    assert polygons().offsets.dtype == np.int64
+
+
+# geometry -------------------------------------------------------------------------------------------------------------
+
+
+def test_phi_of_one_disk():
+    """pi d^2/4 over the cell, whatever the shear."""
+    p = disks(positions=[[0.0, 0.0]], diameters=[2.0])
+    assert p.phi == pytest.approx(np.pi / 48, rel=1e-15)
+    assert p.area == 48.0 and p.n == 1
+
+
+def test_phi_of_polygons_counts_the_rims_of_free_droplets():
+    """It is nominal: it does not change with the shape."""
+    p = polygons()
+    wanted = free_area(np.array([4, 6]), p.params).sum() / 48
+    assert p.phi == pytest.approx(wanted, rel=1e-14)
+    assert polygons(1.1 * SQUARE, L_SHAPE).phi == p.phi
+    # without tension the free droplet has its rest area: a regular polygon grown by delta/2
+    soft = polygons(law=LAW | {"gamma": 0.0})
+    grown = [1 + np.sqrt(4 * n * np.tan(np.pi / n)) * 0.125 + np.pi * 0.125**2 for n in (4, 6)]
+    assert soft.phi == pytest.approx(sum(grown) / 48, rel=1e-12)
+
+
+def test_areas_perimeters_and_centroids_of_known_polygons():
+    """A square, an L and a regular heptagon, away from the origin."""
+    heptagon = regular_polygon(7, 2.5, 0.3) + np.array([50.0, -20.0])
+    p = polygons(SQUARE + 100.0, L_SHAPE, heptagon)
+    assert p.polygon_areas == pytest.approx([4.0, 4.0, 2.5], rel=1e-13)
+    assert p.perimeters == pytest.approx([8.0, 10.0, np.sqrt(4 * 7 * np.tan(np.pi / 7) * 2.5)], rel=1e-13)
+    l_centre = [(2 * 1.0 + 2 * 0.5) / 4 + 3, (2 * 0.5 + 2 * 2.0) / 4 + 2]
+    assert p.centroids == pytest.approx(np.array([[101.0, 101.0], l_centre, [50.0, -20.0]]), rel=1e-13)
+
+
+def test_particle_and_successor_close_every_outline():
+    """Edges of one polygon sum to zero."""
+    p = polygons()
+    assert p.particle.tolist() == [0] * 4 + [1] * 6
+    assert p.successor.tolist() == [1, 2, 3, 0, 5, 6, 7, 8, 9, 4]
+    assert np.abs(np.add.reduceat(p.edges, [0, 4])).max() == 0
+    assert p.edges[3].tolist() == [0.0, -2.0]
+    assert disks().particle.tolist() == [0, 1]
+    assert disks().centroids is not None and np.array_equal(disks().centroids, disks().positions)
+
+
+def test_with_state_merges_provenance():
+    """Later entries win, earlier ones stay; the original is untouched."""
+    p = disks(provenance={"seed": 1, "converged": False})
+    q = p.with_state(provenance={"converged": True}, onset=0.84)
+    assert q.provenance == {"seed": 1, "converged": True} and q.onset == 0.84
+    assert p.provenance == {"seed": 1, "converged": False} and p.onset is None

@@ -1,0 +1,154 @@
+"""Packings without residual shear stress: stable in every direction, two contacts more, the same area."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.packing.deformation import deformed
+from jamlab.protocols.box_shear import relax_with_box_shear, shear_stress
+
+ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
+
+
+def residue(p):
+    """Residual shear stress over pressure, as LAMMPS gives them."""
+    (xx, xy), (_, yy) = jamlab.evaluate(p).stress
+    return np.hypot(0.5 * (xx - yy), xy) / (0.5 * (xx + yy))
+
+
+@pytest.fixture(scope="module", params=[1, 6])
+def twins(request):
+    """One random start packed in both ensembles."""
+    seed = request.param
+    return [jamlab.pack(16, 1e-3, seed, ensemble=name) for name in ("fixed-box", "shear-stabilized")]
+
+
+@pytest.fixture(scope="module", params=[(16, 5), (24, 1)], ids=str)
+def onsets(request):
+    """One random start at onset in both ensembles; the larger one has a rattler."""
+    n, seed = request.param
+    return [jamlab.jam("sp", n, seed, ensemble=name) for name in ("fixed-box", "shear-stabilized")]
+
+
+@pytest.fixture(scope="module")
+def sheared_once():
+    """A packing of a fixed box before and after its box was relaxed; and what the relaxation told."""
+    before = jamlab.pack(16, 1e-2, 3)
+    with jamlab.Session(before) as session:
+        found = relax_with_box_shear(session, near=True)
+        return before, session.packing(), found
+
+
+# the minimum ----------------------------------------------------------------------------------------------------------
+
+
+def test_box_shear_relaxes_the_shear_stress_at_constant_area(sheared_once):
+    """Energy falls, work against pressure is none: the area is the same to rounding; the box is no square any more."""
+    before, after, found = sheared_once
+    assert residue(before) > 1e-2
+    assert found.converged and residue(after) < 1e-8
+    assert after.area == pytest.approx(before.area, rel=1e-13)
+    assert abs(after.box[1, 0]) + abs(after.box[0, 0] - after.box[1, 1]) > 1e-4
+    was, now = jamlab.evaluate(before), jamlab.evaluate(after)
+    assert now.energy < was.energy
+    assert now.max_force <= 1e-12
+    assert np.array_equal(after.diameters, before.diameters)
+
+
+def test_minimum_is_one_against_finite_shears_of_the_box(sheared_once):
+    """Any small shear of the box, sites relaxed, costs energy, four times as much twice as far."""
+    _, p, _ = sheared_once
+    base = jamlab.evaluate(p).energy
+
+    def cost(size, angle):
+        s, c = np.sin(2 * angle), np.cos(2 * angle)
+        gradient = np.cosh(size) * np.eye(2) + np.sinh(size) * np.array([[c, s], [s, -c]])
+        moved, _ = deformed(p, gradient)
+        with jamlab.Session(moved) as session:
+            return session.minimize(5e-13, style="cg", steps=20_000).energy - base
+
+    for angle in np.linspace(0, np.pi, 5, endpoint=False):
+        near, far = cost(1e-4, angle), cost(2e-4, angle)
+        assert near > 0 and far / near == pytest.approx(4, rel=0.3)
+
+
+def test_shear_stress_is_the_largest_over_directions(sheared_once):
+    """sqrt(((xx - yy)/2)^2 + xy^2) against the shear stress on lines of every direction."""
+    state = jamlab.evaluate(sheared_once[0])
+    turn = np.linspace(0, np.pi, 2001)
+    a, b = np.column_stack([np.cos(turn), np.sin(turn)]), np.column_stack([-np.sin(turn), np.cos(turn)])
+    assert shear_stress(state) == pytest.approx(np.abs(np.einsum("ni,ij,nj->n", a, state.stress, b)).max(), rel=1e-5)
+
+
+# packings -------------------------------------------------------------------------------------------------------------
+
+
+def test_packing_in_a_fixed_box_may_have_negative_g_and_its_twin_has_not(twins):
+    """36 directions; same start, same pressure."""
+    fixed, stabilized = twins
+    assert residue(fixed) > 1e-2 and residue(stabilized) < 1e-8
+    assert jamlab.shear_modulus(fixed, angle=ANGLES).min() < 0
+    assert jamlab.shear_modulus(stabilized, angle=ANGLES).min() > 0
+    for p, name in zip(twins, ("fixed-box", "shear-stabilized"), strict=True):
+        assert p.provenance["ensemble"] == name and p.provenance["converged"] is True
+        e = jamlab.evaluate(p)
+        assert e.pressure == pytest.approx(1e-3, rel=1e-6) and e.max_force <= 1e-12
+    assert fixed.box[1, 0] == 0 and fixed.box[0, 0] == fixed.box[1, 1]
+
+
+def test_two_shears_of_the_box_make_two_contacts_more(onsets):
+    """2 N' - 1 balance 2 N' - 2 forces and the pressure; with S_xy = 0 and S_xx = S_yy besides, 2 N' + 1."""
+    for p, extra in zip(onsets, (0, 2), strict=True):
+        c = jamlab.contacts(p)
+        assert c.count == 2 * c.backbone - 1 + extra
+    fixed, stabilized = onsets
+    assert residue(fixed) > 1e-2 and residue(stabilized) < 1e-8
+    assert jamlab.shear_modulus(stabilized, angle=ANGLES).min() > 1e-4  # far above a pressure of 1e-7
+    e = jamlab.evaluate(stabilized)
+    assert 1e-16 <= e.contact_energy / stabilized.n <= 1e-13 and e.max_force <= 1e-12
+    assert stabilized.provenance["ensemble"] == "shear-stabilized" and stabilized.onset == stabilized.phi
+
+
+def test_compression_goes_on_without_shear_stress(onsets):
+    """In steps far wider than the window of onset."""
+    states = list(jamlab.compress(onsets[1], to=onsets[1].phi + 0.01, step=0.005, by="phi"))
+    assert len(states) == 2
+    for p in states:
+        assert residue(p) < 1e-8
+        assert jamlab.shear_modulus(p, angle=ANGLES).min() > 0
+        assert p.provenance["ensemble"] == "shear-stabilized" and p.provenance["converged"] is True
+    assert states[-1].phi == pytest.approx(onsets[1].phi + 0.01, abs=1e-6)
+
+
+def test_unjammed_packing_is_left_alone(random_disks):
+    """Nothing holds the box: no stress, no shear, no endless search."""
+    loose = random_disks(phi=0.3)
+    with jamlab.Session(loose) as session:
+        found = relax_with_box_shear(session)
+        assert found.evaluation.pressure == pytest.approx(0, abs=1e-10)
+        assert session.packing().box == pytest.approx(loose.box, rel=1e-14)
+
+
+# refused --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "make", [lambda e: jamlab.jam("sp", 8, ensemble=e), lambda e: jamlab.pack(8, 1e-3, ensemble=e)]
+)
+def test_unknown_ensemble_is_refused(make):
+    """Named, with the ones there are."""
+    with pytest.raises(jamlab.InputError, match="unknown ensemble 'npt': use one of fixed-box, shear-stabilized"):
+        make("npt")
+
+
+def test_compress_refuses_the_ensemble_of_a_stranger(twins):
+    """When it is called."""
+    strange = twins[0].with_state(provenance={**twins[0].provenance, "ensemble": "npt"})
+    with pytest.raises(jamlab.InputError, match="unknown ensemble 'npt'"):
+        jamlab.compress(strange, to=0.9)
+
+
+def test_paper_search_has_a_fixed_box():
+    """The paper knows no other."""
+    with pytest.raises(jamlab.InputError, match="ensemble = 'shear-stabilized': the paper's search has a fixed box"):
+        jamlab.jam("sp", 8, search="paper", ensemble="shear-stabilized")

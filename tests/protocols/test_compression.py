@@ -1,0 +1,200 @@
+"""Sweeps: which packing fractions they visit, how they follow a basin, and what is refused."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.protocols.compression import grid
+
+
+@pytest.fixture(scope="module")
+def start():
+    """32 disks whose basin reaches far in both directions."""
+    return jamlab.pack(32, 1e-3, seed=3)
+
+
+@pytest.fixture(scope="module")
+def stabilized():
+    """16 disks without residual shear stress."""
+    return jamlab.pack(16, 1e-3, seed=1, ensemble="shear-stabilized")
+
+
+def unlike(one, two):
+    """Largest distance of a disk in two states, boxes brought to one size, common shift and rattlers left out."""
+    held = ~jamlab.contacts(one).rattlers
+    move = (two.positions @ np.linalg.inv(two.box) - one.positions @ np.linalg.inv(one.box))[held]
+    return np.abs(move - move.mean(axis=0)).max()
+
+
+# grid -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("to", [0.95, 0.73])
+def test_grid_is_linear_by_default(to):
+    """Up and down; the last interval is what is left."""
+    points = grid(0.84, to, 0.02)
+    assert np.sign(to - 0.84) * (points - 0.84) == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.10, 0.11])
+    assert points[-1] == to
+
+
+@pytest.mark.parametrize(("step", "nearest"), [(0.02, 1e-5), (0.02, 1e-3), (1e-3, 1e-6), (0.01, 0.01), (0.01, 0.009)])
+@pytest.mark.parametrize("to", [1.0, 0.68])
+def test_grid_is_log_spaced_and_then_linear(to, step, nearest):
+    """Five states per decade of distance from `nearest` on until they lie `step` apart; never further."""
+    distances = np.sign(to - 0.84) * (grid(0.84, to, step, nearest) - 0.84)
+    assert distances[0] == pytest.approx(nearest, rel=1e-6)
+    gaps = np.diff(distances)
+    assert np.all(gaps > 0) and gaps.max() <= step * (1 + 1e-9)
+    growing = np.flatnonzero(gaps < step * (1 - 1e-6))
+    growing = growing[growing < len(gaps) - 1]  # the last interval is what is left
+    assert np.array_equal(growing, np.arange(len(growing)))  # first the growing ones, then the others
+    assert distances[1 : len(growing) + 1] / distances[: len(growing)] == pytest.approx(10**0.2, rel=1e-6)
+    assert distances[len(growing)] * (10**0.2 - 1) >= step * (1 - 1e-6)  # the next one would be wider than a step
+    assert distances[-1] == pytest.approx(0.16, rel=1e-14)
+
+
+@pytest.mark.parametrize(("to", "step", "nearest"), [(0.845, 0.02, None), (0.845, 0.02, 0.01), (0.835, 0.005, 0.005)])
+def test_grid_of_a_short_way_is_its_end(to, step, nearest):
+    """No state beyond `to`, none twice."""
+    assert grid(0.84, to, step, nearest).tolist() == [to]
+
+
+def test_grid_ends_exactly():
+    """A whole number of steps but for rounding gives no sliver at the end."""
+    points = grid(0.84, 0.90, 0.01)
+    assert len(points) == 6 and points[-1] == 0.90
+    assert np.diff(points) == pytest.approx(0.01, rel=1e-9)
+
+
+# sweeps ---------------------------------------------------------------------------------------------------------------
+
+
+def test_states_near_onset_are_log_spaced():
+    """U ~ (phi - phi_J)^2 and p ~ phi - phi_J hold over the decades that the grid visits."""
+    onset = jamlab.jam("sp", 16, seed=3)
+    states = list(jamlab.compress(onset, to=onset.onset + 1e-3, step=1e-3, by="phi", nearest=1e-5))
+    wanted = [*(1e-5 * 10 ** (0.2 * np.arange(10))), 1e-3]
+    above = np.array([p.phi - onset.onset for p in states])
+    assert above == pytest.approx(wanted, rel=0.02)
+    assert states[-1].phi == pytest.approx(onset.onset + 1e-3, abs=1e-6)
+    e = [jamlab.evaluate(p) for p in states]
+    assert np.polyfit(np.log(above[:6]), np.log([x.pressure for x in e[:6]]), 1)[0] == pytest.approx(1, abs=0.05)
+    assert np.polyfit(np.log(above[:6]), np.log([x.energy for x in e[:6]]), 1)[0] == pytest.approx(2, abs=0.1)
+    assert all(p.provenance["converged"] and p.provenance["on_target"] for p in states)
+    assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.onset, wanted), abs=1e-9)
+
+
+def test_followed_basin_is_that_of_small_steps(start):
+    """Two states 0.01 apart, pressures foretold to 1 %, against a hundred steps each without foresight."""
+    followed = list(jamlab.compress(start, start.phi + 0.02, 0.01, by="phi", error=1e-2))
+    brute = list(jamlab.compress(start, start.phi + 0.02, 1e-4, by="phi"))
+    assert len(followed) == 2 and len(brute) == 200
+    for one, two in zip(followed, (brute[99], brute[-1]), strict=True):
+        assert one.phi == pytest.approx(two.phi, abs=2e-6)
+        assert unlike(one, two) < 1e-5
+        assert jamlab.evaluate(one).energy == pytest.approx(jamlab.evaluate(two).energy, rel=1e-3)
+        assert np.array_equal(jamlab.contacts(one).pairs, jamlab.contacts(two).pairs)
+        assert 0 < one.provenance["step_error"] <= 1e-2
+        assert "step_error" not in two.provenance
+
+
+def test_step_error_is_bounded_or_the_basin_ended(start):
+    """A tighter bound is met by shorter steps; the state is the same."""
+    rough, fine = (
+        next(jamlab.compress(start, start.phi + 2e-3, 2e-3, by="phi", error=error)) for error in (3e-2, 1e-3)
+    )
+    assert fine.provenance["step_error"] <= 1e-3 < rough.provenance["step_error"] <= 3e-2
+    assert unlike(rough, fine) < 1e-9
+
+
+def test_what_is_foretold_is_missed_by_the_square_of_a_step(start):
+    """Linear response: a step that changes the pressure by half a per cent is foretold far better than that."""
+    (near,) = jamlab.compress(start, start.phi + 1e-5, 1e-5, by="phi", error=1.0)
+    change = jamlab.evaluate(near).pressure / jamlab.evaluate(start).pressure - 1
+    assert change > 2e-3
+    assert near.provenance["step_error"] < 0.02 * change
+
+
+def test_jump_to_another_basin_shows():
+    """No step is short enough for it: the error says so, and the energy does not come back on the way down."""
+    p = jamlab.pack(32, 1e-3, seed=4)
+    (jumped,) = jamlab.compress(p, p.phi + 0.01, 0.01, by="phi", error=1e-2)
+    assert jumped.provenance["step_error"] > 1e-2
+    assert jumped.provenance["converged"] is True
+    *_, back = jamlab.compress(jumped, p.phi, 1e-3, by="phi")
+    assert jamlab.evaluate(back).energy < 0.99 * jamlab.evaluate(p).energy
+
+
+@pytest.mark.parametrize("by", ["phi", "rho"])
+def test_small_excursion_comes_back(start, by):
+    """Energies on the way down are those on the way up."""
+    at = start.phi if by == "phi" else jamlab.packing_fraction(start)
+    up = list(jamlab.compress(start, at + 2e-3, 5e-4, by=by, error=1e-2))
+    *down, home = jamlab.compress(up[-1], at, 5e-4, by=by, error=1e-2)
+    assert len(up) == 4 and len(down) == 3
+    for one, two in zip([start, *up[:-1]], [home, *down[::-1]], strict=True):
+        shift = two.phi - one.phi
+        assert abs(shift) < 1e-5  # targets are met to 1 % of a step, the last to 1e-6
+        e, other = jamlab.evaluate(one), jamlab.evaluate(two)
+        # dU = p A dln(phi): the energy at the phi of the other state
+        assert other.energy == pytest.approx(
+            e.energy + 0.5 * (e.pressure + other.pressure) * one.area * shift / one.phi, rel=1e-6
+        )
+        assert unlike(one, two) < 1e-4
+
+
+def test_decompression_loses_the_last_contact(start):
+    """Followed down through onset: the pressure falls to nothing, and nothing is foretold there."""
+    *_, last = jamlab.compress(start, start.phi - 0.01, 5e-3, by="phi", error=1e-1)
+    assert last.phi == pytest.approx(start.phi - 0.01, abs=1e-6)
+    assert jamlab.evaluate(last).pressure < 1e-9
+    assert jamlab.contacts(last).backbone == 0
+
+
+@pytest.mark.parametrize("error", [None, 3e-2])
+def test_ensemble_is_kept(start, stabilized, error):
+    """Up and down; the box goes on shearing, or stays square."""
+    for p, name in ((start, "fixed-box"), (stabilized, "shear-stabilized")):
+        for sign in (1, -1):
+            for q in jamlab.compress(p, p.phi + sign * 1e-3, 5e-4, by="phi", error=error):
+                e = jamlab.evaluate(q)
+                shear = np.hypot(0.5 * (e.stress[0, 0] - e.stress[1, 1]), e.stress[0, 1]) / e.pressure
+                assert q.provenance["ensemble"] == name
+                assert shear < 1e-8 if name == "shear-stabilized" else shear > 1e-3
+                assert (q.box[1, 0] == 0) == (name == "fixed-box")
+                assert sign * (e.pressure - 1e-3) > 0
+
+
+def test_progress_is_told(start):
+    """Once for every state."""
+    calls = []
+    states = list(
+        jamlab.compress(start, start.phi + 2e-3, 1e-3, by="phi", error=1e-2, progress=lambda *told: calls.append(told))
+    )
+    assert calls == [("compress", p.phi) for p in states]
+
+
+# refused --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"nearest": 0.0}, "nearest = 0.0: must be a number above 0 and at most 0.01"),
+        ({"nearest": -1e-5}, "nearest = -1e-05: "),
+        ({"nearest": 0.02}, "nearest = 0.02: must be a number above 0 and at most 0.01"),
+        ({"nearest": float("nan")}, "nearest = nan: "),
+        ({"nearest": "x"}, "nearest = 'x': "),
+        ({"error": 0.0}, "error = 0.0: must be a number above 0 and at most 1"),
+        ({"error": -0.1}, "error = -0.1: "),
+        ({"error": 1.5}, "error = 1.5: "),
+        ({"error": float("nan")}, "error = nan: "),
+        ({"error": True}, "error = True: "),
+        ({"step": 2.0}, "step = 2.0: must be a number above 0 and at most 1"),
+        ({"to": "dense"}, "to = 'dense': "),
+    ],
+)
+def test_bad_values_are_refused_by_name(start, arguments, message):
+    """When `compress` is called."""
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.compress(start, **{"to": 0.9, "step": 0.01} | arguments)

@@ -1,0 +1,233 @@
+"""Packings from nothing: onset, compression, target pressure; what is reached, how surely, and what is refused."""
+
+import numpy as np
+import pytest
+
+import jamlab
+
+WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
+
+
+def assert_onset(p, model, n, seed, force):
+    """What every packing at onset must be, whatever its seed."""
+    e = jamlab.evaluate(p)
+    assert (p.model, p.n, p.units) == (model, n, "eps")
+    assert WINDOW[0] <= e.contact_energy / len(p.positions) <= WINDOW[1]
+    assert e.max_force <= force and p.provenance["max_force"] <= force
+    assert p.provenance["converged"] is True and p.provenance["seed"] == seed
+    assert p.onset == p.phi
+    assert jamlab.packing_fraction(p) == pytest.approx(p.onset, abs=1e-4)  # no overlaps to speak of
+    assert e.pressure > 0
+
+
+def isostatic(p):
+    """Whether every constraint of the backbone counts exactly once."""
+    c = jamlab.contacts(p)
+    return c.count == 2 * c.backbone - 1 == c.isostatic
+
+
+# onset ----------------------------------------------------------------------------------------------------------------
+
+
+def test_disks_jam_isostatically():
+    """Four seeds of the first command in the README."""
+    packings = {seed: jamlab.jam(model="sp", n=64, seed=seed) for seed in (1, 2, 3, 4)}
+    for seed, p in packings.items():
+        assert_onset(p, "sp", 64, seed, 1e-12)
+        assert 0.80 < p.onset < 0.86
+        assert jamlab.contacts(p).rattlers.mean() < 0.2
+    assert sum(isostatic(p) for p in packings.values()) >= 3
+    assert len({p.onset for p in packings.values()}) == 4
+    sizes = np.unique(packings[1].diameters, return_counts=True)
+    assert sizes[0] == pytest.approx([2 / 2.4, 2.8 / 2.4]) and sizes[1].tolist() == [32, 32]
+
+
+@pytest.mark.slow
+def test_twenty_seeds_of_disks():
+    """Mean phi_J of Boromand et al. table 1, 0.84, within its spread at N = 64; all but a few exactly isostatic."""
+    packings = [jamlab.jam(model="sp", n=64, seed=seed) for seed in range(1, 21)]
+    for seed, p in enumerate(packings, start=1):
+        assert_onset(p, "sp", 64, seed, 1e-12)
+    assert 0.83 < np.mean([p.onset for p in packings]) < 0.845
+    assert sum(isostatic(p) for p in packings) >= 18
+
+
+def test_droplets_from_scratch_jam_too():
+    """Compressed as droplets from phi = 0.20, as the paper does, instead of carried by disks."""
+    p = jamlab.jam("dp", 8, 3, start="scratch", gamma=0.1, ka=50.0)
+    assert_onset(p, "dp", 8, 3, 1e-10)
+    assert p.provenance["start"] == "scratch"
+
+
+@pytest.mark.parametrize(
+    ("model", "start", "text"), [("dp", "cold", "carried, scratch"), ("sp", "scratch", "one start")]
+)
+def test_bad_start(model, start, text):
+    with pytest.raises(jamlab.InputError, match=text):
+        jamlab.jam(model, 8, 1, start=start)
+
+
+def test_droplets_jam(dp_onset):
+    """rho counts the rims; the polygons are still the free droplets."""
+    assert_onset(dp_onset, "dp", 12, 1, 1e-8)
+    assert 0.78 < dp_onset.onset < 0.87
+    regular = np.repeat([12 / np.pi * np.tan(np.pi / 12), 17 / np.pi * np.tan(np.pi / 17)], 6)
+    assert jamlab.shape_factors(dp_onset) == pytest.approx(regular, rel=1e-3)
+    assert np.diff(dp_onset.offsets).tolist() == [12] * 6 + [17] * 6
+    a0 = dp_onset.params["a0"]
+    assert a0[-1] / a0[0] == pytest.approx((17 / 12) ** 2) and np.sqrt(a0[[0, -1]]).mean() == pytest.approx(1)
+
+
+@pytest.mark.slow
+def test_droplets_with_the_printed_contact_form_do_not_converge_and_say_so():
+    """Eq 8 to the letter: its minima sit at kinks, so no state bears load with a small force imbalance."""
+    with pytest.raises(jamlab.ConvergenceError, match=r"no jammed state .* max force"):
+        jamlab.jam(model="dp", n=12, seed=1, contact="segment")
+
+
+@pytest.mark.parametrize(("model", "n"), [("sp", 32), ("dp", 8)])
+def test_one_seed_gives_one_packing_bit_for_bit(model, n):
+    """Within one process and whatever ran before."""
+    first, second = jamlab.jam(model=model, n=n, seed=5), jamlab.jam(model=model, n=n, seed=5)
+    assert first.positions.tobytes() == second.positions.tobytes()
+    assert first.box.tobytes() == second.box.tobytes() and first.onset == second.onset
+
+
+def test_progress_is_told():
+    """One call per minimum, with the stage and the packing fraction."""
+    calls = []
+    p = jamlab.jam(model="sp", n=16, seed=1, progress=lambda stage, phi: calls.append((stage, phi)))
+    assert {stage for stage, _ in calls} == {"onset"}
+    assert calls[-1][1] == p.phi and calls[0][1] == pytest.approx(0.21)
+
+
+# above onset ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("by", ["rho", "phi"])
+def test_compression_of_disks_hits_its_targets(by):
+    """Each state is a minimum; the last one lies at `to` within 1e-6, those before within 1 % of a step."""
+    start = jamlab.jam(model="sp", n=32, seed=1)
+    reached = jamlab.packing_fraction if by == "rho" else lambda p: p.phi
+    states = list(jamlab.compress(start, to=0.95, step=0.04, by=by))
+    assert len(states) == np.ceil((0.95 - reached(start)) / 0.04)
+    wanted = [*(reached(start) + 0.04 * np.arange(1, len(states))), 0.95]
+    assert [reached(p) for p in states] == pytest.approx(wanted, abs=4e-4)
+    assert reached(states[-1]) == pytest.approx(0.95, abs=1e-6)
+    pressure = [jamlab.evaluate(p).pressure for p in [start, *states]]
+    assert np.all(np.diff(pressure) > 0)
+    for p in states:
+        assert p.provenance["converged"] is True and jamlab.evaluate(p).max_force <= 1e-12
+        assert p.onset == start.onset and np.array_equal(p.diameters, start.diameters)
+
+
+def test_compression_leads_back_down():
+    """`to` below the present packing fraction decompresses; without contacts the pressure is gone."""
+    *_, last = jamlab.compress(jamlab.pack(n=16, pressure=1e-2, seed=1), to=0.80, step=0.05, by="phi")
+    assert last.phi == pytest.approx(0.80, abs=1e-6)
+    assert jamlab.evaluate(last).pressure == pytest.approx(0.0, abs=1e-10)
+
+
+def test_compression_of_droplets_hits_its_targets(dp_onset, dp_dense):
+    """In rho with rims; droplets deform and keep their area nearly."""
+    assert jamlab.packing_fraction(dp_dense) == pytest.approx(0.92, abs=1e-6)
+    assert dp_dense.provenance["converged"] is True
+    e = jamlab.evaluate(dp_dense)
+    assert e.max_force <= 1e-10 and e.pressure > 1e-3
+    assert dp_dense.onset == dp_onset.onset
+    assert np.all(jamlab.shape_factors(dp_dense) > jamlab.shape_factors(dp_onset))
+    assert dp_dense.polygon_areas == pytest.approx(dp_onset.polygon_areas, rel=0.02)
+
+
+# target pressure ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pressure", [1e-5, 1e-3, 0.1])
+def test_pack_meets_its_pressure(pressure):
+    """To 1e-6, at a minimum, in the law and units of Baumgarten & Tighe."""
+    p = jamlab.pack(n=64, pressure=pressure, seed=2)
+    e = jamlab.evaluate(p)
+    assert p.units == "k" and p.params == {"k": 1.0} and p.diameters.mean() == pytest.approx(1.0)
+    assert e.pressure == pytest.approx(pressure, rel=1e-6)
+    assert p.provenance["pressure"] == pytest.approx(e.pressure, rel=1e-9)
+    assert e.max_force <= 1e-12 and p.provenance["converged"] is True
+
+
+# refused --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"n": 1}, "n = 1: .* even number"),
+        ({"n": 0}, "n = 0: "),
+        ({"n": -4}, "n = -4: "),
+        ({"n": 63}, "n = 63: .* even number"),
+        ({"n": "x"}, "n = x: "),
+        ({"n": 8.0}, "n = 8.0: "),
+        ({"n": True}, "n = True: "),
+        ({"seed": -1}, "seed = -1: must be a whole number"),
+        ({"seed": 1.5}, "seed = 1.5: "),
+        ({"step": 0}, "step = 0: must be a number above 0 and at most 0.5"),
+        ({"step": -1e-3}, "step = -0.001: "),
+        ({"step": float("nan")}, "step = nan: "),
+        ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
+        ({"gamma": 0.1}, "model sp has no parameter 'gamma'"),
+        ({"model": "dp", "viscosity": 1.0}, "model dp has no parameter 'viscosity'.*gamma"),
+        (
+            {"model": "dp", "contact": "sphere"},
+            "unknown contact form 'sphere': use one of outline, segment, segment/smooth",
+        ),
+        ({"model": "dp", "gamma": -0.1}, r"gamma.*-0.1"),
+        ({"model": "dp", "delta": 0.0}, r"delta.* 0.0"),
+        ({"model": "dp", "ka": float("nan")}, r"ka.*nan"),
+        ({"model": "dp", "eps": "strong"}, r"eps.*strong"),
+    ],
+)
+def test_jam_refuses(arguments, message):
+    """Before any computing; the message names the value."""
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.jam(**{"n": 8} | arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"to": 0.0}, "to = 0.0: must be a number above 0 and at most 1"),
+        ({"to": 1.01}, "to = 1.01: must be a number above 0 and at most 1"),
+        ({"to": float("nan")}, "to = nan: "),
+        ({"to": 2.5, "by": "phi"}, "to = 2.5: must be a number above 0 and at most 2"),
+        ({"step": 0.0}, "step = 0.0: must be a number above 0"),
+        ({"step": -0.01}, "step = -0.01: must be a number above 0"),
+        ({"by": "pressure"}, "by = 'pressure': compress by 'rho' or 'phi'"),
+    ],
+)
+def test_compress_refuses(sp_jammed, arguments, message):
+    """When it is called, not when the first state is asked for."""
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.compress(sp_jammed, **{"to": 0.9} | arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"pressure": -1e-3}, "pressure = -0.001: must be a number above 0"),
+        ({"pressure": 0.0}, "pressure = 0.0: "),
+        ({"pressure": 5.0}, "pressure = 5.0: .* at most 0.3"),
+        ({"pressure": float("nan")}, "pressure = nan: "),
+        ({"n": 7}, "n = 7: "),
+        ({"seed": -2}, "seed = -2: "),
+    ],
+)
+def test_pack_refuses(arguments, message):
+    """Before any computing."""
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.pack(**{"n": 8, "pressure": 1e-3} | arguments)
+
+
+def test_at_phi_refuses_more_than_two(sp_jammed):
+    """A nominal packing fraction of the box change behind every compression."""
+    from jamlab.packing.deformation import at_phi
+
+    with pytest.raises(jamlab.InputError, match=r"phi = 2\.1: a packing fraction must lie between 0 and 2"):
+        at_phi(sp_jammed, 2.1)

@@ -1,0 +1,278 @@
+"""Solvers of G*(omega) against each other, against extended precision, limits, closed forms and causality."""
+
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+import jamlab
+from jamlab import ContactDamping, StokesDrag
+from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.rheology.complex_modulus import METHODS
+from jamlab.rheology.equation_of_motion import equation_of_motion
+from jamlab.rheology.slow_and_fast_limits import limits
+
+OMEGA = np.logspace(-12, 4, 17)
+SOLVERS = METHODS[1:]
+LAWS = [
+    ContactDamping(beta=1.0),
+    ContactDamping(beta=0.0),
+    ContactDamping(beta=1e-4),
+    ContactDamping(beta=100.0, tau=2.0),
+    StokesDrag(eta_f=1.0),
+    StokesDrag(eta_f=0.0),
+]
+
+
+@pytest.fixture(scope="module")
+def packings():
+    """Disks from deep compression to near onset."""
+    return {pressure: jamlab.pack(n=64, pressure=pressure, seed=1) for pressure in (1e-2, 1e-4, 1e-6)}
+
+
+@pytest.fixture(params=[1e-2, 1e-4, 1e-6])
+def packing(packings, request):
+    return packings[request.param]
+
+
+def relative(got, wanted):
+    """Larger of the relative differences of G' and of G''."""
+    return np.maximum(np.abs(got.real / wanted.real - 1), np.abs(got.imag / wanted.imag - 1))
+
+
+def modulus(s):
+    return s.storage + 1j * s.loss
+
+
+def extended_precision(motion, omega):
+    """G* with sums in 64-bit mantissas: the equation of motion solved dense, refined until it is exact."""
+    k, b = (m.toarray().astype(np.longdouble) for m in (motion.k, motion.b))
+    if motion.drifting:  # translation costs exactly nothing, not 1e-17, which is not small beside omega = 1e-12
+        for axis in (0, 1):
+            sums = k[:, axis:-1:2].sum(axis=1)
+            places = np.arange(motion.size) // 2 * 2 + axis
+            k[np.arange(motion.size), places] -= sums[:-1]
+            k[-1, axis:-1:2] -= sums[-1] / (motion.size // 2)
+        k[:-1, -1] = k[-1, :-1]
+    values = []
+    for w in omega:
+        m = k + np.clongdouble(1j * w) * b
+        factors = linalg.lu_factor(m[:-1, :-1].astype(np.complex128))
+        q = np.zeros(motion.size, dtype=np.clongdouble)
+        for _ in range(8):
+            q += linalg.lu_solve(factors, (-m[:-1, -1] - m[:-1, :-1] @ q).astype(np.complex128))
+        values.append((m[-1, -1] + m[-1, :-1] @ q) / motion.area)
+    return np.array(values)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("prestress", [True, False])
+def test_solvers_are_exact_and_know_their_error(packing, law, prestress):
+    """Sixteen decades: G' and G'' to 1e-9; the estimate is never ten times too low, nor useless."""
+    exact = extended_precision(equation_of_motion(packing, law, prestress), OMEGA)
+    for method in SOLVERS:
+        s = jamlab.complex_modulus(packing, OMEGA, law, prestress, method)
+        error = relative(modulus(s), exact).astype(float)
+        assert s.method == method
+        assert error.max() < 1e-9
+        assert np.all(error < 10 * s.error) and s.error.max() < 1e-8
+
+
+@pytest.mark.parametrize("law", LAWS[:1] + LAWS[4:], ids=str)
+@pytest.mark.parametrize("pressure", [1e-2, 1e-5])
+def test_reduced_equals_direct(law, pressure):
+    """In packings that the dense solver is not needed for; far fewer lines than modes."""
+    p = jamlab.pack(n=512, pressure=pressure, seed=2)
+    reduced, direct = (jamlab.complex_modulus(p, OMEGA[::2], law, method=m) for m in ("reduced", "direct"))
+    error = relative(modulus(reduced), modulus(direct))
+    assert error.max() < 1e-8
+    assert np.all(error < 10 * (reduced.error + direct.error))
+    assert 5 < len(reduced.spectrum.rates) < 80
+
+
+@pytest.mark.parametrize("omega", [[1e-9], [3e-3], [1e3], [1e-2, 1.0]])
+def test_reduced_serves_narrow_ranges(packings, omega):
+    """One frequency is enough to ask for, and asking for one or for many gives the same."""
+    p, law = packings[1e-4], ContactDamping()
+    narrow, wide = (jamlab.complex_modulus(p, w, law, method="reduced") for w in (omega, [*omega, *OMEGA]))
+    assert modulus(narrow) == pytest.approx(modulus(wide)[: len(omega)], rel=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_limits(packing, law):
+    """Slow: static modulus and least rotation. Fast: least dissipation; eta_0 > eta_inf."""
+    s = jamlab.complex_modulus(packing, [1e-12, 1e9], law, method="reduced")
+    static = elastic_tensor(packing).relaxed[0, 1, 0, 1]
+    assert s.storage[0] == pytest.approx(static, rel=1e-8) == s.g0
+    assert s.loss[0] == pytest.approx(s.eta0 * 1e-12, rel=1e-8)
+    assert s.eta_inf <= s.eta0
+    assert s.spectrum.eta0 == pytest.approx(s.eta0, rel=1e-8)
+    if isinstance(law, StokesDrag):  # affine
+        assert s.eta_inf == pytest.approx(law.eta_f, rel=1e-12, abs=1e-20)
+        assert s.storage[1] == pytest.approx(jamlab.shear_modulus(packing, "affine"), rel=1e-8)
+    else:
+        assert s.loss[1] == pytest.approx(s.eta_inf * 1e9, rel=1e-8)
+
+
+@pytest.mark.parametrize("method", SOLVERS)
+@pytest.mark.parametrize("tau", [1.0, 3.0])
+def test_eq_18_is_exact(packing, method, tau):
+    """Without sliding friction and pre-stress: G* = G_0 (1 + i omega tau)."""
+    s = jamlab.complex_modulus(packing, OMEGA, ContactDamping(beta=0.0, tau=tau), prestress=False, method=method)
+    assert s.storage == pytest.approx(s.g0, rel=1e-10)
+    assert s.loss == pytest.approx(s.g0 * OMEGA * tau, rel=1e-10)
+    assert s.tau_star == pytest.approx(tau, rel=1e-10)
+
+
+@pytest.mark.parametrize("law", [LAWS[0], LAWS[4]], ids=str)
+def test_kramers_kronig(packings, law):
+    """G'(w) - G_0 = (2 w^2/pi) P int (G''(x)/x)/(w^2 - x^2) dx: the response is causal. Solved w by w, not as a sum."""
+    step, half = np.log(10) / 8, 10 * 8
+    for w in (1e-4, 3e-2, 1.0):
+        x = w * np.exp(step * (np.arange(-half, half) + 0.5))  # w in the middle between two points
+        s = jamlab.complex_modulus(packings[1e-4], np.append(x, w), law, method="direct")
+        h = s.loss / s.omega
+        integral = step * np.sum((h[:-1] - h[-1]) * x / (w**2 - x**2))
+        assert s.storage[-1] - s.g0 == pytest.approx(2 * w**2 / np.pi * integral, rel=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_spectrum_is_positive(packing, law):
+    """Every Maxwell element stores and dissipates; their sum is G*."""
+    for method in ("dense", "reduced"):
+        s = jamlab.complex_modulus(packing, OMEGA, law, method=method)
+        assert np.all(s.spectrum.rates > 0) and np.all(s.spectrum.strengths > 0)
+        assert np.all(np.diff(s.spectrum.rates) >= 0)
+        assert modulus(s) == pytest.approx(s.spectrum.modulus(OMEGA), rel=1e-14)
+
+
+def test_weak_sliding_friction_is_a_singular_limit(packings):
+    """eta_0 = eta_0(beta = 0) + beta/p^(1/2)-ish (eq 22): beta = 1e-4 is not 0 near onset, beta = 1e-9 nearly is."""
+    eta0 = [jamlab.complex_modulus(packings[1e-6], [1.0], ContactDamping(beta=b)).eta0 for b in (0.0, 1e-9, 1e-4)]
+    assert eta0[1] == pytest.approx(eta0[0], rel=1e-3)
+    assert eta0[2] > 1.2 * eta0[0]
+
+
+def test_rattlers_change_nothing(packings):
+    """The network without its rattlers has the same G* but for nothing."""
+    p = packings[1e-4]
+    assert jamlab.contacts(p).rattlers.any()
+    kept = ~jamlab.contacts(p).rattlers
+    core = p.with_state(positions=p.positions[kept], diameters=p.diameters[kept])
+    a, b = (jamlab.complex_modulus(q, [1e-3, 1.0]) for q in (p, core))
+    assert modulus(a) == pytest.approx(modulus(b), rel=1e-12)
+
+
+def test_turned_labels_change_nothing(packings):
+    """Disks in another order, moved together and wrapped: the same spectrum."""
+    p = packings[1e-4]
+    order = np.random.default_rng(0).permutation(p.n)
+    moved = p.positions[order] + [0.3, -4.1]
+    moved -= np.floor(moved @ np.linalg.inv(p.box)) @ p.box
+    q = p.with_state(positions=moved, diameters=p.diameters[order])
+    for law in (LAWS[0], LAWS[4]):
+        a, b = (jamlab.complex_modulus(x, OMEGA, law, method="reduced") for x in (p, q))
+        assert relative(modulus(a), modulus(b)).max() < 1e-6  # positions lose digits of 1e-4 overlaps
+
+
+# deformable polygons --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_droplets(dp_dense, law):
+    """B is singular where vertices touch nothing; the solvers agree to 1e-6 or to what their estimates admit."""
+    omega = OMEGA[OMEGA <= 10]
+    dense, direct, reduced = (jamlab.complex_modulus(dp_dense, omega, law, method=m) for m in SOLVERS)
+    for s in (direct, reduced):
+        error = np.abs(modulus(s) / modulus(dense) - 1)  # G' of a fixed box may change sign: no error of its own
+        assert np.all(error < np.maximum(1e-6, s.error + dense.error)) and (s.error + dense.error).max() < 1e-3
+    assert reduced.storage[0] == pytest.approx(jamlab.shear_modulus(dp_dense), rel=1e-8)
+    assert reduced.loss[0] == pytest.approx(reduced.eta0 * omega[0], rel=1e-8)
+
+
+def test_droplets_relax_in_their_films(dp_dense):
+    """No viscosity is left at infinite frequency under contact damping; under Stokes drag that of the fluid is."""
+    film, fluid = (jamlab.complex_modulus(dp_dense, [1e8], law) for law in (LAWS[0], LAWS[4]))
+    assert film.eta_inf == 0.0 < film.eta0
+    assert fluid.eta_inf == pytest.approx(1.0, rel=1e-12)
+    assert fluid.storage[0] == pytest.approx(jamlab.shear_modulus(dp_dense, "affine"), rel=1e-6)
+    assert jamlab.shear_modulus(dp_dense) < film.storage[0] < jamlab.shear_modulus(dp_dense, "affine")
+
+
+# refusals -------------------------------------------------------------------------------------------------------------
+
+
+def buckling_crystal():
+    """A square crystal in balance that buckles: every contact pushes."""
+    places = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0)), axis=-1).reshape(-1, 2)
+    return jamlab.Packing("sp", 4 * np.eye(2), places, {"k": 1.0}, "k", np.full(16, 1.1))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_unstable_packings_are_refused_with_their_eigenvalue(method):
+    """Never NaN, never a number."""
+    p = buckling_crystal()
+    with pytest.raises(jamlab.ConvergenceError, match=r"negative mode.*eigenvalue is -0\.\d+"):
+        jamlab.complex_modulus(p, [1.0], method=method)
+
+
+def test_named_eigenvalue_is_an_eigenvalue():
+    """Of a larger packing that pre-stress breaks, by Lanczos iteration."""
+    p = jamlab.pack(n=128, pressure=3e-2, seed=1)
+    softer = p.with_state(diameters=1.06 * p.diameters)  # more force on the same places
+    k = jamlab.hessian(softer).toarray()[2:, 2:]
+    with pytest.raises(jamlab.ConvergenceError, match="eigenvalue is") as refusal:
+        limits(equation_of_motion(softer, ContactDamping()))
+    named = float(str(refusal.value).split("eigenvalue is ")[1].split(";")[0])
+    assert np.abs(np.linalg.eigvalsh(k) / named - 1).min() < 1e-2
+
+
+def test_large_packings_are_refused_by_the_dense_solver():
+    """With the size and the remedy."""
+    p = jamlab.pack(n=1200, pressure=1e-2, seed=1)
+    with pytest.raises(jamlab.InputError, match="at most 2048; use method='reduced'"):
+        jamlab.complex_modulus(p, [1.0], method="dense")
+
+
+@pytest.mark.parametrize("name", ["pardiso", "scipy", "guess"])
+def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
+    """Where PARDISO is installed both give the same; where it is not, and for other names, the remedy is named."""
+    plain = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
+    monkeypatch.setenv("JAMLAB_FACTORISATION", name)
+    if name == "guess":
+        with pytest.raises(jamlab.InputError, match="JAMLAB_FACTORISATION = 'guess': use one of pardiso, scipy"):
+            jamlab.complex_modulus(packings[1e-4], OMEGA)
+        return
+    if name == "pardiso" and find_spec("pypardiso") is None:
+        with pytest.raises(jamlab.InputError, match=r"pip install 'jamlab\[fast\]'"):
+            jamlab.complex_modulus(packings[1e-4], OMEGA)
+        return
+    s = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
+    assert relative(modulus(s), modulus(plain)).max() < 1e-9
+
+
+def test_no_frequency_is_refused(packings):
+    with pytest.raises(jamlab.InputError, match="give one number or one row"):
+        jamlab.complex_modulus(packings[1e-4], [])
+
+
+def test_mkl_is_looked_for_once(monkeypatch):
+    """A second solver must not search all packages for the library: that cost more than G* of a small packing."""
+    if find_spec("pypardiso") is None:
+        monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
+        with pytest.raises(jamlab.InputError, match="not installed"):
+            positive_solver()
+        return
+    from pypardiso import pardiso_wrapper
+
+    monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
+    positive_solver()
+
+    def searched(*_):
+        raise AssertionError("looked for MKL again")
+
+    monkeypatch.setattr(pardiso_wrapper, "find_library", searched)
+    monkeypatch.setattr(pardiso_wrapper.glob, "glob", searched)
+    positive_solver()

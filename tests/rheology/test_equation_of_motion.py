@@ -1,0 +1,148 @@
+"""K and B of disks and of deformable polygons against finite differences, plain loops, symmetry and null space."""
+
+import numpy as np
+import pytest
+import reference
+
+import jamlab
+from jamlab import ContactDamping, StokesDrag
+from jamlab.mechanics.elasticity import backbone
+from jamlab.packing.deformation import sheared
+
+LAWS = [ContactDamping(), ContactDamping(beta=0.0), ContactDamping(beta=0.3, tau=2.0), StokesDrag(eta_f=0.7)]
+
+
+@pytest.fixture(scope="module")
+def sp_deep():
+    """Disks at pressure 1e-2 k, rattlers taken out."""
+    return backbone(jamlab.pack(n=32, pressure=1e-2, seed=3))[0]
+
+
+@pytest.fixture(params=["sp", "dp"])
+def network(request, sp_deep, dp_dense):
+    return sp_deep if request.param == "sp" else backbone(dp_dense)[0]
+
+
+def shifted(p, u, strain):
+    """Box and positions sheared, then displaced by u."""
+    q = sheared(p, strain)
+    return q.with_state(positions=q.positions + u)
+
+
+def gradient(p, u, strain):
+    """dU/du and dU/dgamma from LAMMPS forces and stress, site by site, then gamma."""
+    q = shifted(p, u, strain)
+    e = jamlab.evaluate(q)
+    return np.append(-e.forces.ravel(), -p.area * e.stress[0, 1])  # stress is -(1/A) dU/dE
+
+
+def test_hessian_against_finite_differences(network):
+    """K v along random directions v, gamma row and column included, < 1e-7 of the largest entry."""
+    step = 1e-7
+    k = jamlab.dynamical_matrices(network)[0]
+    sites = len(network.positions)
+    rows = np.append(np.arange(2 * sites), k.shape[0] - 1)
+    k = k[rows][:, rows]
+    rng = np.random.default_rng(1)
+    directions = [rng.normal(size=2 * sites + 1) / 10, np.eye(2 * sites + 1)[-1], np.eye(2 * sites + 1)[3]]
+    for v in directions:
+        u, strain = v[:-1].reshape(-1, 2), v[-1]
+        up, down = (gradient(network, sign * step * u, sign * step * strain) for sign in (1, -1))
+        assert np.abs((up - down) / (2 * step) - k @ v).max() < 1e-7 * abs(k).max()
+
+
+def disk_dissipation(p, law, u, spin, flow):
+    """Baumgarten & Tighe eq 6, contact by contact."""
+    total = 0.0
+    for i in range(p.n):
+        for j in range(i):
+            for image in np.ndindex(3, 3):
+                r = p.positions[j] - p.positions[i] + (np.array(image) - 1) @ p.box
+                if np.hypot(*r) < p.diameters[[i, j]].mean():
+                    normal = r / np.hypot(*r)
+                    du = u[j] - u[i] + flow * np.array([r[1], 0.0])
+                    slide = du @ [-normal[1], normal[0]] - p.diameters[[i, j]] @ spin[[i, j]] / 2
+                    total += p.params["k"] * law.tau / 2 * ((du @ normal) ** 2 + law.beta * slide**2)
+    return total
+
+
+def polygon_dissipation(p, law, u, flow):
+    """The same for a vertex against the point of the outline that it meets."""
+    total = 0.0
+    rings = [np.arange(*p.offsets[m : m + 2]) for m in range(p.n)]
+    for m, ring in enumerate(rings):
+        for other in rings[:m] + rings[m + 1 :]:
+            for image in np.ndindex(3, 3):
+                shift = (np.array(image) - 1) @ p.box
+                sides = reference._sides([(int(v), tuple(p.positions[v] + shift)) for v in other])
+                if reference._far(p.positions[ring], p.positions[other] + shift, p.params["delta"]):
+                    continue
+                for vertex in ring:
+                    foot = min(reference._foot((int(vertex), tuple(p.positions[vertex])), side) for side in sides)
+                    distance, i, x, tail, head, t, nearest = foot
+                    if distance < p.params["delta"]:
+                        r = np.subtract(x, nearest)
+                        du = u[i] - (1 - t) * u[tail] - t * u[head] + flow * np.array([r[1], 0.0])
+                        par = du @ r / distance
+                        stiffness = p.params["eps"] / p.params["delta"] ** 2
+                        total += stiffness * law.tau / 2 * (par**2 + law.beta * (du @ du - par**2))
+    return total
+
+
+def dissipation(p, law, rates):
+    """Rayleigh function R of all rates."""
+    sites = len(p.positions)
+    u, flow = rates[: 2 * sites].reshape(-1, 2), rates[-1]
+    if isinstance(law, StokesDrag):
+        share = 1.0 if p.model == "sp" else 1 / np.repeat(np.diff(p.offsets), np.diff(p.offsets))
+        return law.tau / 2 * drag(p) * np.sum(share * np.sum(u**2, axis=1)) + law.eta_f / 2 * flow**2 * p.area
+    if p.model == "sp":
+        return disk_dissipation(p, law, u, rates[2 * sites : -1], flow)
+    return polygon_dissipation(p, law, u, flow)
+
+
+def drag(p):
+    return p.params["k"] if p.units == "k" else p.params["eps"]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_damping_matrix_against_finite_differences(network, law):
+    """B is the Hessian of R; R is quadratic, so differences are exact: along random rates and along gamma."""
+    b = jamlab.dynamical_matrices(network, law)[1]
+    rng = np.random.default_rng(2)
+    v, w = rng.normal(size=(2, b.shape[0]))
+    w[-1] = 1.0
+    gamma = np.eye(b.shape[0])[-1]
+    for along in (w, gamma):
+        up, down = (dissipation(network, law, v + sign * along) for sign in (1, -1))
+        assert (up - down) / 2 == pytest.approx(along @ (b @ v), rel=1e-10)
+
+
+@pytest.mark.parametrize("prestress", [True, False])
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_symmetry_and_null_space(network, law, prestress):
+    """Both symmetric; K blind to translation and rotation, contact damping to translation, Stokes drag not."""
+    if network.model == "dp" and not prestress:
+        with pytest.raises(jamlab.InputError, match="prestress = False"):
+            jamlab.dynamical_matrices(network, law, prestress)
+        return
+    k, b = (m.toarray() for m in jamlab.dynamical_matrices(network, law, prestress))
+    sites = len(network.positions)
+    size = 3 * sites + 1 if network.model == "sp" else 2 * sites + 1
+    assert k.shape == b.shape == (size, size)
+    translations = np.zeros((2, size))
+    translations[0, 0 : 2 * sites : 2] = translations[1, 1 : 2 * sites : 2] = 1
+    for m in (k, b):
+        assert np.abs(m - m.T).max() <= 1e-14 * np.abs(m).max()
+    assert np.abs(k @ translations.T).max() < 1e-12 * np.abs(k).max()
+    assert not k[2 * sites : -1].any()
+    modes = np.linalg.eigvalsh(k[: 2 * sites, : 2 * sites])
+    assert np.abs(modes[:2]).max() < 1e-12 * modes[-1] < 1e-7 * modes[-1] < modes[2]
+    drags = np.linalg.eigvalsh(b)
+    assert drags[0] > -1e-12 * drags[-1]  # never a source of energy
+    assert np.abs(b @ translations.T).max() < 1e-12 * np.abs(b).max() or isinstance(law, StokesDrag)
+    if isinstance(law, StokesDrag):
+        assert b[0, 0] > 0
+    elif network.model == "sp" and law.beta > 0:  # no mode without drag but the translations
+        moving = np.linalg.eigvalsh(b[:-1, :-1])
+        assert np.abs(moving[:2]).max() < 1e-12 * moving[-1] < 1e-9 * moving[-1] < moving[2]

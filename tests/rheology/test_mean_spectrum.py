@@ -1,0 +1,66 @@
+"""Spectra of several packings: mean and band, what is written, and what is refused."""
+
+import h5py
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.cli.spectrum_output import check_output, save
+from jamlab.rheology.mean_spectrum import Spectra
+
+OMEGA = np.geomspace(1e-4, 10, 9)
+
+
+@pytest.fixture(scope="module")
+def three():
+    packings = [jamlab.pack(32, 1e-2, seed, ensemble="shear-stabilized") for seed in (1, 2, 3)]
+    return Spectra(tuple(jamlab.complex_modulus(p, OMEGA) for p in packings), "k", (True, False, True))
+
+
+def test_band_is_mean_and_standard_error(three):
+    values = np.array([s.loss for s in three.members])
+    mean, low, high = three.band("loss")
+    assert mean == pytest.approx(values.sum(axis=0) / 3, rel=1e-14)
+    error = np.sqrt(((values - mean) ** 2).sum(axis=0) / 2 / 3)
+    assert high - mean == pytest.approx(error, rel=1e-12) and mean - low == pytest.approx(error, rel=1e-12)
+    one = Spectra(three.members[:1], "k", (True,))
+    mean, low, high = one.band("storage")
+    assert np.array_equal(low, mean) and np.array_equal(high, mean)
+
+
+def test_summary_and_rows_say_what_did_not_converge(three):
+    summary = three.summary()
+    assert summary["converged"] is False and "1 NOT CONVERGED" in three.description
+    assert summary["g0"] == pytest.approx(np.mean([s["g0"] for s in summary["packings"]]), rel=1e-14)
+    names, rows = three.rows()
+    assert len(rows) == len(OMEGA) and all(len(row) == len(names) == 6 for row in rows)
+
+
+def test_hdf5_holds_every_number(three, tmp_path):
+    save(three, "contact", tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert np.array_equal(file["omega"], OMEGA)
+        assert np.array_equal(file["storage"][1], three.members[1].storage)
+        assert list(file["converged"]) == [True, False, True]
+        assert file.attrs["damping"] == "contact" and file.attrs["units"] == "k"
+
+
+def test_picture_draws_band_and_slopes(three, tmp_path):
+    from jamlab.figures.packing_pictures import modulus_figure
+
+    axes = modulus_figure({"contact": three}, "k").axes[0]
+    assert len(axes.collections) == 2  # bands of G' and G''
+    slopes = []
+    for line in axes.lines[2:]:
+        x, y = line.get_data()
+        slopes.append(np.log(y[1] / y[0]) / np.log(x[1] / x[0]))
+    assert slopes == pytest.approx([1.0, 0.5])
+    save(three, "contact", tmp_path / "s.png")
+    assert (tmp_path / "s.png").stat().st_size > 10_000
+
+
+def test_unknown_endings_and_places_are_refused(tmp_path):
+    with pytest.raises(jamlab.InputError, match=r"s\.txt.*\.png"):
+        check_output(tmp_path / "s.txt")
+    with pytest.raises(jamlab.StorageError, match="nowhere"):
+        check_output(tmp_path / "nowhere" / "s.h5")

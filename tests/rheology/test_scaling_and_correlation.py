@@ -1,0 +1,190 @@
+"""Slow shear, displacement correlation, equivalent damping and scaling collapse against loops, closed forms, limits."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import jamlab
+from jamlab import ContactDamping, StokesDrag
+from jamlab.mechanics.elasticity import backbone
+from jamlab.rheology.displacement_correlation import correlation_along_x
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=64, pressure=1e-4, seed=1)
+
+
+# slow shear -----------------------------------------------------------------------------------------------------------
+
+
+def test_slow_shear_carries_the_modulus_and_the_viscosity(packing):
+    """G_0 A = sum k du_par^2 without pre-stress; A eta_0 at beta = 0 the same (eqs 4 and 6)."""
+    slow = jamlab.slow_shear(packing, prestress=False)
+    s = jamlab.complex_modulus(packing, [1.0], ContactDamping(beta=0.0), prestress=False)
+    assert len(slow.normal) == len(slow.tangential) == jamlab.contacts(packing).count
+    assert np.sum(slow.normal**2) / packing.area == pytest.approx(s.g0, rel=1e-9)
+    assert np.sum(slow.normal**2) / packing.area == pytest.approx(s.eta0, rel=1e-9)
+
+
+def test_slow_shear_without_rotation_bounds_the_viscosity(packing):
+    """Rotations only lower dissipation: A eta_0 <= sum du_par^2 + du_perp^2 at beta = 1, pre-stress kept."""
+    slow = jamlab.slow_shear(packing)
+    s = jamlab.complex_modulus(packing, [1.0], ContactDamping(beta=1.0))
+    assert s.eta0 < np.sum(slow.normal**2 + slow.tangential**2) / packing.area
+    stokes = jamlab.complex_modulus(packing, [1.0], StokesDrag(eta_f=0.0))
+    assert stokes.eta0 == pytest.approx(np.sum(slow.nonaffine**2) / packing.area, rel=1e-9)
+
+
+def test_sliding_grows_and_approach_fades_towards_onset():
+    """Fig 5, no pre-stress: medians ~ p^(1/4), p^(-1/4), p^(-1/4); two decades of p make factors of about 3."""
+    near, far = (jamlab.slow_shear(jamlab.pack(n=256, pressure=p, seed=1), prestress=False) for p in (1e-4, 1e-2))
+    assert near.median_normal < 0.6 * far.median_normal
+    assert near.median_tangential > 1.7 * far.median_tangential
+    assert near.median_nonaffine > 1.7 * far.median_nonaffine
+
+
+def test_slow_shear_is_for_disks(dp_onset):
+    with pytest.raises(jamlab.InputError, match="use a packing of model sp"):
+        jamlab.slow_shear(dp_onset)
+
+
+# correlation ----------------------------------------------------------------------------------------------------------
+
+
+def test_correlation_against_a_loop_over_pairs():
+    """Random sites in a tilted box, also outside it: every pair of one lane, by plain loops."""
+    rng = np.random.default_rng(1)
+    box = np.array([[12.0, 0.0], [3.0, 10.0]])
+    x, values = rng.uniform(-5, 20, (150, 2)), rng.normal(size=150)
+    c = correlation_along_x(x, values, box, lane=2.0, width=1.0)
+    fraction = x @ np.linalg.inv(box)
+    place = x - np.floor(fraction) @ box
+    row, column = (place[:, 1] / 2.0).astype(int), np.floor(place[:, 0] % 12.0).astype(int)
+    sums, pairs = np.zeros(6), np.zeros(6)
+    for i in range(150):
+        for j in range(150):
+            k = (column[j] - column[i]) % 12
+            if i != j and row[i] == row[j] and k < 6:
+                sums[k] += values[i] * values[j]
+                pairs[k] += 1
+    assert c.pairs == pytest.approx(pairs)
+    assert c.correlation == pytest.approx(sums / pairs / np.mean(values**2), rel=1e-9)
+
+
+def test_correlation_of_a_wave():
+    """cos(2 pi x/L) correlates as cos(2 pi delta/L) and crosses zero at L/4."""
+    rng = np.random.default_rng(2)
+    x = rng.uniform(0, 40, (4000, 2))
+    c = correlation_along_x(x, np.cos(2 * np.pi * x[:, 0] / 40), 40 * np.eye(2))
+    assert c.correlation == pytest.approx(np.cos(2 * np.pi * c.delta / 40), abs=0.05)
+    assert c.length == pytest.approx(10.0, abs=0.5)
+
+
+def test_displacements_give_the_modulus(packing):
+    """Stokes drag dissipates <|u'|^2>: G'' |gamma|^2 A = omega sum |u|^2 at unit stress."""
+    omega = 1e-3
+    network, u = jamlab.oscillating_displacements(packing, omega, StokesDrag(eta_f=0.0))
+    s = jamlab.complex_modulus(packing, [omega], StokesDrag(eta_f=0.0))
+    strain = 1 / (s.storage[0] + 1j * s.loss[0])
+    assert len(u) == network.n == jamlab.contacts(packing).backbone
+    assert s.loss[0] * abs(strain) ** 2 * packing.area == pytest.approx(omega * np.sum(np.abs(u) ** 2), rel=1e-9)
+
+
+def test_correlations_reach_further_in_slow_flow():
+    """Stokes drag: neighbours move together in slow flow, against each other in fast flow."""
+    larger = jamlab.pack(n=256, pressure=1e-2, seed=1)
+    slow, fast = (jamlab.displacement_correlation(larger, omega, StokesDrag()) for omega in (1e-3, 1.0))
+    near = (slow.delta > 0.7) & (slow.delta < 2.0)
+    assert slow.correlation[near].mean() > 0.0 > fast.correlation[near].mean()
+    assert 0.5 < slow.length < 0.5 * larger.box[0, 0]
+
+
+def test_impossible_correlations_are_refused(packing):
+    with pytest.raises(jamlab.InputError, match="lane = 0: must be positive"):
+        jamlab.displacement_correlation(packing, 1.0, lane=0)
+    with pytest.raises(jamlab.InputError, match=r"omega = -1\.0: must be positive"):
+        jamlab.displacement_correlation(packing, -1.0)
+    flat = correlation_along_x(backbone(packing)[0].positions, np.ones(backbone(packing)[0].n), packing.box)
+    with pytest.raises(jamlab.ConvergenceError, match="no zero within half the box"):
+        _ = flat.length
+
+
+# non-linear drag ------------------------------------------------------------------------------------------------------
+
+OMEGA = np.logspace(-8, 3, 12)
+
+
+@pytest.mark.parametrize("alpha", [0.5, 2 / 3, 1.0, 1.5])
+def test_equivalent_drag_dissipates_as_much_in_a_cycle(alpha):
+    """Eq 25 from its definition: int |v|^(1 + alpha) dt = tau int v^2 dt over a cycle of amplitude u_0, eq 24."""
+    for w, tau in zip(OMEGA, jamlab.equivalent_time(OMEGA, 1e-3, alpha), strict=True):
+        u0 = 1e-3 / np.hypot(1, w * tau)
+        nonlinear = quad(lambda t, v=u0 * w: np.abs(v * np.cos(t)) ** (1 + alpha), 0, np.pi / 2)[0]
+        assert tau * np.pi / 4 * (u0 * w) ** 2 == pytest.approx(nonlinear, rel=1e-8)
+
+
+def test_equivalent_time_has_the_limits_of_eq_26():
+    """tau ~ omega^(alpha - 1) F^(alpha - 1) when slow, ~ F^((alpha - 1)/alpha) when fast; 1 when linear."""
+    assert jamlab.equivalent_time(OMEGA, 1e-3, 1.0) == pytest.approx(1.0, rel=1e-12)
+    for alpha in (0.5, 2 / 3):
+        tau = jamlab.equivalent_time([1e-12, 1e-11, 1e9, 1e10], 1e-3, alpha)
+        other = jamlab.equivalent_time([1e-12, 1e10], 1e-4, alpha)
+        assert np.log10(tau[1] / tau[0]) == pytest.approx(alpha - 1, abs=1e-3)
+        assert tau[3] == pytest.approx(tau[2], rel=1e-3)
+        assert np.log10(other[0] / tau[0]) == pytest.approx(1 - alpha, abs=1e-3)
+        assert np.log10(other[1] / tau[3]) == pytest.approx((1 - alpha) / alpha, abs=1e-3)
+
+
+def test_nonlinear_modulus(packing):
+    """alpha = 1 is linear; alpha < 1: G'' ~ omega^alpha when slow, and it falls with the stress (eq 27)."""
+    linear = jamlab.complex_modulus(packing, OMEGA)
+    same = jamlab.nonlinear_modulus(packing, OMEGA, 1.0, 1e-6)
+    assert same.storage == pytest.approx(linear.storage, rel=1e-9)
+    assert same.loss == pytest.approx(linear.loss, rel=1e-9)
+    slow = [1e-18, 1e-17]
+    weak, strong = (jamlab.nonlinear_modulus(packing, slow, 0.5, stress) for stress in (1e-6, 1e-4))
+    assert np.log10(weak.loss[1] / weak.loss[0]) == pytest.approx(0.5, abs=1e-2)
+    assert strong.loss[0] / weak.loss[0] == pytest.approx(0.1, rel=1e-2)
+
+
+def test_impossible_drag_is_refused(packing):
+    for arguments, message in (((1.0, 1e-3, 0.0), "alpha = 0"), ((1.0, 0.0, 0.5), "force = 0"), ((-1, 1, 1), "omega")):
+        with pytest.raises(jamlab.InputError, match=message):
+            jamlab.equivalent_time(*arguments)
+
+
+# collapse -------------------------------------------------------------------------------------------------------------
+
+
+def made_up(p, mu, lam, noise):
+    """G* = p^mu (1 + (i omega/p^lam)^(mu/lam)): scaling by construction, Kelvin-Voigt when slow."""
+    omega = np.logspace(-9, 0, 91)
+    x = omega / p**lam
+    g = p**mu * noise * np.sqrt(1 + 1j * x) if mu / lam == 0.5 else p**mu * noise * (1 + 1j * x) ** (mu / lam)
+    return jamlab.ComplexModulus(omega, g.real, g.imag, p**mu, p ** (mu - lam) / 2, 0.0, "made up", 0 * omega)
+
+
+@pytest.mark.parametrize(("mu", "lam"), [(0.5, 1.0), (0.6, 0.9)])
+def test_collapse_finds_the_exponents_of_a_scaling_function(mu, lam):
+    """Delta = mu/lambda follows; a scatter of 5 % makes intervals that hold the truth."""
+    rng = np.random.default_rng(1)
+    pressures = [1e-2, 1e-3, 1e-4, 1e-5]
+    clean = jamlab.collapse(pressures, [[made_up(p, mu, lam, 1.0)] for p in pressures], resamples=0)
+    assert (clean.mu, clean.lam) == pytest.approx((mu, lam), abs=1e-3)
+    assert clean.exponent == pytest.approx(mu / lam, abs=0.02) and clean.spread < 1e-3
+    noisy = [[made_up(p, mu, lam, 1 + 0.05 * rng.normal()) for _ in range(6)] for p in pressures]
+    fit = jamlab.collapse(pressures, noisy, resamples=20)
+    assert abs(fit.mu - mu) < 3 * fit.mu_error < 0.1
+
+
+def test_impossible_collapses_are_refused(packing):
+    s = jamlab.complex_modulus(packing, [1e-3, 1.0])
+    with pytest.raises(jamlab.InputError, match="three pressures or more"):
+        jamlab.collapse([1e-3], [[s]])
+    other = jamlab.complex_modulus(packing, [1e-4, 1.0])
+    with pytest.raises(jamlab.InputError, match="same frequencies"):
+        jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [other]])
+    negative = jamlab.ComplexModulus(s.omega, -s.storage, s.loss, -s.g0, s.eta0, s.eta_inf, s.method, s.error)
+    with pytest.raises(jamlab.InputError, match="at pressure 1e-05 has no positive modulus"):
+        jamlab.collapse([1e-3, 1e-4, 1e-5], [[s], [s], [negative]])

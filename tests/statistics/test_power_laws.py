@@ -1,0 +1,167 @@
+"""Power laws, windows, finite size and collapse against data of known exponents; what must be refused."""
+
+import numpy as np
+import pytest
+
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.statistics.power_laws import collapse_exponents, collapse_spread, finite_size, power_law, widest_window
+
+X = np.geomspace(1e-4, 0.3, 25)
+
+
+@pytest.mark.parametrize("exponent", [-0.25, 0.5, 1.7])
+def test_one_free_power_law_is_recovered(exponent):
+    fit = power_law(X, 3.2 * X**exponent)
+    assert fit.exponents == pytest.approx([exponent], rel=1e-12)
+    assert fit.coefficients == pytest.approx([3.2], rel=1e-12)
+    assert fit.worst < 1e-12
+    assert fit(0.01) == pytest.approx(3.2 * 0.01**exponent)
+
+
+def test_the_two_terms_of_table_1_are_recovered():
+    y = 2.6 * X**0.5 + 4.0 * X
+    fixed = power_law(X, y, (0.5, 1.0))
+    assert fixed.coefficients == pytest.approx([2.6, 4.0], rel=1e-10)
+    one_free = power_law(X, y, (0.5, None))
+    assert one_free.exponents[1] == pytest.approx(1.0, rel=1e-5)
+    both_free = power_law(X, y, (None, None))
+    assert sorted(both_free.exponents) == pytest.approx([0.5, 1.0], rel=1e-3)
+
+
+def test_a_single_power_of_two_terms_lies_between_them():
+    y = 3.3 * X**0.5 + 7.1 * X
+    assert 0.5 < power_law(X, y, low=1e-2).exponents[0] < 1.0
+
+
+def test_units_change_coefficients_only():
+    rng = np.random.default_rng(3)
+    y = 2.0 * X**0.5 * np.exp(0.1 * rng.normal(size=len(X)))
+    a, b = power_law(X, y), power_law(5 * X, 7 * y)
+    assert b.exponents == pytest.approx(a.exponents, rel=1e-10)
+    assert b.coefficients == pytest.approx(7 * a.coefficients / 5**a.exponents, rel=1e-10)
+    assert b.spread == pytest.approx(a.spread)
+
+
+def test_errors_weight_the_points():
+    y = 2.0 * X**0.5
+    y[:5] *= 3
+    error = np.where(np.arange(len(X)) < 5, 1e3, 1e-3)
+    fit = power_law(X, y, (0.5,), error=error)
+    assert fit.coefficients == pytest.approx([2.0], rel=1e-6)
+    assert power_law(X, y, (0.5,)).coefficients[0] > 2.1
+    weighted = power_law(X, y, error=error)
+    assert weighted.exponents == pytest.approx([0.5], rel=1e-5)
+
+
+def test_with_errors_negative_values_count_without_them_they_cannot():
+    y = np.where(np.arange(len(X)) % 2, 2 * X, -X)
+    assert power_law(X, y, (1.0,), error=np.ones_like(X)).points == len(X)
+    assert power_law(X, y, (1.0,)).points == len(X) // 2
+
+
+def test_points_outside_the_window_and_nan_take_no_part():
+    y = X**0.5
+    y[X > 0.1] *= 9
+    y[3] = np.nan
+    fit = power_law(X, y, low=1e-3, high=0.1)
+    assert fit.exponents == pytest.approx([0.5])
+    assert 1e-3 <= fit.low < fit.high <= 0.1
+
+
+def test_the_widest_window_ends_where_the_law_changes():
+    cross = 1e-2
+    y = np.where(X < cross, X**1.5, X**2.5 / cross)
+    fit = widest_window(X, y, tolerance=0.02)
+    assert fit.exponents == pytest.approx([1.5], abs=0.02)
+    assert fit.low == X[0] and 0.5 * cross < fit.high < 1.3 * cross
+    upper = widest_window(X, y, tolerance=0.02, low=cross)
+    assert upper.exponents == pytest.approx([2.5], abs=0.02)
+
+
+def test_no_window_is_found_in_noise():
+    y = np.exp(np.random.default_rng(1).normal(size=len(X)))
+    with pytest.raises(ConvergenceError, match="power law"):
+        widest_window(X, y, tolerance=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (((X, X[:-1]), {}), "shapes"),
+        (((X, X), {"exponents": ()}), "exponent"),
+        (((X, X), {"low": 0.29}), "widen"),
+        (((X, -X), {}), "widen"),
+    ],
+)
+def test_impossible_fits_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        power_law(*arguments[0], **arguments[1])
+
+
+def test_bad_windows_are_refused():
+    with pytest.raises(InputError, match="tolerance"):
+        widest_window(X, X, tolerance=0.0)
+    with pytest.raises(InputError, match="needs 5"):
+        widest_window(X[:3], X[:3])
+
+
+def test_the_large_system_limit_is_recovered():
+    n = np.array([32, 64, 128, 256, 512])
+    y = 0.842 - 0.2 * n**-0.7
+    free = finite_size(n, y)
+    assert free.limit == pytest.approx(0.842, abs=1e-5) and free.exponent == pytest.approx(0.7, abs=1e-3)
+    fixed = finite_size(n[:2], y[:2], exponent=0.7)
+    assert fixed.limit == pytest.approx(0.842, abs=1e-12) and fixed.amplitude == pytest.approx(-0.2, rel=1e-9)
+    assert fixed(1e9) == pytest.approx(0.842, abs=1e-6)
+    y[0] += 0.1
+    error = np.array([1e3, 1e-4, 1e-4, 1e-4, 1e-4])
+    assert finite_size(n, y, error, exponent=0.7).limit == pytest.approx(0.842, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("n", "error", "message"),
+    [([32, 64], None, "three"), ([32, 64, -1], None, "positive"), ([32, 64, 128], [1, 0, 1], "positive")],
+)
+def test_impossible_extrapolations_are_refused(n, error, message):
+    with pytest.raises(InputError, match=message):
+        finite_size(n, np.ones(len(n)), error)
+
+
+def master(x):
+    return x / (1 + x**0.5)  # x for small x, sqrt(x) for large
+
+
+def sized(n, a, b):
+    """Curve of a system of size n that collapses as x n^a, y n^b."""
+    x = np.geomspace(1e-5, 0.1, 40)
+    return x, master(x * n**a) / n**b
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.0, 1.0), (1.2, 0.3)])
+def test_finite_size_exponents_of_a_collapse(a, b):
+    n = np.array([32.0, 64.0, 128.0, 256.0])
+    found = collapse_exponents(n, [[sized(m, a, b) for m in n]], start=(1.5, 0.7))
+    # interpolation between 40 points bends the master curve a little
+    assert found.a == pytest.approx(a, abs=0.01) and found.b == pytest.approx(b, abs=0.01)
+    assert found.spread < 2e-3 < found.before and found.quality > 0.98
+    fixed = collapse_exponents(n, [[sized(m, a, b) for m in n]], b=b, start=(1.0, 0.0))
+    assert fixed.b == b and fixed.a == pytest.approx(a, abs=0.01)
+
+
+def test_spread_is_the_distance_from_the_mean_curve():
+    x = np.geomspace(1e-3, 1, 30)
+    assert collapse_spread([(x, x), (x, x)]) == pytest.approx(0, abs=1e-12)
+    # two curves a factor e apart: each half a unit from their mean
+    assert collapse_spread([(x, x), (x, np.e * x)]) == pytest.approx(0.5)
+    assert collapse_spread([(3 * x, 7 * x), (3 * x, 7 * np.e * x)]) == pytest.approx(0.5)
+    assert collapse_spread([(x, x), (1e6 * x, x)]) == float("inf")
+
+
+def test_impossible_collapses_are_refused():
+    x = np.geomspace(1e-3, 1, 5)
+    with pytest.raises(InputError, match="two or more"):
+        collapse_spread([(x, x)])
+    with pytest.raises(InputError, match="positive"):
+        collapse_spread([(x, x), (x, -x)])
+    with pytest.raises(InputError, match="scales"):
+        collapse_exponents([1.0, 2.0], [[(x, x)]])
