@@ -21,7 +21,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.protocols.onset import LARGEST_TOLERANCE
+from jamlab.protocols.relaxation import LEAST_TOLERANCE
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
@@ -70,7 +73,7 @@ class Compression(_Table):
     by: Literal["rho", "phi"] = "rho"
     step: Annotated[float, Field(gt=0, le=1)] = 0.01
     nearest: Annotated[float, Field(gt=0, le=1)] | None = None
-    per_decade: Annotated[int, Field(ge=1, le=1000)] = 5
+    per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
 
     @model_validator(mode="after")
     def _within(self) -> "Compression":
@@ -89,9 +92,9 @@ class DampingLaws(_Table):
 
 
 class Tolerances(_Table):
-    """What is marked as not converged, beside what jamlab's own tolerances mark."""
+    """How well states are minimised, and from which error on results are marked as not converged."""
 
-    max_force: Positive | None = None  # largest force of a state
+    max_force: Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None = None  # `tolerance` of `jam`
     step_error: Annotated[float, Field(gt=0, le=1)] | None = None  # `error` of `jamlab.compress`
     spectrum_error: Positive = 1e-3  # estimated relative error of G*
 

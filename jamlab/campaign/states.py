@@ -43,8 +43,7 @@ def sweep_states(parameters: dict[str, Any]) -> SweepStates:
     else:
         packings = _from_onset(parameters, missing)
         targets = [float("nan")] * len(packings)
-    limit = parameters["tolerances"]["max_force"]
-    return SweepStates(packings, targets, [_converged(p, limit) for p in packings], missing)
+    return SweepStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
 
 
 def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> tuple[list[Packing], list[float]]:
@@ -52,7 +51,8 @@ def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> 
     packings, targets = [], []
     for pressure in parameters["pressures"]:
         try:
-            packings.append(pack(parameters["n"], pressure, parameters["seed"], ensemble=parameters["ensemble"]))
+            how = {"ensemble": parameters["ensemble"], "tolerance": parameters["tolerances"]["max_force"]}
+            packings.append(pack(parameters["n"], pressure, parameters["seed"], **how))
             targets.append(pressure)
         except ConvergenceError as error:
             missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
@@ -64,24 +64,20 @@ def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> 
 def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
     """Up from onset; a sweep that breaks off keeps the states it has."""
     law = parameters["force_law"] if parameters["model"] == "dp" else {}
-    onset = jam(parameters["model"], parameters["n"], parameters["seed"], ensemble=parameters["ensemble"], **law)
+    tolerance = parameters["tolerances"]["max_force"]
+    how = {"ensemble": parameters["ensemble"], "tolerance": tolerance}
+    onset = jam(parameters["model"], parameters["n"], parameters["seed"], **how, **law)
     if "compress" not in parameters:
         return [onset]
-    how = dict(parameters["compress"])
-    to, by = how.pop("to"), how["by"]
+    sweep = dict(parameters["compress"])
+    to, by = sweep.pop("to"), sweep["by"]
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        for packing in compress(onset, to, error=parameters["tolerances"]["step_error"], **how):
+        for packing in compress(onset, to, error=parameters["tolerances"]["step_error"], tolerance=tolerance, **sweep):
             packings.append(packing)
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
     return packings
-
-
-def _converged(packing: Packing, limit: float | None) -> bool:
-    reached = packing.provenance
-    within = limit is None or reached["max_force"] <= limit
-    return bool(reached["converged"] and reached.get("on_target", True) and within)

@@ -107,6 +107,8 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
     law.pop("law", None)  # the protocol decides
     law.pop("longest_edge", None)  # speed only
+    search = defaults("protocol")
+    search.pop("increment_least")  # says when to give up, not what comes out
     parameters: dict[str, Any] = {
         "version": [SCHEMA_VERSION, TASK_VERSION],
         "model": model,
@@ -114,9 +116,11 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
         "ensemble": sweep.ensemble,
         "observables": sorted({"states", *sweep.observables}),
         "force_law": law,
-        "search": defaults("protocol"),
+        "search": search,
         "tolerances": sweep.tolerances.model_dump(),
     }
+    if sweep.tolerances.max_force is not None:
+        parameters["minimized_to"] = sweep.tolerances.max_force  # jamlab 0.1.0 only marked states by it
     if sweep.compress is not None:
         parameters["compress"] = sweep.compress.model_dump()
     elif sweep.pressures is not None:

@@ -1,12 +1,12 @@
 """`jamlab compress`: a sweep above onset."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from jamlab.cli.console import bars, report
-from jamlab.cli.options import File, Frame, Json, Out
+from jamlab.cli.options import File, Frame, Json, Out, Tolerance
 from jamlab.packing.atomic_file import check_target
 
 
@@ -18,6 +18,7 @@ def compress(
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
     error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
     frame: Frame = -1,
+    tolerance: Tolerance = None,
     out: Out = Path("sweep.h5"),
     as_json: Json = False,
 ) -> None:
@@ -28,6 +29,6 @@ def compress(
     check_target(out)
     start = read(file, frame)
     with bars({start.model: "compress"}, to) as tell:
-        sweep = run(start, to, step, by=by, nearest=nearest, error=error, progress=lambda *a: tell(start.model, *a))
-        packings = [start, *sweep]
+        how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}
+        packings = [start, *run(start, to, step, progress=lambda *a: tell(start.model, *a), **how)]
     report(packings, out, as_json)

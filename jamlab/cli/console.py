@@ -42,7 +42,7 @@ def report(packings: list[Any], out: Path | None, as_json: bool) -> None:
     measured = table(packings)
     if out is not None:
         write(out, packings, measured)
-    marks = [bool(p.provenance.get("converged", False) and p.provenance.get("on_target", True)) for p in packings]
+    marks = [p.converged and p.on_target for p in packings]
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         print_json({"out": out and str(out), "onset": packings[-1].onset, "converged": marks, **columns})

@@ -91,8 +91,7 @@ def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tu
     runs = _run_both(n, seed, to, progress)
     try:
         densest = runs["sp"].packings[-1]
-        converged = bool(densest.provenance["converged"])
-        spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (converged,))
+        spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (densest.converged,))
     except ConvergenceError:
         spectrum = None
     for run in runs.values():
@@ -109,8 +108,8 @@ def rows(run: Run) -> list[list[str]]:
         cells = [f"{row[name]:{form}}" for name, form in FORMATS.items()]
         if np.isnan(row["g"]):
             cells[list(FORMATS).index("g")] = "not stable"
-        mark = "" if packing.provenance["converged"] else " (not converged)"
-        lines.append([*cells, f"{packing.provenance['max_force']:.0e}{mark}"])
+        mark = "" if packing.converged else " (not converged)"
+        lines.append([*cells, f"{packing.max_force:.0e}{mark}"])
     return lines
 
 
@@ -202,8 +201,8 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
 def unconverged(runs: dict[str, Run]) -> list[str]:
     """States whose minimisation did not meet the tolerance, by name."""
     return [
-        f"{run.model} rho = {rho:.4f}: max force {packing.provenance['max_force']:.1e}"
+        f"{run.model} rho = {rho:.4f}: max force {packing.max_force:.1e}"
         for run in runs.values()
         for packing, rho in zip(run.packings, run.measured["rho"], strict=True)
-        if not packing.provenance["converged"]
+        if not packing.converged
     ]

@@ -49,7 +49,7 @@ def gstar(
     found = Spectra(
         tuple(complex_modulus(p, omega, law, prestress, method) for p in packings),
         packings[0].units,
-        tuple(bool(p.provenance.get("converged", False)) for p in packings),
+        tuple(p.converged for p in packings),
     )
     if out is not None:
         spectrum_output.save(found, str(law), out)

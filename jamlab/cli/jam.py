@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import bars, report
-from jamlab.cli.options import Ensemble, Json, N, Out, Seed
+from jamlab.cli.options import Ensemble, Json, N, Out, Seed, Tolerance
 from jamlab.packing.atomic_file import check_target
 
 
@@ -17,6 +17,7 @@ def jam(
     contact: Annotated[str | None, typer.Option(help="DP contact form: outline, segment or segment/smooth.")] = None,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 all the way.")] = "bisection",
     ensemble: Ensemble = "fixed-box",
+    tolerance: Tolerance = None,
     out: Out = Path("onset.h5"),
     as_json: Json = False,
 ) -> None:
@@ -25,6 +26,7 @@ def jam(
 
     check_target(out)
     with bars({model: "to onset"}, 0.84) as tell:
-        choice: dict[str, Any] = {} if contact is None else {"contact": contact}
-        packing = run(model, n, seed, search=search, ensemble=ensemble, progress=lambda *a: tell(model, *a), **choice)
+        how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance}
+        how |= {} if contact is None else {"contact": contact}
+        packing = run(model, n, seed, progress=lambda *a: tell(model, *a), **how)
     report([packing], out, as_json)

@@ -1,12 +1,12 @@
 """`jamlab pack`: a packing at a pressure."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from jamlab.cli.console import bars, report
-from jamlab.cli.options import Ensemble, Json, N, Out, Seed
+from jamlab.cli.options import Ensemble, Json, N, Out, Seed, Tolerance
 from jamlab.packing.atomic_file import check_target
 
 
@@ -16,6 +16,7 @@ def pack(
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
     ranks: Annotated[int, typer.Option(help="MPI ranks; pays from about 10 000 disks.")] = 1,
+    tolerance: Tolerance = None,
     out: Out = Path("packing.h5"),
     as_json: Json = False,
 ) -> None:
@@ -24,5 +25,6 @@ def pack(
 
     check_target(out)
     with bars({"sp": "to pressure"}, 1.0) as tell:
-        packing = run(n, pressure, seed, ensemble=ensemble, ranks=ranks, progress=lambda *a: tell("sp", *a))
+        how: dict[str, Any] = {"ensemble": ensemble, "ranks": ranks, "tolerance": tolerance}
+        packing = run(n, pressure, seed, progress=lambda *a: tell("sp", *a), **how)
     report([packing], out, as_json)

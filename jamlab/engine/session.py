@@ -16,7 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.engine.deck_defaults import deck
+from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
@@ -25,7 +25,8 @@ from jamlab.packing.packing import Packing, self_crossings
 
 Array = NDArray[np.float64]
 
-SKIN = {"sp": 0.3, "dp": 0.1}  # extra reach of the neighbour list, mean particle size; sets speed only
+_EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
+_EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
 _IMAGE_BITS, _IMAGE_ZERO = 10, 512  # LAMMPS packs the image flags of a position into one 32-bit integer
 
 
@@ -112,7 +113,7 @@ class Session:
             and np.array_equal(packing.diameters, old.diameters)  # type: ignore[arg-type]
             and np.array_equal(packing.offsets, old.offsets)  # type: ignore[arg-type]
             and _same_params(packing.params, old.params)
-            and (packing.model == "sp" or _longest_edge(packing) < 0.9 * self._edge_limit)
+            and (packing.model == "sp" or _longest_edge(packing) < _EDGE_KEPT * self._edge_limit)
         )
         if not same:
             self._build(packing)
@@ -208,7 +209,7 @@ class Session:
         _check_fits(packing)
         self._packing = packing
         settings: dict[str, Any] = {k: v for k, v in packing.params.items() if k != "a0"}
-        settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": SKIN[packing.model]}
+        settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if packing.model == "dp":
             settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
@@ -315,9 +316,7 @@ def _same_params(a: dict[str, Any], b: dict[str, Any]) -> bool:
 
 def _edge_limit(packing: Packing) -> float:
     """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
-    from jamlab.engine.deck_defaults import defaults
-
-    return max(float(defaults("dp")["longest_edge"]), 1.5 * _longest_edge(packing))
+    return max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * _longest_edge(packing))
 
 
 def _longest_edge(packing: Packing) -> float:

@@ -16,7 +16,7 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 | /parameters/offsets            | (n + 1,)  | int64          | DP only                                                |
 | /parameters/force_law/<name>   | () or any | number, str    | `Packing.params`                                       |
 | /parameters/onset              | (F,)      | float64        | NaN: none                                              |
-| /parameters/provenance         | (F,)      | str            | JSON                                                   |
+| /parameters/provenance         | (F,)      | str            | JSON; with ensemble, max_force and converged           |
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
 of a newer version is refused. MDAnalysis opens the file (in float32) with a topology of as many atoms as positions:
@@ -82,7 +82,7 @@ def file_image(
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
     params = {name: _param(name, value) for name, value in frames[0].params.items()}
     onsets = [_onset(k, packing.onset) for k, packing in enumerate(frames)]
-    histories = [_history(k, packing.provenance) for k, packing in enumerate(frames)]
+    histories = [_history(k, {**p.provenance, "ensemble": p.ensemble}) for k, p in enumerate(frames)]
 
     with _memory_file() as file:
         _write_header(file)
@@ -292,6 +292,7 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     parameters = file["parameters"]
     particles = file["particles/all"]
     onset = float(parameters["onset"][frame])
+    history = json.loads(parameters["provenance"].asstr()[frame])
     fields = {
         "model": parameters.attrs["model"],
         "units": parameters.attrs["units"],
@@ -301,7 +302,10 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
         "diameters": parameters["diameters"][()] if "diameters" in parameters else None,
         "offsets": parameters["offsets"][()] if "offsets" in parameters else None,
         "onset": None if np.isnan(onset) else onset,
-        "provenance": json.loads(parameters["provenance"].asstr()[frame]),
+        "ensemble": history.pop("ensemble", "fixed-box"),
+        "max_force": history.get("max_force"),
+        "converged": history.get("converged", False),
+        "provenance": history,
     }
     try:
         return Packing(**fields)

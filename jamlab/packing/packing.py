@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 
 MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
+ENSEMBLES = ("fixed-box", "shear-stabilized")
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")
+_STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "eps"): ("eps",),
     ("sp", "k"): ("k",),
@@ -43,7 +45,12 @@ class Packing:
         diameters: SP (n,) float64, else None.
         offsets: DP (n + 1,) int64: vertices of particle m are positions[offsets[m]:offsets[m + 1]], else None.
         onset: phi_J (= rho_J) of the packing that this one was compressed from, or None.
-        provenance: how it was made: seed, versions, protocol, `max_force` reached, `converged`, wall time.
+        ensemble: "fixed-box", or "shear-stabilized": the box is sheared until no shear stress is left.
+        max_force: largest force left by the minimisation that ended in this state, or None if none did.
+        converged: whether that minimisation met its tolerance. A copy whose particles, box or force law differ has
+            `max_force` None and `converged` False, unless it states its own.
+        provenance: a record of how it was made: seed, versions, protocol, tolerance, wall time; repeats `max_force` and
+            `converged` of a minimum.
 
     Raises:
         InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
@@ -59,6 +66,9 @@ class Packing:
     diameters: Array | None = None
     offsets: NDArray[np.int64] | None = None
     onset: float | None = None
+    ensemble: str = "fixed-box"
+    max_force: float | None = None
+    converged: bool = False
     provenance: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -70,6 +80,7 @@ class Packing:
             raise InputError("a packing needs at least one particle")
         if self.onset is not None and not (is_number(self.onset) and self.onset > 0):
             raise InputError(f"onset is {self.onset!r}: must be a packing fraction or None")
+        self._check_minimum()
         _check_box(self.box)
         check_params(self.model, self.units, self.params)
         if self.model == "sp":
@@ -79,6 +90,16 @@ class Packing:
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
+
+    def _check_minimum(self) -> None:
+        check_choice("ensemble", self.ensemble, ENSEMBLES)
+        if self.max_force is not None and not (is_number(self.max_force) and self.max_force >= 0):
+            raise InputError(f"max_force is {self.max_force!r}: must be a number, 0 or more, or None")
+        if not isinstance(self.converged, bool):
+            raise InputError(f"converged is {self.converged!r}: must be True or False")
+        if self.max_force is not None:
+            reached = {"max_force": self.max_force, "converged": self.converged}
+            self._set("provenance", {**self.provenance, **reached})
 
     def _check_disks(self) -> None:
         if self.offsets is not None:
@@ -180,15 +201,27 @@ class Packing:
 
         return float(np.sum(free_area(np.diff(self._polygon_offsets), self.params)) / self.area)
 
+    @property
+    def on_target(self) -> bool:
+        """Whether the sweep that made this state met the packing fraction asked for; True if none was."""
+        return bool(self.provenance.get("on_target", True))
+
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
 
     def with_state(self, **changes: Any) -> "Packing":
-        """Copy with some attributes replaced; `provenance` entries are merged into the old ones."""
-        if "provenance" in changes:
-            changes["provenance"] = {**self.provenance, **changes["provenance"]}
-        return replace(self, **changes)
+        """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
+
+        A copy with other particles, another box or another force law is at no known minimum: `max_force` and
+        `converged` are cleared there and in the provenance, unless they are among the changes.
+        """
+        provenance = dict(self.provenance)
+        if not _STATE.isdisjoint(changes):
+            changes = {"max_force": None, "converged": False, **changes}
+            for name in ("max_force", "converged"):
+                provenance.pop(name, None)
+        return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
 
     def write(self, path: Any) -> None:
         """Write this one packing to an HDF5 file, see `jamlab.packing.hdf5`."""

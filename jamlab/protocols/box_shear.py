@@ -4,7 +4,7 @@ Compressed in a fixed square box, a small packing keeps a shear stress and may b
 negative. At a minimum over both shears of the box as well, G is positive in every direction.
 """
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,19 +12,43 @@ from jamlab.checks import check_choice
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow_shear
-from jamlab.protocols.relaxation import Relaxed, relax
+from jamlab.packing.packing import ENSEMBLES
+from jamlab.protocols.relaxation import Minimizer, Relaxed, relax
 
-ENSEMBLES = ("fixed-box", "shear-stabilized")
 
+@dataclass(frozen=True)
+class BoxShearSettings:
+    """Numbers of the method; `tests/protocols/benchmark_solver_settings.py` shows what each of them costs.
+
+    Attributes:
+        stress_tolerance: residual shear stress over pressure at the end.
+        steps: of the box at most.
+        longest_strain: in one step: linear response of the sites holds no further.
+        reach: first trust radius over the compressive strain p/B, in which overlaps close.
+        good, poor: parts of the fall foretold above which the radius grows and below which it shrinks.
+        grow, shrink: factors of the radius.
+        refused: factor of the length of a step that led uphill: the next radius.
+        softest: least curvature over the largest that a step is divided by.
+    """
+
+    stress_tolerance: float = 1e-8
+    steps: int = 60
+    longest_strain: float = 0.02
+    reach: float = 0.3
+    good: float = 0.5
+    poor: float = 0.25
+    grow: float = 2.5
+    shrink: float = 0.5
+    refused: float = 0.25
+    softest: float = 1e-12
+
+
+BOX_SHEAR = BoxShearSettings()
 _SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
-_STRESS_TOLERANCE = 1e-8  # residual shear stress over pressure
-_STEPS = 60
-_LARGEST_STRAIN = 0.02
-_REACH = 0.3  # first trust radius over the compressive strain p/B, in which overlaps close
 
 
-def minimizer(ensemble: str) -> Callable[..., Relaxed]:
-    """How states of an ensemble are relaxed: `relax` or `relax_with_box_shear`.
+def minimizer(ensemble: str) -> Minimizer:
+    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`.
 
     Args:
         ensemble: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no shear stress
@@ -42,7 +66,9 @@ def shear_stress(state: Evaluation) -> float:
     return float(np.hypot(0.5 * (state.stress[0, 0] - state.stress[1, 1]), state.stress[0, 1]))
 
 
-def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure: float = 0.0) -> Relaxed:
+def relax_with_box_shear(
+    session: Session, tolerance: float | None = None, *, near: bool = False, least_pressure: float = 0.0
+) -> Relaxed:
     """Minimise the energy over positions and over both shears of the box, at fixed area.
 
     Newton steps in the two shear strains, eigenvalues of the 2 x 2 curvature taken by absolute value, with a trust
@@ -51,6 +77,7 @@ def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure
 
     Args:
         session: is left in the minimum; without contacts it is left where contacts were lost.
+        tolerance: see `relax`.
         near: see `relax`.
         least_pressure: see `relax`.
 
@@ -58,11 +85,11 @@ def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure
         The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure. A packing that
         comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
     """
-    found = relax(session, near=near, least_pressure=least_pressure)
+    found = relax(session, tolerance, near=near, least_pressure=least_pressure)
     radius = None
-    for _ in range(_STEPS):
+    for _ in range(BOX_SHEAR.steps):
         state, packing = found.evaluation, session.packing()
-        settled = shear_stress(state) <= _STRESS_TOLERANCE * state.pressure
+        settled = shear_stress(state) <= BOX_SHEAR.stress_tolerance * state.pressure
         if settled or not found.converged or state.pressure < least_pressure:
             return found
         try:
@@ -73,23 +100,23 @@ def relax_with_box_shear(session: Session, *, near: bool = False, least_pressure
         work = np.einsum("aij,ij->a", _SHEARS, state.stress)
         values, vectors = np.linalg.eigh(curvature)
         if radius is None:
-            radius = _REACH * state.pressure / compression_modulus(tensor.relaxed, state.pressure)
-        step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), 1e-12 * np.abs(values).max()))
+            radius = BOX_SHEAR.reach * state.pressure / compression_modulus(tensor.relaxed, state.pressure)
+        step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), BOX_SHEAR.softest * np.abs(values).max()))
         length = float(np.hypot(*step))
-        step *= min(1.0, min(radius, _LARGEST_STRAIN) / length)
+        step *= min(1.0, min(radius, BOX_SHEAR.longest_strain) / length)
         session.load(follow_shear(packing, np.einsum("a,aij->ij", step, _SHEARS), tensor))
-        trial = relax(session, near=True, least_pressure=least_pressure)
+        trial = relax(session, tolerance, near=True, least_pressure=least_pressure)
         gained = 0.5 * (work + np.einsum("aij,ij->a", _SHEARS, trial.evaluation.stress)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
         if trial.evaluation.pressure < least_pressure:
             return trial
         if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
             found = trial
-            if gained > 0.5 * predicted:
-                radius *= 2.5
-            elif gained < 0.25 * predicted:
-                radius *= 0.5
+            if gained > BOX_SHEAR.good * predicted:
+                radius *= BOX_SHEAR.grow
+            elif gained < BOX_SHEAR.poor * predicted:
+                radius *= BOX_SHEAR.shrink
         else:
             session.load(packing)
-            radius = 0.25 * min(radius, length)
-    return Relaxed(session.evaluate(), False, found.newton_steps)
+            radius = BOX_SHEAR.refused * min(radius, length)
+    return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)

@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import check_number
+from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -15,15 +17,38 @@ from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.onset import Progress
 from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, Relaxed
+from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance
 
 Array = NDArray[np.float64]
 
-_SECANT_STEPS = 15
-_SHORTEST = 1e-7  # of phi, in one step that follows a basin
-_LOOSE = 1e3  # pressure over force tolerance below which a pressure is not worth foretelling
+LARGEST_TOLERANCE = 1e-3  # forces of a packing far above onset, in units of eps over length, are 1e-2
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """Numbers of a sweep.
+
+    Attributes:
+        secant_steps: at most, to a true packing fraction.
+        met: distance from a state's packing fraction over that to the state before.
+        met_last: distance of the last state from its packing fraction.
+        least_slope: of rho against phi for a secant; below, the packing has jumped to another basin.
+        shortest: step in phi, when following a basin.
+        loose: pressure over force tolerance below which a pressure is not worth predicting.
+        easy: part of the error allowed below which the next step may be twice as long.
+    """
+
+    secant_steps: int = 15
+    met: float = 0.01
+    met_last: float = 1e-6
+    least_slope: float = 0.1
+    shortest: float = 1e-7
+    loose: float = 1e3
+    easy: float = 0.3
+
+
+SWEEP = SweepSettings()
 
 
 def compress(
@@ -33,13 +58,14 @@ def compress(
     *,
     by: str = "rho",
     nearest: float | None = None,
-    per_decade: int = 5,
+    per_decade: int | None = None,
     error: float | None = None,
+    tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Iterator[Packing]:
-    """States on the way to a higher (or lower) packing fraction, each at an energy minimum.
+    """Compress or decompress a packing by steps, each to an energy minimum.
 
-    The ensemble of the packing, fixed box or shear-stabilized, is kept (`provenance["ensemble"]`).
+    The ensemble of the packing, fixed box or shear-stabilized, is kept.
 
     Args:
         packing: where to start, usually from `jam`.
@@ -48,16 +74,18 @@ def compress(
         by: "rho", the true packing fraction (`packing_fraction(p)`), or "phi", the nominal one.
         nearest: distance of the first state from the start; from there on `per_decade` states per decade of distance,
             until they are `step` apart. By default all states are.
-        per_decade: see `nearest`.
-        error: follow the basin: go on by sub-steps so short that linear response foretells every pressure to this
+        per_decade: see `nearest`; default `per_decade` of `sweep.parameters`.
+        error: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
             relative error. By default each state is reached in one step, which may jump to another basin. A small
             packing may come loose even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
+        tolerance: largest force at a minimum, in units of the packing; default `force` of `*.minimum.parameters`, 1e-12
+            for disks and 1e-10 for droplets; from 1e-15 to 1e-3.
         progress: called with the stage and the packing fraction after each minimisation.
 
     Yields:
-        One Packing per state. A state that did not converge has `provenance["converged"]` False, one that misses its
-        packing fraction, because it jumps there, has `provenance["on_target"]` False. With `error`,
-        `provenance["step_error"]` is the largest relative error of a pressure foretold since the state before.
+        One Packing per state. A state that did not converge has `converged` False, one that misses its packing
+        fraction, because it jumps there, has `on_target` False. With `error`, `provenance["step_error"]` is the largest
+        relative error of a pressure predicted since the state before.
 
     Raises:
         InputError: `to`, `step`, `nearest`, `per_decade` or `error` out of range.
@@ -68,20 +96,23 @@ def compress(
     check_number("to", to, 1.0 if by == "rho" else 2.0)
     if nearest is not None:
         check_number("nearest", nearest, step)
-    check_number("per_decade", per_decade, 1000)
+    if per_decade is not None:
+        check_number("per_decade", per_decade, 1000)
+    check_tolerance(tolerance, LARGEST_TOLERANCE)
     if error is not None:
         check_number("error", error, 1.0)
-    minimizer(_ensemble(packing))
     value = packing_fraction(packing) if by == "rho" else packing.phi
-    return _sweep(packing, grid(value, to, step, nearest, per_decade), by, error, progress)
+    targets = grid(value, to, step, nearest, per_decade)
+    force = force_tolerance(packing.model) if tolerance is None else tolerance
+    return _sweep(packing, targets, by, error, force, progress)
 
 
-def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int = 5) -> Array:
+def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
     """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
     way = abs(to - start)
     distances: Array = np.empty(0)
     if nearest is not None:
-        growth = 10 ** (1 / per_decade)
+        growth = 10 ** (1 / (per_decade or int(defaults("sweep")["per_decade"])))
         count = 1 + int(np.ceil(np.log(step / ((growth - 1) * nearest)) / np.log(growth)))
         distances = np.asarray(nearest * growth ** np.arange(max(1, count)))
     last = distances[-1] if len(distances) else 0.0
@@ -91,38 +122,34 @@ def grid(start: float, to: float, step: float, nearest: float | None = None, per
     return np.asarray([*(start + np.sign(to - start) * distances), to])
 
 
-def _ensemble(packing: Packing) -> str:
-    return str(packing.provenance.get("ensemble", "fixed-box"))
-
-
 def _sweep(
-    packing: Packing, targets: Array, by: str, error: float | None, progress: Progress | None
+    packing: Packing, targets: Array, by: str, error: float | None, force: float, progress: Progress | None
 ) -> Iterator[Packing]:
     def measure(state: Packing) -> float:
         return packing_fraction(state) if by == "rho" else state.phi
 
     value, slope = measure(packing), 1.0
-    relax_state = minimizer(_ensemble(packing))
+    relax_state = minimizer(packing.ensemble)
     before = value
     with Session(packing) as session:
         for target in targets:
             began = time.perf_counter()
-            tolerance = min(0.01 * abs(target - before), 1e-6 if target == targets[-1] else 1.0)
+            tolerance = min(SWEEP.met * abs(target - before), SWEEP.met_last if target == targets[-1] else 1.0)
             step_error = 0.0
             # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
-            for _ in range(_SECANT_STEPS):
+            for _ in range(SWEEP.secant_steps):
                 phi = packing.phi + (target - value) / slope
                 if error is None:
                     session.load(at_phi(packing, phi))
-                    found = relax_state(session)
+                    found = relax_state(session, force)
                 else:
-                    found, missed = _followed(session, packing, phi, error)
+                    found, missed = _follow(session, packing, phi, error, force)
                     step_error = max(step_error, missed)
                 state = session.packing()
                 reached = measure(state)
                 if abs(reached - target) <= tolerance:
                     break
-                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > 0.1:
+                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > SWEEP.least_slope:
                     slope = (reached - value) / (state.phi - packing.phi)
                 packing, value = state, reached
             entries = {} if error is None else {"step_error": step_error}
@@ -141,30 +168,30 @@ def _sweep(
             yield packing
 
 
-def _followed(session: Session, packing: Packing, phi: float, error: float) -> tuple[Relaxed, float]:
-    """Go to phi by steps in which linear response foretells the pressure to a relative error; also returns that."""
-    relax_state = minimizer(_ensemble(packing))
+def _follow(session: Session, packing: Packing, phi: float, error: float, force: float) -> tuple[Relaxed, float]:
+    """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
+    relax_state = minimizer(packing.ensemble)
     largest, length = 0.0, abs(phi - packing.phi)
     while True:
         pressure = 0.5 * float(np.trace(stress(packing)))
         length = min(length, abs(phi - packing.phi))
         following = packing.phi + np.sign(phi - packing.phi) * length
-        foretold = _foretold_pressure(packing, pressure, following)
+        predicted = _predict_pressure(packing, pressure, following)
         session.load(follow(packing, following))
-        found = relax_state(session, near=True)
+        found = relax_state(session, force, near=True)
         met = found.evaluation.pressure
-        missed = abs(met - foretold) / max(abs(met), abs(foretold), _LOOSE * FORCE_TOLERANCE[packing.model])
-        if (missed > error or not found.converged) and length > _SHORTEST:
+        missed = abs(met - predicted) / max(abs(met), abs(predicted), SWEEP.loose * force)
+        if (missed > error or not found.converged) and length > SWEEP.shortest:
             length *= 0.5
             continue
         largest = max(largest, missed)
         packing = session.packing()
         if abs(packing.phi - phi) <= 1e-12:
             return found, largest
-        length *= 2.0 if missed < 0.3 * error else 1.0
+        length *= 2.0 if missed < SWEEP.easy * error else 1.0
 
 
-def _foretold_pressure(packing: Packing, pressure: float, phi: float) -> float:
+def _predict_pressure(packing: Packing, pressure: float, phi: float) -> float:
     try:
         modulus = compression_modulus(elastic_tensor(packing).relaxed, pressure)
     except ConvergenceError:  # not jammed: no response

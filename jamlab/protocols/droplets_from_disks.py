@@ -22,9 +22,10 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
+from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import droplet_params
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import check_tolerance, relax
 
 Array = NDArray[np.float64]
 
@@ -33,13 +34,14 @@ _STEPS = 12
 _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 
 
-def to_polygons(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
+def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
     """The same packing as deformable polygons at the same true packing fraction, relaxed.
 
     Args:
         packing: SP, at a minimum; two sizes or more. Best below rho = 0.88, where the models part (Boromand et al.
             fig 5): beyond, the disks have contacts that droplets have not.
         seed: of the orientations.
+        tolerance: largest force at the minimum; default `force` of `dp.minimum.parameters`, 1e-10.
         parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
             alike: (nv_small + nv_large)/2 for a disk of mean diameter.
 
@@ -54,13 +56,14 @@ def to_polygons(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packin
     """
     if packing.model != "sp":
         raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")
+    check_tolerance(tolerance, LARGEST_TOLERANCE)
     began = time.perf_counter()
     start = inscribed(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
     reached = float("nan")
     with Session(start) as session:
         for _ in range(_STEPS):
-            found = relax(session)
+            found = relax(session, tolerance)
             state = session.packing()
             reached = packing_fraction(state)
             if abs(reached - rho) <= _RHO_TOLERANCE:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.checks import check_choice, check_number
+from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
@@ -21,10 +22,9 @@ Array = NDArray[np.float64]
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
-# At small strain: soft modes turn a force f that is left into an error of the stress of 100 f and more.
+# At small strain soft modes turn a force f that is left into an error of the stress of 100 f and more; Newton steps on
+# LAMMPS forces reach these, the minimisers of plain decks do not.
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
-_STRAIN = {"sp": 1e-6, "dp": 3e-7}  # contacts of droplets are less linear: 1e-6 costs 1e-4 of G
-_HALVINGS = 12
 
 
 def shear_modulus(
@@ -101,7 +101,7 @@ def _check_method(method: str) -> None:
 
 def _first_strain(packing: Packing, strain: float | None) -> float:
     if strain is None:
-        return _STRAIN[packing.model]
+        return float(defaults("strain")["strain" if packing.model == "sp" else "strain_droplets"])
     check_number("strain", strain, 0.1)
     return strain
 
@@ -109,7 +109,7 @@ def _first_strain(packing: Packing, strain: float | None) -> float:
 def _sheared(session: Session, packing: Packing, angle: float, strain: float) -> float:
     a = np.array([np.cos(angle), np.sin(angle)])
     b = np.array([-a[1], a[0]])
-    for step in strain * 0.5 ** np.arange(_HALVINGS):
+    for step in strain * 0.5 ** np.arange(int(defaults("strain")["halvings"])):
         (up, turn_up), (down, turn_down) = (deformed(packing, simple_shear(s, angle)) for s in (step / 2, -step / 2))
         above, below = _minimum(session, up), _minimum(session, down)
         if _same_contacts(above[1], below[1]):
@@ -119,7 +119,7 @@ def _sheared(session: Session, packing: Packing, angle: float, strain: float) ->
 
 
 def _compressed(session: Session, packing: Packing, strain: float) -> float:
-    for step in strain * 0.5 ** np.arange(_HALVINGS):
+    for step in strain * 0.5 ** np.arange(int(defaults("strain")["halvings"])):
         above, below = (_minimum(session, at_phi(packing, packing.phi * (1 + s))) for s in (step / 2, -step / 2))
         if _same_contacts(above[1], below[1]):
             return float((above[0].pressure - below[0].pressure) / (np.log1p(step / 2) - np.log1p(-step / 2)))

@@ -1,4 +1,4 @@
-"""Limited-memory BFGS for droplet shapes, preconditioned by a factorised Hessian.
+"""Minimise droplet shapes by limited-memory BFGS, preconditioned by a factorised Hessian.
 
 Vertices are almost free to slide along a flat while contacts and areas are stiff, so plain L-BFGS takes thousands of
 force evaluations. Started from the inverse of a Hessian of the same packing, made positive definite by a shift, it
@@ -10,6 +10,7 @@ step, (F0 + F1) . s/2, stands for the fall of the energy.
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,42 @@ Forces = Callable[[Array], tuple[float, Array]]
 Preconditioner = Callable[[Array], Callable[[Array], Array]]
 Enough = Callable[[float], bool]
 
-_PAIRS = 30
-_REFRESH = 30  # steps that one factorisation serves
-_REACH = 0.05  # longest move of a coordinate in one step, mean particle size
-_TRIALS = 8  # force evaluations in one line search
-_ENERGY_DIGITS = 1e-13  # relative change of energy below which it is rounding
+
+@dataclass(frozen=True)
+class LbfgsSettings:
+    """Numbers of the method; `tests/protocols/benchmark_solver_settings.py` shows what each of them costs.
+
+    Attributes:
+        steps: at most.
+        pairs: steps remembered.
+        refresh: steps that one factorisation serves.
+        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
+        trials: force evaluations in one line search.
+        energy_digits: relative change of the energy below which it is rounding.
+        sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
+        curved: least cosine between a step and the change of the force along it for the pair to be remembered.
+        first_shift: added to the Hessian's diagonal at first: while contacts change, long steps miss.
+        shift_decay: factor of the shift at every new factorisation.
+        least_shift: with less, steps along soft modes are longer than the quadratic model holds.
+    """
+
+    steps: int = 5000
+    pairs: int = 30
+    refresh: int = 30
+    reach: float = 0.05
+    trials: int = 8
+    energy_digits: float = 1e-13
+    sufficient: float = 1e-4
+    curved: float = 1e-10
+    first_shift: float = 1e-2
+    shift_decay: float = 0.7
+    least_shift: float = 3e-4
 
 
-def descend(
+LBFGS = LbfgsSettings()
+
+
+def descend_by_lbfgs(
     forces_at: Forces,
     start: Array,
     preconditioner: Preconditioner,
@@ -35,7 +64,7 @@ def descend(
     steps: int,
     enough: Enough | None = None,
 ) -> tuple[Array, bool]:
-    """Minimise an energy given its forces.
+    """Minimise an energy by its forces.
 
     Args:
         forces_at: positions (n, 2) -> energy, forces (n, 2).
@@ -51,14 +80,14 @@ def descend(
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
-    pairs: deque[tuple[Array, Array, float]] = deque(maxlen=_PAIRS)
+    pairs: deque[tuple[Array, Array, float]] = deque(maxlen=LBFGS.pairs)
     solve = preconditioner(start)
     age = 0
     for _ in range(steps):
         largest = float(np.hypot(*force.reshape(shape).T).max())
         if largest <= tolerance or (enough is not None and enough(largest)):
             return x.reshape(shape), largest <= tolerance
-        if age == _REFRESH:
+        if age == LBFGS.refresh:
             solve, age = preconditioner(x.reshape(shape)), 0
             pairs.clear()
         age += 1
@@ -66,19 +95,19 @@ def descend(
         if step @ force <= 0:
             pairs.clear()
             step = solve(force)
-        found = _search(forces_at, x, shape, energy, force, step)
+        found = _search_line(forces_at, x, shape, energy, force, step)
         if found is None:
             if age == 1:  # not even a fresh Hessian shows the way down
                 break
-            age = _REFRESH
+            age = LBFGS.refresh
             continue
         moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
         curvature = float(change @ bend)
-        if curvature > 1e-10 * np.linalg.norm(change) * np.linalg.norm(bend):
+        if curvature > LBFGS.curved * np.linalg.norm(change) * np.linalg.norm(bend):
             pairs.append((change, bend, 1 / curvature))
         elif age > 1:
-            age = _REFRESH  # the model is wrong here: factorise anew
+            age = LBFGS.refresh  # the model is wrong here: factorise anew
         x, energy, force = moved, new_energy, new_force
     return x.reshape(shape), False
 
@@ -102,21 +131,21 @@ def _two_loops(force: Array, pairs: deque[tuple[Array, Array, float]], solve: Ca
     return step
 
 
-def _search(
+def _search_line(
     forces_at: Forces, x: Array, shape: tuple[int, ...], energy: float, force: Array, step: Array
 ) -> tuple[Array, float, Array] | None:
     """Go along `step` until the energy falls enough; None if it does not."""
     slope = float(force @ step)
-    length = min(1.0, _REACH / float(np.abs(step).max()))
-    noise = _ENERGY_DIGITS * abs(energy)
-    for _ in range(_TRIALS):
+    length = min(1.0, LBFGS.reach / float(np.abs(step).max()))
+    noise = LBFGS.energy_digits * abs(energy)
+    for _ in range(LBFGS.trials):
         moved = x + length * step
         new_energy, new_force = _flat(forces_at, moved, shape)
         new_slope = float(new_force @ step)
         fall = energy - new_energy
         if abs(fall) <= noise:
             fall = 0.5 * length * (slope + new_slope)
-        if fall > 1e-4 * length * slope:
+        if fall > LBFGS.sufficient * length * slope:
             return moved, new_energy, new_force
         # secant on the force along the step
         length *= min(0.5, max(0.1, slope / (slope - new_slope))) if new_slope < slope else 0.5

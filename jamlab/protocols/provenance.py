@@ -1,16 +1,24 @@
-"""What is written down about how a packing was made."""
+"""Record on a packing what its minimisation reached and how it was made."""
 
 from typing import Any
 
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, Relaxed
+from jamlab.protocols.relaxation import Relaxed
 
 
 def record(packing: Packing, found: Relaxed, **entries: Any) -> Packing:
-    """The packing with what its minimisation reached, and further entries, in its provenance."""
-    reached = {
-        "max_force": found.evaluation.max_force,
-        "force_tolerance": FORCE_TOLERANCE[packing.model],
-        "converged": found.converged,
-    }
-    return packing.with_state(provenance=reached | entries)
+    """Mark a packing as the minimum found.
+
+    Args:
+        packing: the state that the minimisation ended in.
+        found: what it reached.
+        entries: further entries of the provenance.
+
+    Returns:
+        The packing with `max_force` and `converged` set, and the tolerance used as `force_tolerance` in its provenance.
+    """
+    return packing.with_state(
+        max_force=found.evaluation.max_force,
+        converged=found.converged,
+        provenance={"force_tolerance": found.tolerance, **entries},
+    )

@@ -1,4 +1,4 @@
-"""From any state to a minimum of the potential energy: first-order steps into the basin, Newton steps to the bottom.
+"""Relax a packing to a minimum of its potential energy: first-order steps into the basin, Newton steps to the bottom.
 
 SP: conjugate gradients in LAMMPS reach 1e-12 by themselves; FIRE and Newton help where they stall, and Newton ends the
 minimisation of large packings. DP: vertices slide along flats almost freely, so first-order methods crawl. L-BFGS on
@@ -7,43 +7,66 @@ LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE an
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
+from jamlab.checks import check_number
+from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.stiffness import hessian
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
-from jamlab.protocols.preconditioned_lbfgs import descend
+from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
+from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
 
 Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]  # stage and packing fraction reached
 
-FORCE_TOLERANCE = {"sp": 1e-12, "dp": 1e-10}  # largest force at a minimum, in units of the packing
 
-_MANY_DISKS = 1000  # from here on Newton steps end a minimisation sooner than conjugate gradients
-_FIRE_ONLY_DISKS = 4000
-_FIRE_ONLY_NOISE = 1e-7
-_NEWTON_NOISE = 1e-5  # force over pressure at which they take over; started earlier they stall
-_FIRST_NOISE = 1e-2
-_STAGES = 12
-_CG_STEPS = 20_000
-_FIRE_STRETCH = 3000
-_FIRE_STEPS = {"sp": 20_000, "dp": 300}
-_LBFGS_STEPS = 5000
-_SETTLE_STEPS = 1500
-_LOOSE_FORCE = 2e-5  # DP: below, forces that are left cannot bring a packing to jam that has no contacts
-_SHIFT = 1e-2  # added to the Hessian's diagonal in L-BFGS at first: while contacts change, long steps miss
-_SHIFT_DECAY = 0.7  # at every new factorisation
-_LEAST_SHIFT = 3e-4  # with less, steps along soft modes are longer than the quadratic model holds
-_NEWTON_STEPS = 150
-_NEAR_STEPS = 40  # beyond, first-order steps bring disks nearer for less
-_NEWTON_REACH = 0.05  # longest move of a coordinate in one Newton step, mean particle size
-_NEWTON_SHIFT = 1e-3  # added to the Hessian's diagonal at first
-_NEWTON_LEAST_SHIFT = 1e-10  # keeps rattlers and translations from running away
-_NEWTON_GIVES_UP = 1e6
+@dataclass(frozen=True)
+class RelaxationSettings:
+    """Which method takes over from which; `tests/protocols/benchmark_solver_settings.py` shows what each number costs.
+
+    Noise is the largest force over the pressure.
+
+    Attributes:
+        rounds: starts with first-order steps; another follows when Newton steps leave their basin.
+        many_disks: from here on Newton steps end a minimisation sooner than conjugate gradients.
+        fire_only_disks: from here on FIRE goes on almost to the end: local events keep the one step length of L-BFGS
+            and Newton steps short.
+        newton_noise: at which Newton steps take over; started earlier they stall.
+        fire_only_noise: the same with `fire_only_disks`.
+        first_noise: of the first of several stages, each ten times better: a packing that comes loose is known early.
+        stages: at most.
+        jump: a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target.
+        cg_steps: at most, in one call.
+        fire_stretch: FIRE steps after which it starts anew.
+        fire_steps_disks: FIRE steps at most before L-BFGS, disks.
+        fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
+        settle_steps: L-BFGS steps when it only matters whether a packing jams.
+        loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
+    """
+
+    rounds: int = 3
+    many_disks: int = 1000
+    fire_only_disks: int = 4000
+    newton_noise: float = 1e-5
+    fire_only_noise: float = 1e-7
+    first_noise: float = 1e-2
+    stages: int = 12
+    jump: float = 0.5
+    cg_steps: int = 20_000
+    fire_stretch: int = 3000
+    fire_steps_disks: int = 20_000
+    fire_steps_droplets: int = 300
+    settle_steps: int = 1500
+    loose_force: float = 2e-5
+
+
+SETTINGS = RelaxationSettings()
+LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 
 
 @dataclass(frozen=True)
@@ -52,13 +75,42 @@ class Relaxed:
 
     Attributes:
         evaluation: LAMMPS energies, forces and stress there.
+        tolerance: asked for, on the largest force.
         converged: whether the largest force is below the tolerance.
         newton_steps: accepted Newton steps.
     """
 
     evaluation: Evaluation
+    tolerance: float
     converged: bool
     newton_steps: int
+
+
+class Minimizer(Protocol):
+    """What `relax` and `relax_with_box_shear` have in common."""
+
+    def __call__(
+        self, session: Session, tolerance: float | None = None, *, near: bool = False, least_pressure: float = 0.0
+    ) -> Relaxed:
+        """Minimise the packing in a session, see `relax`."""
+
+
+def force_tolerance(model: str) -> float:
+    """Largest force at a minimum by default, in units of the packing: `force` of `*.minimum.parameters`."""
+    return float(defaults(f"{model}.minimum")["force"])
+
+
+def check_tolerance(tolerance: float | None, highest: float) -> None:
+    """Refuse a force tolerance that no minimisation can meet, or that leaves no digits of the result.
+
+    Raises:
+        InputError: naming the value and the limits.
+    """
+    if tolerance is None:
+        return
+    check_number("tolerance", tolerance, highest)
+    if tolerance < LEAST_TOLERANCE:
+        raise InputError(f"tolerance = {tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more")
 
 
 def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluation:
@@ -71,9 +123,9 @@ def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluat
     """
     if session.model == "sp":
         return _descend_disks(session, tolerance, 0, 0.0)
-    state = _descend_preconditioned(session, tolerance, _SETTLE_STEPS, loose * session.size)
+    state = _descend_preconditioned(session, tolerance, SETTINGS.settle_steps, loose * session.size)
     if state.max_force > tolerance and not _loose(session, state.max_force, loose * session.size):
-        _newton(session, tolerance)
+        descend_by_newton(session, tolerance)
         state = session.evaluate()
     return state
 
@@ -82,7 +134,6 @@ def relax(
     session: Session,
     tolerance: float | None = None,
     *,
-    rounds: int = 3,
     near: bool = False,
     least_pressure: float = 0.0,
 ) -> Relaxed:
@@ -90,8 +141,7 @@ def relax(
 
     Args:
         session: is left in the minimum.
-        tolerance: on the largest force; default `FORCE_TOLERANCE` of the model.
-        rounds: how often to start again with first-order steps when Newton leaves its basin.
+        tolerance: on the largest force; default `force_tolerance` of the model.
         near: SP: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
             just loses its contacts cost most.
@@ -100,30 +150,30 @@ def relax(
         The state reached; `converged` is False if no round met the tolerance.
     """
     if tolerance is None:
-        tolerance = FORCE_TOLERANCE[session.model]
+        tolerance = force_tolerance(session.model)
     newton_steps = 0
     if near and session.model == "sp":
-        newton_steps = _newton(session, tolerance, _NEAR_STEPS)
+        newton_steps = descend_by_newton(session, tolerance, NEWTON.near_steps)
         state = session.evaluate()
         if state.max_force <= tolerance:
-            return Relaxed(state, True, newton_steps)
-    for round_ in range(rounds):
+            return Relaxed(state, tolerance, True, newton_steps)
+    for round_ in range(SETTINGS.rounds):
         if session.model == "sp":
             state = _descend_disks(session, tolerance, round_, least_pressure)
             if state.pressure < least_pressure:
-                return Relaxed(state, state.max_force <= tolerance, newton_steps)
+                return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
         else:
             if round_:
                 before = session.positions()
-                session.minimize(tolerance, style="fire", steps=_FIRE_STEPS["dp"])
-                _undo_if_folded(session, before)
-            state = _descend_preconditioned(session, tolerance, _LBFGS_STEPS)
+                session.minimize(tolerance, style="fire", steps=SETTINGS.fire_steps_droplets)
+                undo_if_folded(session, before)
+            state = _descend_preconditioned(session, tolerance, LBFGS.steps)
         if state.max_force > tolerance:
-            newton_steps += _newton(session, tolerance)
+            newton_steps += descend_by_newton(session, tolerance)
             state = session.evaluate()
         if state.max_force <= tolerance:
             break
-    return Relaxed(state, state.max_force <= tolerance and not _entangled(session), newton_steps)
+    return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session), newton_steps)
 
 
 def _entangled(session: Session) -> bool:
@@ -139,16 +189,16 @@ def _entangled(session: Session) -> bool:
 
 def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
     lowest = 0.5 * tolerance  # LAMMPS compares components, jamlab compares norms
-    if session.size >= _MANY_DISKS:
-        return _descend_many_disks(session, _NEWTON_NOISE * 0.1**round_, lowest, least_pressure)
+    if session.size >= SETTINGS.many_disks:
+        return _descend_many_disks(session, SETTINGS.newton_noise * 0.1**round_, lowest, least_pressure)
     style = "cg" if round_ % 2 == 0 else "fire"
     if not least_pressure:
-        return session.minimize(lowest, style=style, steps=_CG_STEPS)
+        return session.minimize(lowest, style=style, steps=SETTINGS.cg_steps)
     state = session.evaluate()
-    for noise in _FIRST_NOISE * 0.1 ** np.arange(_STAGES):
+    for noise in SETTINGS.first_noise * 0.1 ** np.arange(SETTINGS.stages):
         target = max(noise * state.pressure, lowest)
         if state.max_force > target:
-            state = session.minimize(target, style=style, steps=_CG_STEPS)
+            state = session.minimize(target, style=style, steps=SETTINGS.cg_steps)
         if state.pressure < least_pressure or state.max_force <= lowest:
             break
     return state
@@ -160,14 +210,14 @@ def _descend_many_disks(session: Session, noise: float, lowest: float, least_pre
     L-BFGS and Newton steps have one length for the whole packing, which local events keep short in large ones: there
     FIRE goes on, almost to the end.
     """
-    if session.size >= _FIRE_ONLY_DISKS:
-        noise *= _FIRE_ONLY_NOISE / _NEWTON_NOISE
+    if session.size >= SETTINGS.fire_only_disks:
+        noise *= SETTINGS.fire_only_noise / SETTINGS.newton_noise
         return quench(session, noise, floor=max(least_pressure, lowest / noise))
-    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=_FIRE_STEPS["sp"])
+    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=SETTINGS.fire_steps_disks)
     target = max(noise * state.pressure, lowest)
     if state.max_force <= target or state.pressure < least_pressure:
         return state
-    return _descend_preconditioned(session, target, _LBFGS_STEPS)
+    return _descend_preconditioned(session, target, LBFGS.steps)
 
 
 def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000) -> Evaluation:
@@ -180,28 +230,28 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
         steps: at most, in each of a few stages.
     """
     state = session.evaluate()
-    for _ in range(_STAGES):  # the pressure, and with it the target, falls on the way
+    for _ in range(SETTINGS.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)
         if state.max_force <= target:
             break
         before = state.pressure
-        state = session.minimize(target, style="fire", steps=steps, stretch=_FIRE_STRETCH)
-        if state.max_force > target and state.pressure > 0.5 * before:
+        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch)
+        if state.max_force > target and state.pressure > SETTINGS.jump * before:
             break
     return state
 
 
 def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
     packing = session.packing()
-    shift = _SHIFT / _SHIFT_DECAY
+    shift = LBFGS.first_shift / LBFGS.shift_decay
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
         nonlocal shift
-        shift = max(shift * _SHIFT_DECAY, _LEAST_SHIFT)
-        return _factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
+        shift = max(shift * LBFGS.shift_decay, LBFGS.least_shift)
+        return factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
 
     try:
-        positions, _ = descend(
+        positions, _ = descend_by_lbfgs(
             session.forces_at,
             packing.positions,
             preconditioner,
@@ -210,75 +260,18 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
             enough=lambda largest_force: _loose(session, largest_force, loose),
         )
         session.set_positions(positions)
-        _undo_if_folded(session, packing.positions)
-    except InputError:  # outlines crossed on the way: no Hessian there
+        undo_if_folded(session, packing.positions)
+    except (InputError, ConvergenceError):  # outlines crossed on the way: no Hessian there
         session.set_positions(packing.positions)
     return session.evaluate()
 
 
 def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
     """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
-    return largest_force < _LOOSE_FORCE and session.contact_energy() < contact_energy
+    return largest_force < SETTINGS.loose_force and session.contact_energy() < contact_energy
 
 
-def _undo_if_folded(session: Session, before: Array) -> None:
+def undo_if_folded(session: Session, before: Array) -> None:
     """Go back to positions in which no polygon has folded over itself: from there no minimum is one of a packing."""
     if len(session.self_crossings()):
         session.set_positions(before)
-
-
-def _newton(session: Session, tolerance: float, steps: int = _NEWTON_STEPS) -> int:
-    """Levenberg-Marquardt steps on the analytic Hessian until the tolerance is met; returns how many were taken.
-
-    A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
-    along the step, (F0 + F1) . s/2; the size of the force would not do, because a long step along a soft mode (a
-    rolling droplet) raises the force on stiff ones. The shift shrinks when the quadratic model holds, which makes the
-    end quadratic, and grows when contacts open or close.
-    """
-    packing = session.packing()
-    _, forces = session.forces_at(packing.positions)
-    shift = _NEWTON_SHIFT
-    matrix: sparse.csc_array | None = None
-    taken = 0
-    for _ in range(steps):
-        if np.hypot(*forces.T).max() <= tolerance or shift > _NEWTON_GIVES_UP:
-            break
-        if matrix is None:
-            try:
-                matrix = hessian(packing)
-            except InputError:  # outlines of two polygons cross: no minimum that way
-                break
-        factors, shift = _factorise(matrix, shift)
-        step = factors.solve(forces.ravel())
-        step *= min(1.0, _NEWTON_REACH / float(np.abs(step).max()))
-        predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
-        positions = packing.positions + step.reshape(-1, 2)
-        _, trial = session.forces_at(positions)
-        gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
-        if gained > 1e-3:
-            try:
-                packing = packing.with_state(positions=positions)
-            except InputError:  # a polygon crosses itself
-                gained = -1.0
-            else:
-                forces, matrix = trial, None
-                taken += 1
-        if gained > 0.75:
-            shift = max(0.2 * shift, _NEWTON_LEAST_SHIFT)
-        elif gained < 0.25:
-            shift *= 5.0
-    session.set_positions(packing.positions)
-    return taken
-
-
-def _factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors, float]:
-    """Factors of matrix + shift, the shift raised until all eigenvalues are positive, and that shift."""
-    identity = sparse.eye_array(matrix.shape[0], format="csc")
-    while True:
-        try:
-            factors = SymmetricFactors(matrix + shift * identity)
-            if factors.negative == 0:
-                return factors, shift
-        except ConvergenceError:
-            pass
-        shift *= 4.0

@@ -116,8 +116,8 @@ def _last(packing: Packing, rho: float, step: float) -> Packing:
 
 
 def _converged(packing: Packing) -> Packing:
-    if not packing.provenance.get("converged", False):
-        left = packing.provenance.get("max_force", float("nan"))
+    if not packing.converged:
+        left = float("nan") if packing.max_force is None else packing.max_force
         raise ConvergenceError(
             f"{packing.model} state at phi = {packing.phi:.4f} did not converge: max force {left:.2g} is left"
         )

@@ -53,7 +53,7 @@ from jamlab.errors import InputError
             {"observables": ["spectra"], "omega": {"lowest": 2.0, "highest": 1.0, "points": 3}},
             r"lowest = 2 is not below",
         ),
-        ({"tolerances": {"max_force": 0}}, r"tolerances\.max_force = 0: must be above 0"),
+        ({"tolerances": {"max_force": 0}}, r"tolerances\.max_force = 0: must be 1e-15 or more"),
     ],
 )
 def test_what_no_campaign_can_do_is_named_with_file_key_value_and_remedy(tmp_path, changes, message):

@@ -65,7 +65,7 @@ def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
     assert done.returncode == 0, done.stderr
     sweep = ("compress", "onset.h5", "--to", "0.86", "--by", "phi", "--nearest", "1e-3", "--error", "0.1", "--json")
     assert call(tmp_path, *sweep).returncode == 0
-    assert all(p.provenance["ensemble"] == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
+    assert all(p.ensemble == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
 
 
 def test_a_picture_of_droplets_is_analysed(tmp_path):
@@ -163,5 +163,5 @@ def test_demo_small(tmp_path):
         assert packings[0].onset == printed["onset"][model]
         assert abs(jamlab.packing_fraction(packings[-1]) - 0.88) < 1e-6
         limit = 1e-12 if model == "sp" else 1e-8
-        assert all(p.provenance["max_force"] <= limit for p in packings)
+        assert all(p.max_force <= limit for p in packings)
         assert list(jamlab.read_observables(out / f"{model}.h5")["rho"]) == printed[model]["rho"]

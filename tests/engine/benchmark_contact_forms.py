@@ -16,7 +16,7 @@ import pytest
 import jamlab
 from jamlab.engine.deck_defaults import installed
 from jamlab.packing.packing import CONTACT_FORMS
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "8"))
 SIZES = (8, 12, 16)
@@ -109,7 +109,7 @@ def test_forms_side_by_side(folder):
         result[form] = {
             "continuity": smooth[form],
             "minima": len(forces),
-            "converged": float(np.mean(forces <= FORCE_TOLERANCE["dp"])),
+            "converged": float(np.mean(forces <= force_tolerance("dp"))),
             "minimum_seconds": float(np.median(seconds)),
             "onsets": len(good),
             "tried": len(rows),

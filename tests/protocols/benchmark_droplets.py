@@ -15,7 +15,7 @@ from scipy.stats import ks_2samp
 
 import jamlab
 from jamlab.packing.deformation import at_phi
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "40"))
 FIRE_STEPS = 400_000
@@ -59,10 +59,10 @@ def test_a_minimum_costs_less_than_a_twentieth_of_fire_alone():
             ours, found = timed(lambda session=session: relax(session))
             session.load(start)
             fire, state = timed(
-                lambda session=session: session.minimize(0.7 * FORCE_TOLERANCE["dp"], style="fire", steps=FIRE_STEPS)
+                lambda session=session: session.minimize(0.7 * force_tolerance("dp"), style="fire", steps=FIRE_STEPS)
             )
         assert found.converged
-        reached = state.max_force <= FORCE_TOLERANCE["dp"]
+        reached = state.max_force <= force_tolerance("dp")
         ratios.append(fire / ours)
         how = "" if reached else "more than "
         print(f"rho {rho:.2f}: jamlab {ours:.3f} s, FIRE {how}{fire:.1f} s to {state.max_force:.1e}")

@@ -80,7 +80,7 @@ def test_states_near_onset_are_log_spaced():
     e = [jamlab.evaluate(p) for p in states]
     assert np.polyfit(np.log(above[:6]), np.log([x.pressure for x in e[:6]]), 1)[0] == pytest.approx(1, abs=0.05)
     assert np.polyfit(np.log(above[:6]), np.log([x.energy for x in e[:6]]), 1)[0] == pytest.approx(2, abs=0.1)
-    assert all(p.provenance["converged"] and p.provenance["on_target"] for p in states)
+    assert all(p.converged and p.on_target for p in states)
     assert [p.provenance["target"] for p in states] == pytest.approx(np.add(onset.onset, wanted), abs=1e-9)
 
 
@@ -120,7 +120,7 @@ def test_jump_to_another_basin_shows():
     p = jamlab.pack(32, 1e-3, seed=4)
     (jumped,) = jamlab.compress(p, p.phi + 0.01, 0.01, by="phi", error=1e-2)
     assert jumped.provenance["step_error"] > 1e-2
-    assert jumped.provenance["converged"] is True
+    assert jumped.converged is True
     *_, back = jamlab.compress(jumped, p.phi, 1e-3, by="phi")
     assert jamlab.evaluate(back).energy < 0.99 * jamlab.evaluate(p).energy
 
@@ -159,7 +159,7 @@ def test_ensemble_is_kept(start, stabilized, error):
             for q in jamlab.compress(p, p.phi + sign * 1e-3, 5e-4, by="phi", error=error):
                 e = jamlab.evaluate(q)
                 shear = np.hypot(0.5 * (e.stress[0, 0] - e.stress[1, 1]), e.stress[0, 1]) / e.pressure
-                assert q.provenance["ensemble"] == name
+                assert q.ensemble == name
                 assert shear < 1e-8 if name == "shear-stabilized" else shear > 1e-3
                 assert (q.box[1, 0] == 0) == (name == "fixed-box")
                 assert sign * (e.pressure - 1e-3) > 0

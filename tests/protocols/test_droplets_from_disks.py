@@ -43,7 +43,7 @@ def test_inscribed_polygons_lie_inside_their_disks_and_touch_at_most(disks):
 def test_handover_is_continuous(disks, droplets):
     """rho to 1e-6, z and contacts nearly; the droplets are at a minimum in a box of the same shape."""
     assert jamlab.packing_fraction(droplets) == pytest.approx(jamlab.packing_fraction(disks), abs=1e-6)
-    assert droplets.provenance["converged"] and jamlab.evaluate(droplets).max_force < 1e-10
+    assert droplets.converged and jamlab.evaluate(droplets).max_force < 1e-10
     before, after = jamlab.contacts(disks), jamlab.contacts(droplets)
     note = droplets.provenance["handover"]
     assert note["z"] == after.z and note["z_disks"] == before.z and abs(after.z - before.z) <= 0.5

@@ -13,8 +13,8 @@ def assert_onset(p, model, n, seed, force):
     e = jamlab.evaluate(p)
     assert (p.model, p.n, p.units) == (model, n, "eps")
     assert WINDOW[0] <= e.contact_energy / len(p.positions) <= WINDOW[1]
-    assert e.max_force <= force and p.provenance["max_force"] <= force
-    assert p.provenance["converged"] is True and p.provenance["seed"] == seed
+    assert e.max_force <= force and p.max_force <= force
+    assert p.converged is True and p.provenance["seed"] == seed
     assert p.onset == p.phi
     assert jamlab.packing_fraction(p) == pytest.approx(p.onset, abs=1e-4)  # no overlaps to speak of
     assert e.pressure > 0
@@ -117,7 +117,7 @@ def test_compression_of_disks_hits_its_targets(by):
     pressure = [jamlab.evaluate(p).pressure for p in [start, *states]]
     assert np.all(np.diff(pressure) > 0)
     for p in states:
-        assert p.provenance["converged"] is True and jamlab.evaluate(p).max_force <= 1e-12
+        assert p.converged is True and jamlab.evaluate(p).max_force <= 1e-12
         assert p.onset == start.onset and np.array_equal(p.diameters, start.diameters)
 
 
@@ -131,7 +131,7 @@ def test_compression_leads_back_down():
 def test_compression_of_droplets_hits_its_targets(dp_onset, dp_dense):
     """In rho with rims; droplets deform and keep their area nearly."""
     assert jamlab.packing_fraction(dp_dense) == pytest.approx(0.92, abs=1e-6)
-    assert dp_dense.provenance["converged"] is True
+    assert dp_dense.converged is True
     e = jamlab.evaluate(dp_dense)
     assert e.max_force <= 1e-10 and e.pressure > 1e-3
     assert dp_dense.onset == dp_onset.onset
@@ -150,7 +150,7 @@ def test_pack_meets_its_pressure(pressure):
     assert p.units == "k" and p.params == {"k": 1.0} and p.diameters.mean() == pytest.approx(1.0)
     assert e.pressure == pytest.approx(pressure, rel=1e-6)
     assert p.provenance["pressure"] == pytest.approx(e.pressure, rel=1e-9)
-    assert e.max_force <= 1e-12 and p.provenance["converged"] is True
+    assert e.max_force <= 1e-12 and p.converged is True
 
 
 # refused --------------------------------------------------------------------------------------------------------------

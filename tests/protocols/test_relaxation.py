@@ -5,8 +5,8 @@ import pytest
 
 import jamlab
 from jamlab.packing.deformation import at_phi
-from jamlab.protocols.preconditioned_lbfgs import descend
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, _undo_if_folded, relax, settle
+from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
+from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
 
 
 def valley(x):
@@ -25,14 +25,14 @@ def test_descent_with_the_exact_inverse_takes_one_line():
 
     inverse = np.tile([1e-4, 1.0], 5)
     start = np.array([1.0, -1.0]) + 0.04 * np.random.default_rng(1).uniform(-1, 1, (5, 2))
-    found, met = descend(counted, start, lambda x: lambda f: inverse * f, tolerance=1e-9, steps=10)
+    found, met = descend_by_lbfgs(counted, start, lambda x: lambda f: inverse * f, tolerance=1e-9, steps=10)
     assert met and len(calls) <= 3
     assert found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
 
 
 def test_descent_without_preconditioner_learns_the_soft_direction():
     start = np.array([1.0, -1.0]) + 0.5 * np.random.default_rng(2).uniform(-1, 1, (5, 2))
-    found, met = descend(valley, start, lambda x: lambda f: f, tolerance=1e-9, steps=300)
+    found, met = descend_by_lbfgs(valley, start, lambda x: lambda f: f, tolerance=1e-9, steps=300)
     assert met and found == pytest.approx(np.tile([1.0, -1.0], (5, 1)), abs=1e-8)
 
 
@@ -44,7 +44,7 @@ def test_descent_stops_where_it_is_enough():
         seen.append(largest)
         return len(seen) == 4
 
-    found, met = descend(valley, start, lambda x: lambda f: 1e-4 * f, tolerance=1e-9, steps=300, enough=enough)
+    found, met = descend_by_lbfgs(valley, start, lambda x: lambda f: 1e-4 * f, tolerance=1e-9, steps=300, enough=enough)
     assert not met and len(seen) == 4
     assert np.hypot(*valley(found)[1].T).max() == pytest.approx(seen[-1])
 
@@ -55,7 +55,7 @@ def test_droplets_come_down_to_the_tolerance_by_descent_alone(dp_dense, change):
     with jamlab.Session(at_phi(dp_dense, dp_dense.phi + change)) as session:
         found = relax(session)
         assert found.converged and found.newton_steps == 0
-        assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= FORCE_TOLERANCE["dp"]
+        assert np.hypot(*jamlab.evaluate(session.packing()).forces.T).max() <= force_tolerance("dp")
 
 
 def test_a_loose_packing_is_left_early_and_a_jammed_one_is_not(dp_onset):
@@ -75,9 +75,9 @@ def test_folded_polygons_are_undone(dp_dense):
         folded[[0, 6]] = folded[[6, 0]]
         session.set_positions(folded)
         assert session.self_crossings().tolist() == [0]
-        _undo_if_folded(session, before)
+        undo_if_folded(session, before)
         assert session.positions() == pytest.approx(before, abs=1e-13)
         moved = before + 1e-3
         session.set_positions(moved)
-        _undo_if_folded(session, before)
+        undo_if_folded(session, before)
         assert session.positions() == pytest.approx(moved, abs=1e-13)

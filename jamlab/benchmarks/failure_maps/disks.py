@@ -15,7 +15,7 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
 
 _JOLT = 0.02
@@ -33,7 +33,7 @@ def jolted(n: int, phi: float, seed: int = 1) -> tuple[Packing, float]:
 
 def fire(start: Packing, minimum: float, timestep: float, dmax: float) -> tuple[str, str]:
     """Verdict of LAMMPS FIRE with jamlab's settings but for the time step and the longest move."""
-    tolerance = FORCE_TOLERANCE["sp"]
+    tolerance = force_tolerance("sp")
     with Session(start) as session:
         before = session.evaluate().energy
         for line in (f"timestep {timestep}", "min_style fire", f"min_modify norm max dmax {dmax} tmax 4"):
@@ -108,7 +108,7 @@ def at_pressure(n: int, pressure: float, prestress: bool) -> tuple[str, str]:
     """Verdict of a packing at a pressure and of its stiffness: unstable ones are refused."""
     packing = pack(n, pressure, 1)
     elastic_tensor(packing, prestress=prestress)
-    return "converged", f"max force {packing.provenance['max_force']:.1g}"
+    return "converged", f"max force {packing.max_force:.1g}"
 
 
 def _pressures(quick: bool) -> list[Run]:
@@ -173,7 +173,7 @@ MAPS = {
         "largest force asked for",
         _tolerances,
         "The floor is the rounding of sums of forces; `converged` is False below it.",
-        (None, FORCE_TOLERANCE["sp"]),
+        (None, force_tolerance("sp")),
     ),
     "pressure": Map(
         "Packings at a pressure, with pre-stress",

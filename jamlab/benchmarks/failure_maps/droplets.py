@@ -17,8 +17,8 @@ from jamlab.protocols.random_start import droplet_params
 def handed_over(disks: Packing, **parameters: Any) -> tuple[str, str]:
     """Verdict of droplets with other parameters in the place of jammed disks."""
     packing = to_polygons(disks, **parameters)
-    note = f"max force {packing.provenance['max_force']:.1g}"
-    if not packing.provenance["converged"]:
+    note = f"max force {packing.max_force:.1g}"
+    if not packing.converged:
         return "stalled", note
     return ("converged" if packing.provenance["handover"]["continuous"] else "wrong basin"), note
 

@@ -22,7 +22,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
 
 Array = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def compare(
         ConvergenceError: no stable minimum was found to start from.
     """
     start, minimum = jolted_minimum(n, seed, phi)
-    tolerance = FORCE_TOLERANCE["sp"]
+    tolerance = force_tolerance("sp")
     at_start, at_end = evaluate(start), measure(minimum)
     here = Point(at_start.energy, at_start.forces, at_start.stress, at_start.pressure)
     reference = all_pairs(start)

@@ -8,7 +8,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import FORCE_TOLERANCE, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
     "fire, jamlab": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 4"),
@@ -74,7 +74,7 @@ def _jamlab(panel: str, start: Packing, tolerance: float) -> Trial:
             return relax(session, tolerance).evaluation.max_force
 
         seconds, left = shortest(run, runs=3, budget=0.3)
-    default = tolerance == FORCE_TOLERANCE["sp"]
+    default = tolerance == force_tolerance("sp")
     return Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, default, _note(left, tolerance))
 
 

@@ -1,0 +1,122 @@
+"""Newton steps to the bottom of a basin: Levenberg-Marquardt on the analytic Hessian, forces from LAMMPS.
+
+References: D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Nocedal & Wright, Numerical Optimization,
+algorithm 4.1.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.stiffness import hessian
+from jamlab.mechanics.symmetric_factors import SymmetricFactors
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """Numbers of the method; `tests/protocols/benchmark_solver_settings.py` shows what each of them costs.
+
+    Attributes:
+        steps: at most.
+        near_steps: at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
+        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
+        first_shift: added to the Hessian's diagonal at first.
+        least_shift: keeps rattlers and translations, which have no stiffness, from running away.
+        last_shift: with more than this, steps are too short to get anywhere.
+        accepted: part of the energy foretold that a step must gain.
+        good, poor: parts above which the shift shrinks and below which it grows, Nocedal & Wright.
+        shrink, grow: factors of the shift; fast down, so that the end is quadratic.
+        definite: factor of the shift until the shifted Hessian is positive definite.
+    """
+
+    steps: int = 150
+    near_steps: int = 40
+    reach: float = 0.05
+    first_shift: float = 1e-3
+    least_shift: float = 1e-10
+    last_shift: float = 1e6
+    accepted: float = 1e-3
+    good: float = 0.75
+    poor: float = 0.25
+    shrink: float = 0.2
+    grow: float = 5.0
+    definite: float = 4.0
+
+
+NEWTON = NewtonSettings()
+
+
+def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.steps) -> int:
+    """Take Levenberg-Marquardt steps until the tolerance is met.
+
+    A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
+    along the step, (F0 + F1) . s/2; the size of the force would not do, because a long step along a soft mode (a
+    rolling droplet) raises the force on stiff ones. The shift shrinks when the quadratic model holds and grows when
+    contacts open or close.
+
+    Args:
+        session: is left in the best state reached.
+        tolerance: on the largest force.
+        steps: at most.
+
+    Returns:
+        The number of steps accepted.
+    """
+    packing = session.packing()
+    _, forces = session.forces_at(packing.positions)
+    shift = NEWTON.first_shift
+    matrix: sparse.csc_array | None = None
+    taken = 0
+    for _ in range(steps):
+        if np.hypot(*forces.T).max() <= tolerance or shift > NEWTON.last_shift:
+            break
+        try:
+            matrix = hessian(packing) if matrix is None else matrix
+            factors, shift = factorise(matrix, shift)
+        except (InputError, ConvergenceError):  # outlines of two polygons cross: no minimum that way
+            break
+        step = factors.solve(forces.ravel())
+        step *= min(1.0, NEWTON.reach / float(np.abs(step).max()))
+        predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
+        positions = packing.positions + step.reshape(-1, 2)
+        _, trial = session.forces_at(positions)
+        gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
+        if gained > NEWTON.accepted:
+            try:
+                packing = packing.with_state(positions=positions)
+            except InputError:  # a polygon crosses itself
+                gained = -1.0
+            else:
+                forces, matrix = trial, None
+                taken += 1
+        if gained > NEWTON.good:
+            shift = max(NEWTON.shrink * shift, NEWTON.least_shift)
+        elif gained < NEWTON.poor:
+            shift *= NEWTON.grow
+    session.set_positions(packing.positions)
+    return taken
+
+
+def factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors, float]:
+    """Factorise matrix + shift, the shift raised until all eigenvalues are positive.
+
+    Returns:
+        The factors, and the shift used.
+
+    Raises:
+        ConvergenceError: no shift up to a million times the largest diagonal element helps: values are not finite.
+    """
+    identity = sparse.eye_array(matrix.shape[0], format="csc")
+    highest = 1e6 * max(1.0, float(np.abs(matrix.diagonal()).max()))
+    while shift < highest:
+        try:
+            factors = SymmetricFactors(matrix + shift * identity)
+            if factors.negative == 0:
+                return factors, shift
+        except ConvergenceError:
+            pass
+        shift *= NEWTON.definite
+    raise ConvergenceError(f"the Hessian cannot be factorised with any shift up to {highest:.2g}: is it finite?")

@@ -1,0 +1,186 @@
+"""Search for jamming onset in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError
+from jamlab.mechanics.elasticity import follow
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.packing import Packing
+from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, settle
+
+
+@dataclass(frozen=True)
+class OnsetSettings:
+    """Numbers of the search that `lammps_inputs/protocol.parameters` does not share with the decks.
+
+    Attributes:
+        search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
+        loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
+            F^2 delta^2/(2 eps).
+        bearing: largest force over pressure below which contacts carry a load.
+        decompressions: at most.
+        jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
+        least_root: part of sqrt(U) that remains at least in one decompression.
+        stride: factor of a decompression that did not converge: come from elsewhere.
+    """
+
+    search_tolerance: float = 1e-6
+    loose_tolerance: float = 5e-8
+    bearing: float = 0.01
+    decompressions: int = 80
+    jump: float = 0.1
+    least_root: float = 0.03
+    stride: float = 0.7
+
+
+ONSET = OnsetSettings()
+
+
+@dataclass(frozen=True)
+class SearchState:
+    """A minimum on the way to onset, and its contact energy per disk or vertex."""
+
+    packing: Packing
+    found: Relaxed
+    energy: float
+
+    @property
+    def phi(self) -> float:
+        return self.packing.phi
+
+    @property
+    def bears_load(self) -> bool:
+        """Whether contact forces, of order pressure times particle size, stand far above the force imbalance."""
+        return self.found.evaluation.max_force < ONSET.bearing * self.found.evaluation.pressure
+
+
+@dataclass(frozen=True)
+class OnsetSearch:
+    """The search for onset in one LAMMPS session."""
+
+    session: Session
+    protocol: dict[str, float]
+    relax_state: Minimizer
+    tolerance: float
+    progress: Progress | None
+
+    def by_paper(self, packing: Packing, increment: float) -> SearchState:
+        """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
+        direction = 1.0
+        while True:
+            self.session.load(at_phi(packing, packing.phi + direction * increment))
+            state = self._measure(relax(self.session, self.tolerance))
+            if self._at_onset(state):
+                return state
+            turn = -1.0 if state.energy > self.protocol["u_contact"] else 1.0
+            if turn != direction:
+                direction, increment = turn, 0.5 * increment
+            packing = state.packing
+            if increment < self.protocol["increment_least"] or packing.phi >= 1.0:
+                raise ConvergenceError(
+                    f"no jamming onset near phi = {packing.phi:.8f}: contact energy per site, {state.energy:.2g}, "
+                    f"jumps over {self.protocol['u_contact']:g} .. {self.protocol['u_jammed']:g}; try another seed or "
+                    "search='bisection'"
+                )
+
+    def by_bisection(self, packing: Packing, step: float) -> SearchState:
+        """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
+        jammed: SearchState | None = None
+        longest = step
+        while True:
+            near = packing.phi >= self.protocol["phi_near"]
+            step = min(step, self.protocol["step_near"] if near else longest)
+            phi = packing.phi + step
+            if jammed is not None:
+                phi = min(phi, 0.5 * (packing.phi + jammed.phi))
+            trial = self._settle(packing, phi)
+            if self._jammed(trial):
+                jammed = trial
+            else:
+                packing, step = trial.packing, 2 * step  # short after a fall, it grows again
+            if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
+                end = self._stabilize(jammed)
+                if self._jammed(end):
+                    end = self._decompress(packing.phi, end)
+                if self._at_onset(end):
+                    return end
+                # it fell apart in one go and found a denser basin: compress that one
+                packing, jammed, step = end.packing, None, self.protocol["step_fine"]
+            if packing.phi >= 1.0:
+                raise ConvergenceError(
+                    f"no jammed state up to phi = {packing.phi:.3f}: the last minimisation ended at contact energy "
+                    f"{trial.energy:.2g} per site and max force {trial.found.evaluation.max_force:.2g}"
+                )
+
+    def _stabilize(self, jammed: SearchState) -> SearchState:
+        """The jammed state, relaxed to the end; compressed on where relaxing the box's shear takes its contacts."""
+        state = self._follow(jammed.packing, jammed.phi)
+        while not self._jammed(state) and state.phi < 1.0 and self.relax_state is not relax:
+            self.session.load(at_phi(state.packing, state.phi + 0.5 * self.protocol["step_fine"]))
+            state = self._measure(self.relax_state(self.session, self.tolerance))
+        return state
+
+    def _decompress(self, lowest: float, jammed: SearchState) -> SearchState:
+        """Follow a jammed state down to the window of contact energy that defines onset.
+
+        U ~ (phi - phi_J)^2 above onset, so sqrt(U) is extrapolated to zero from two jammed states; the first step down
+        goes half way to `lowest`, where the packing was not jammed when it was compressed. If all contacts are
+        lost in one go, the loose state is returned instead.
+        """
+        aim = np.sqrt(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
+        gap = 0.5 * (jammed.phi - lowest)
+        fallen: SearchState | None = None  # not jammed; compressed from below it may have jammed later than it unjams
+        stride = 1.0
+        for _ in range(ONSET.decompressions):
+            root = np.sqrt(jammed.energy)
+            wanted = jammed.phi - gap * (1 - max(aim / root, ONSET.least_root))
+            if fallen is not None:
+                if jammed.phi - fallen.phi < ONSET.jump * gap:
+                    return fallen
+                wanted = max(wanted, 0.5 * (fallen.phi + jammed.phi))
+            state = self._follow(jammed.packing, jammed.phi - stride * (jammed.phi - wanted))
+            if self._at_onset(state):
+                return state
+            if self._jammed(state):
+                fall = root - np.sqrt(state.energy)
+                gap = np.sqrt(state.energy) * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
+                jammed, stride = state, 1.0
+            elif state.energy < self.protocol["u_contact"]:
+                fallen = state
+            else:
+                stride *= ONSET.stride  # did not converge: come from elsewhere
+        raise ConvergenceError(
+            f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy per site, {jammed.energy:.2g}, does not "
+            f"come down to {self.protocol['u_contact']:g} .. {self.protocol['u_jammed']:g}; try another seed or a "
+            "smaller step"
+        )
+
+    def _settle(self, start: Packing, phi: float) -> SearchState:
+        self.session.load(at_phi(start, phi))
+        tolerance = self.tolerance if start.model == "sp" else max(self.tolerance, ONSET.search_tolerance)
+        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
+        return self._measure(Relaxed(found, tolerance, found.max_force <= tolerance, 0))
+
+    def _follow(self, start: Packing, phi: float) -> SearchState:
+        """The minimum that linear response leads to; a loose state is not relaxed to the end."""
+        self.session.load(follow(start, phi))
+        if start.model == "dp" and self.relax_state is relax:
+            found = settle(self.session, ONSET.loose_tolerance)
+            if found.contact_energy < self.protocol["u_contact"] * self.session.size:
+                return self._measure(Relaxed(found, ONSET.loose_tolerance, False, 0))
+        return self._measure(self.relax_state(self.session, self.tolerance, near=True))
+
+    def _measure(self, found: Relaxed) -> SearchState:
+        reached = self.session.packing()
+        if self.progress is not None:
+            self.progress("onset", reached.phi)
+        return SearchState(reached, found, found.evaluation.contact_energy / len(reached.positions))
+
+    def _jammed(self, state: SearchState) -> bool:
+        return state.energy > self.protocol["u_jammed"] and state.bears_load
+
+    def _at_onset(self, state: SearchState) -> bool:
+        return self.protocol["u_contact"] <= state.energy <= self.protocol["u_jammed"] and state.found.converged
