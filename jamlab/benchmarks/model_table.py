@@ -15,7 +15,7 @@ from jamlab.packing.packing import CONTACT_FORMS, Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.model_choice import QUANTITIES, Way
 from jamlab.protocols.onset import jam
-from jamlab.protocols.scene import default_way, quantities, realise
+from jamlab.protocols.scene import bring_to, default_way, quantities
 
 LEVELS = (0.85, 0.88, 0.91, 0.95)
 N = 32
@@ -139,7 +139,7 @@ def _attempt(way: Way, onset: Packing, rho: float) -> tuple[dict[str, float], fl
     """Quantities and seconds of a way, None if it gives no jammed state."""
     began = time.process_time()
     try:
-        values = quantities(realise(way, onset, rho))
+        values = quantities(bring_to(way, onset, rho))
     except JamlabError:
         return None
     if values["z"] != values["z"]:

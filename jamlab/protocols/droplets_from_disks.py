@@ -29,13 +29,13 @@ from jamlab.protocols.relaxation import check_tolerance, relax
 
 Array = NDArray[np.float64]
 
-_RHO_TOLERANCE = 1e-6
-_STEPS = 12
+_RHO_TOLERANCE = 1e-6  # as the last state of a sweep
+_STEPS = 12  # secant steps in phi at most
 _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 
 
 def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
-    """The same packing as deformable polygons at the same true packing fraction, relaxed.
+    """Hand disks over to droplets at the same true packing fraction, relaxed.
 
     Args:
         packing: SP, at a minimum; two sizes or more. Best below rho = 0.88, where the models part (Boromand et al.
@@ -58,7 +58,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     began = time.perf_counter()
-    start = inscribed(packing, seed=seed, **parameters)
+    start = inscribe(packing, seed=seed, **parameters)
     rho = packing_fraction(packing)
     reached = float("nan")
     with Session(start) as session:
@@ -86,8 +86,8 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     )
 
 
-def inscribed(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
-    """Polygons inscribed in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
+def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
+    """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
     assert packing.diameters is not None
     counts, params = droplet_params(2, **parameters)
     nv = np.maximum(3, np.rint(counts.mean() * packing.diameters / packing.diameters.mean())).astype(np.int64)

@@ -10,7 +10,6 @@ the last resort. A table made with other DP parameters than the present defaults
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -28,10 +27,10 @@ QUANTITIES = {
     "a": "mean shape factor above that of a free particle, A - A_J, absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
-PART = 0.88  # rho at which the models part (Boromand et al. fig 5): up to here disks carry the droplets
-REACH = 0.01  # beyond the ends of the table that its errors still hold
+MODELS_PART = 0.88  # rho at which the models part (Boromand et al. fig 5): up to here disks carry the droplets
+TABLE_MARGIN = 0.01  # beyond the ends of the table that its errors still hold
 CONFIDENCE = 0.95
-_MOST_FAILURES = 0.1
+_MOST_FAILURES = 0.1  # of the packings of a row: a way that fails more often is not offered
 _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
 _SCHEMA = 1
 
@@ -79,7 +78,7 @@ class Choice:
 def choose(
     rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: dict[str, Any] | None = None
 ) -> Choice:
-    """The cheapest way that is expected to meet every tolerance.
+    """Choose the cheapest way that is expected to meet every tolerance.
 
     Args:
         rho: true packing fraction of the scene.
@@ -95,9 +94,9 @@ def choose(
     _check(rho, tolerance, model)
     table = read_table() if table is None else table
     levels = sorted({row["rho"] for row in table["rows"]})
-    if not levels[0] - REACH <= rho <= levels[-1] + REACH:
+    if not levels[0] - TABLE_MARGIN <= rho <= levels[-1] + TABLE_MARGIN:
         raise InputError(f"rho = {rho}: the table of errors spans {levels[0]} .. {levels[-1]}; name a model instead")
-    options = [_option(table, way, rho, tolerance, n) for way in ways_of(table) if model in ("auto", way.model)]
+    options = [_option(table, way, rho, tolerance, n) for way in list_ways(table) if model in ("auto", way.model)]
     usable = [o for o in options if o is not None]
     good = [o for o in usable if all(o.error[name] <= limit for name, limit in tolerance.items())]
     asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
@@ -113,17 +112,16 @@ def choose(
     return replace(first, why=why, warning=_stale(table))
 
 
-def ways_of(table: dict[str, Any]) -> list[Way]:
-    """The ways a table knows."""
+def list_ways(table: dict[str, Any]) -> list[Way]:
+    """List the ways that a table knows."""
     return list(dict.fromkeys(_way(row["way"]) for row in table["rows"]))
 
 
-@cache
 def read_table(path: Path | None = None) -> dict[str, Any]:
-    """The shipped table, or one written by `jamlab chart table`.
+    """Read the shipped table, or one written by `jamlab chart table`.
 
     Raises:
-        StorageError: it cannot be read or is none.
+        StorageError: it cannot be read, or is not such a table.
     """
     source = path or resources.files("jamlab.protocols").joinpath("model_choice.json")
     try:
@@ -164,7 +162,7 @@ def _check(rho: float, tolerance: Mapping[str, float], model: str) -> None:
 
 
 def _option(table: dict[str, Any], way: Way, rho: float, tolerance: Mapping[str, float], n: int) -> Choice | None:
-    """What a way promises at rho, interpolated between the levels of the table; None if it fails there."""
+    """Errors and cost of a way at rho, interpolated between the levels of the table; None if it fails there."""
     rows = sorted((row for row in table["rows"] if _way(row["way"]) == way), key=lambda row: row["rho"])
     if way.contact is not None and way.contact not in CONTACT_FORMS:
         return None

@@ -1,4 +1,4 @@
-"""Jamming onset: from a random start to a packing that barely touches; one search for both models.
+"""Jamming onset: compress a random start to a packing that barely touches, by one search for both models.
 
 Boromand et al. 2.3: start at phi = 0.20, compress in steps, minimise the energy after each, and search for the packing
 fraction at which the contact energy per disk or vertex is barely above zero. `search="paper"` does that with the steps

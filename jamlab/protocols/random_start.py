@@ -1,4 +1,4 @@
-"""Where packings come from: random disks, and polygons put in the place of disks."""
+"""Place random disks, and droplets in the place of disks."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:
-    """Half small, half large disks at uniformly random places in a square box.
+    """Place half small, half large disks uniformly at random in a square box.
 
     Args:
         n: even number of disks; the first n/2 are small.
@@ -35,7 +35,7 @@ def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packin
 
 
 def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Vertices and force-law parameters of n droplets, half small, half large.
+    """Give vertices and force-law parameters of n droplets, half small, half large.
 
     Args:
         n: even number of droplets; the first n/2 are small.
@@ -72,7 +72,7 @@ def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
 
 
 def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
-    """Free droplets, regular polygons of random orientation, around given centres.
+    """Place free droplets, regular polygons of random orientation, around given centres.
 
     Args:
         centres: (n, 2).

@@ -1,4 +1,4 @@
-"""A scene: particles at a true packing fraction, modelled as simply as the tolerance on what is wanted allows."""
+"""A scene: particles at a true packing fraction, modelled as simply as the tolerances allow."""
 
 import time
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from jamlab.measure import measure
 from jamlab.packing.packing import MODELS, Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.model_choice import PART, Choice, Way, choose
+from jamlab.protocols.model_choice import MODELS_PART, Choice, Way, choose
 from jamlab.protocols.onset import jam
 
 STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones
@@ -48,7 +48,7 @@ def scene(
     model: str = "auto",
     step: float = STEP,
 ) -> Scene:
-    """Particles at rho, by the cheapest model expected to give what is wanted within its tolerance.
+    """Make particles at rho by the cheapest model expected to keep every tolerance.
 
     Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
     the models part, and go on from there.
@@ -67,7 +67,7 @@ def scene(
     """
     began = time.perf_counter()
     choice = choose(rho, tolerance, n, model=model)
-    packing = realise(choice.way, jam("sp", n, seed), rho, step)
+    packing = bring_to(choice.way, jam("sp", n, seed), rho, step)
     entries = {"model_choice": str(choice.way), "model_why": choice.why, "model_warning": choice.warning}
     packing = packing.with_state(provenance=entries)
     values = quantities(packing)
@@ -75,8 +75,8 @@ def scene(
     return Scene(packing, values, estimate, choice, time.perf_counter() - began)
 
 
-def realise(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packing:
-    """The packing of disks at onset, brought to rho in a given way.
+def bring_to(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packing:
+    """Bring disks at onset to rho in a given way.
 
     Raises:
         ConvergenceError: rho is below the onset, or a state did not converge.
@@ -84,17 +84,17 @@ def realise(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packing
     check_choice("model", way.model, MODELS)
     if packing_fraction(onset) >= rho:
         raise ConvergenceError(f"the packing jams at rho = {packing_fraction(onset):.5f}, above the {rho:g} asked for")
-    packing = _last(onset, rho if way.nv is None else min(rho, PART), step)
+    packing = _compress_to(onset, rho if way.nv is None else min(rho, MODELS_PART), step)
     if way.nv is not None:
         small, large = way.nv
-        packing = _converged(to_polygons(packing, contact=way.contact, nv_small=small, nv_large=large))
-        if rho > PART:
-            packing = _last(packing, rho, step)
+        packing = _require_converged(to_polygons(packing, contact=way.contact, nv_small=small, nv_large=large))
+        if rho > MODELS_PART:
+            packing = _compress_to(packing, rho, step)
     return packing
 
 
 def quantities(packing: Packing) -> dict[str, float]:
-    """z, g, a and void_sides of a packing, see `model_choice.QUANTITIES`; nan where there is no value."""
+    """z, g, a and void_sides of a packing, see `model_choice.QUANTITIES`; nan where one is not defined."""
     row = measure(packing)
     free = 1.0
     if packing.offsets is not None:
@@ -104,18 +104,18 @@ def quantities(packing: Packing) -> dict[str, float]:
 
 
 def default_way() -> Way:
-    """Droplets as `dp.parameters` has them."""
+    """Describe droplets with the values of `dp.parameters`."""
     law = defaults("dp")
     return Way("dp", str(law["contact"]), (int(law["nv_small"]), int(law["nv_large"])))
 
 
-def _last(packing: Packing, rho: float, step: float) -> Packing:
+def _compress_to(packing: Packing, rho: float, step: float) -> Packing:
     for state in compress(packing, rho, step):
-        packing = _converged(state)
+        packing = _require_converged(state)
     return packing
 
 
-def _converged(packing: Packing) -> Packing:
+def _require_converged(packing: Packing) -> Packing:
     if not packing.converged:
         left = float("nan") if packing.max_force is None else packing.max_force
         raise ConvergenceError(

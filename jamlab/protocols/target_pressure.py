@@ -1,4 +1,4 @@
-"""Packings of disks at a target pressure, in the law and units of Baumgarten & Tighe."""
+"""Pack disks at a target pressure, in the law and units of Baumgarten & Tighe."""
 
 import time
 from dataclasses import dataclass

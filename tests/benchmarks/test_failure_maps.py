@@ -14,7 +14,7 @@ from jamlab.benchmarks.failure_maps.page import MAPS, counts, stability
 from jamlab.benchmarks.failure_maps.verdict import Map, Run, judged, refusal, relaxed
 from jamlab.protocols.model_choice import Way
 from jamlab.protocols.relaxation import relax
-from jamlab.protocols.scene import realise
+from jamlab.protocols.scene import bring_to
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_segment_form_is_not_called_converged():
     """Its minima sit at kinks: handed over from disks it stays at forces far above the tolerance."""
     onset = jamlab.jam("sp", 4, 1)
     with pytest.raises(jamlab.ConvergenceError, match=r"did not converge|hand over at another rho"):
-        realise(Way("dp", "segment", (6, 8)), onset, 0.9)
+        bring_to(Way("dp", "segment", (6, 8)), onset, 0.9)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 
 import jamlab
 from jamlab.benchmarks.model_table import SEEDS as TABLE_SEEDS
-from jamlab.protocols.scene import default_way, quantities, realise
+from jamlab.protocols.scene import bring_to, default_way, quantities
 
 COUNT = int(os.environ.get("JAMLAB_SEEDS", "50"))
 N = 64
@@ -51,7 +51,7 @@ def by_choice(seed):
             row |= {f"{name}_way": str(found.choice.way), f"{name}_seconds": found.seconds}
             row |= {f"{name}_z": found.estimate["z"], f"{name}_expected": found.choice.error["z"]}
         began = time.perf_counter()
-        row["z"] = quantities(realise(default_way(), jamlab.jam("sp", N, seed), rho))["z"]
+        row["z"] = quantities(bring_to(default_way(), jamlab.jam("sp", N, seed), rho))["z"]
         return row | {"seconds": time.perf_counter() - began}
     except jamlab.ConvergenceError as error:
         return {"rho": rho, "error": str(error)}

@@ -6,7 +6,7 @@ import pytest
 import jamlab
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.free_droplet import free_area
-from jamlab.protocols.droplets_from_disks import inscribed
+from jamlab.protocols.droplets_from_disks import inscribe
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def droplets(disks):
 
 
 def test_free_droplets_have_the_area_of_their_disks(disks):
-    p = inscribed(disks)
+    p = inscribe(disks)
     grown = free_area(np.diff(p.offsets), p.params)
     ratio = grown / (np.pi / 4 * disks.diameters**2)
     assert ratio == pytest.approx(np.full(disks.n, ratio[0]), rel=1e-10)
@@ -32,7 +32,7 @@ def test_free_droplets_have_the_area_of_their_disks(disks):
 
 
 def test_inscribed_polygons_lie_inside_their_disks_and_touch_at_most(disks):
-    p = inscribed(disks)
+    p = inscribe(disks)
     scale = p.box[0, 0] / disks.box[0, 0]
     reach = np.hypot(*(p.positions - (scale * disks.positions)[p.particle]).T)
     assert (reach <= (0.5 * scale * disks.diameters)[p.particle] - 0.5 * p.params["delta"] + 1e-12).all()
@@ -62,7 +62,7 @@ def test_loose_disks_are_no_continuous_handover():
 
 def test_number_of_vertices_and_units(sp_jammed):
     """Vertices go with the diameter; disks in units k are taken too."""
-    p = inscribed(sp_jammed, nv_small=24, nv_large=34)
+    p = inscribe(sp_jammed, nv_small=24, nv_large=34)
     sizes = np.diff(p.offsets)
     assert set(sizes) == {24, 34}
     assert (sizes == np.where(sp_jammed.diameters > 1, 34, 24)).all() and p.units == "eps"

@@ -12,8 +12,8 @@ import jamlab
 from jamlab.benchmarks.model_table import make_table
 from jamlab.benchmarks.speed_accuracy.droplet_models import unjamming
 from jamlab.engine.deck_defaults import defaults
-from jamlab.protocols.model_choice import QUANTITIES, Way, expected_error, read_table, ways_of
-from jamlab.protocols.scene import default_way, realise
+from jamlab.protocols.model_choice import QUANTITIES, Way, expected_error, list_ways, read_table
+from jamlab.protocols.scene import bring_to, default_way
 
 DISKS = {"model": "sp", "contact": None, "nv": None}
 COARSE = {"model": "dp", "contact": "outline", "nv": [6, 8]}
@@ -102,7 +102,7 @@ def test_refusals(rho, tolerance, options, said):
 def test_shipped_table_is_whole():
     """Every quantity, provenance, disks and default droplets among the ways."""
     shipped = read_table()
-    ways = ways_of(shipped)
+    ways = list_ways(shipped)
     assert Way("sp") in ways and default_way() in ways and len(ways) >= 3
     assert all(set(row["errors"]) == set(QUANTITIES) for row in shipped["rows"])
     assert {"command", "seeds", "lammps", "wall_time"} <= set(shipped["provenance"])
@@ -123,7 +123,7 @@ def test_scene_with_disks():
 def test_scene_with_droplets_goes_beyond_the_handover():
     """At rho = 0.90 disks carry the droplets to 0.88."""
     onset = jamlab.jam("sp", 10, 1)
-    dense = realise(Way("dp", "outline", (8, 11)), onset, 0.90)
+    dense = bring_to(Way("dp", "outline", (8, 11)), onset, 0.90)
     assert dense.model == "dp" and set(np.diff(dense.offsets)) == {8, 11}
     assert jamlab.packing_fraction(dense) == pytest.approx(0.90, abs=1e-6)
     assert dense.provenance["handover"]["rho"] == pytest.approx(0.88, abs=1e-6)
@@ -133,7 +133,7 @@ def test_scene_with_droplets_goes_beyond_the_handover():
 def test_scene_below_onset_is_refused():
     onset = jamlab.jam("sp", 10, 1)
     with pytest.raises(jamlab.ConvergenceError, match="jams at rho"):
-        realise(Way("sp"), onset, 0.7)
+        bring_to(Way("sp"), onset, 0.7)
 
 
 def test_table_is_measured_and_written(tmp_path):

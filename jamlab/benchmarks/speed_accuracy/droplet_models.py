@@ -16,7 +16,7 @@ from jamlab.packing.packing import CONTACT_FORMS, Packing
 from jamlab.protocols.model_choice import Way
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
-from jamlab.protocols.scene import default_way, quantities, realise
+from jamlab.protocols.scene import bring_to, default_way, quantities
 
 _RHO = 0.88
 _COUNTS = (6, 8, 12, 16, 24, 32, 64)  # vertices of a small droplet; the finest that converges is the reference
@@ -59,7 +59,7 @@ def trials(quick: bool) -> list[Trial]:
 
 def _measured(onset: Packing, contact: str, count: int, ratio: float, unjams: bool) -> tuple[dict[str, float], float]:
     began = time.process_time()
-    packing = realise(Way("dp", contact, (count, round(ratio * count))), onset, _RHO)
+    packing = bring_to(Way("dp", contact, (count, round(ratio * count))), onset, _RHO)
     values = quantities(packing)
     seconds = time.process_time() - began
     return values | ({"rho_J": unjamming(packing)} if unjams else {}), seconds
