@@ -106,16 +106,8 @@ class Session:
 
     def load(self, packing: Packing) -> None:
         """Take another packing; particles that differ in kind or number are built anew in the same instance."""
-        old = self._packing
-        same = (
-            packing.model == old.model
-            and packing.units == old.units
-            and np.array_equal(packing.diameters, old.diameters)  # type: ignore[arg-type]
-            and np.array_equal(packing.offsets, old.offsets)  # type: ignore[arg-type]
-            and _same_params(packing.params, old.params)
-            and (packing.model == "sp" or _longest_edge(packing) < _EDGE_KEPT * self._edge_limit)
-        )
-        if not same:
+        stretched = packing.model == "dp" and _longest_edge(packing) >= _EDGE_KEPT * self._edge_limit
+        if stretched or packing.difference(self._packing) is not None:
             self._build(packing)
             return
         self._packing = packing
@@ -308,10 +300,6 @@ def evaluate(packing: Packing) -> Evaluation:
 def _text(value: object) -> str:
     # numpy scalars print as np.float64(...), which LAMMPS cannot read; 17 digits give the same double back
     return f"{float(value):.17g}" if isinstance(value, float | np.floating) else str(value)
-
-
-def _same_params(a: dict[str, Any], b: dict[str, Any]) -> bool:
-    return a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a)
 
 
 def _edge_limit(packing: Packing) -> float:

@@ -179,16 +179,10 @@ def _write_element(group: Any, name: str, values: Array, clock: Any = None) -> N
 def _check_one_sweep(frames: list[Packing]) -> None:
     if not frames:
         raise InputError("no packings to write: a file needs at least one")
-    first = frames[0]
     for k, packing in enumerate(frames):
-        for name in ("model", "units", "diameters", "offsets"):
-            if not np.array_equal(getattr(packing, name), getattr(first, name)):
-                raise InputError(f"frame {k} differs from frame 0 in {name}: a file holds one sweep, use several files")
-        for name in first.params.keys() | packing.params.keys():
-            if not np.array_equal(packing.params.get(name), first.params.get(name)):  # type: ignore[arg-type]
-                raise InputError(
-                    f"frame {k} differs from frame 0 in params[{name!r}]: a file holds one sweep, use several files"
-                )
+        name = frames[0].difference(packing)
+        if name is not None:
+            raise InputError(f"frame {k} differs from frame 0 in {name}: a file holds one sweep, use several files")
 
 
 def _check_name(kind: str, name: str) -> None:

@@ -223,6 +223,31 @@ class Packing:
                 provenance.pop(name, None)
         return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
 
+    def select(self, particles: NDArray[np.bool_]) -> "Packing":
+        """Keep some of the particles.
+
+        Args:
+            particles: (n,) bool, at least one of them True.
+        """
+        changes: dict[str, Any] = {"positions": self.positions[particles[self.particle]]}
+        if self.diameters is not None:
+            changes["diameters"] = self.diameters[particles]
+        if self.offsets is not None:
+            changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[particles])])
+            changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
+        return self.with_state(**changes)
+
+    def difference(self, other: "Packing") -> str | None:
+        """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
+        for name in ("model", "units", "diameters", "offsets"):
+            if not np.array_equal(getattr(self, name), getattr(other, name)):
+                return name
+        for name in sorted(self.params.keys() | other.params.keys()):
+            mine, theirs = self.params.get(name), other.params.get(name)
+            if not np.array_equal(mine, theirs):  # type: ignore[arg-type]
+                return f"params[{name!r}]"
+        return None
+
     def write(self, path: Any) -> None:
         """Write this one packing to an HDF5 file, see `jamlab.packing.hdf5`."""
         from jamlab.packing.hdf5 import write

@@ -66,12 +66,8 @@ def _variants(settings):
             if isinstance(value, tuple):
                 yield field.name, factor, replace(settings, **{field.name: tuple((factor * a, b) for a, b in value)})
             else:
-                kind = type(value)
-                yield (
-                    field.name,
-                    factor,
-                    replace(settings, **{field.name: max(kind(factor * value), kind(1e-300) or 1)}),
-                )
+                changed = factor * value if isinstance(value, float) else max(1, round(factor * value))
+                yield field.name, factor, replace(settings, **{field.name: changed})
 
 
 @pytest.mark.benchmark
