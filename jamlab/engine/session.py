@@ -166,6 +166,10 @@ class Session:
         self._stale = False
         return float(self._lmp.get_thermo("pe")), self._forces()
 
+    def steps(self) -> int:
+        """Steps and iterations that LAMMPS has taken in this session, over all runs and minimisations."""
+        return int(self._lmp.extract_global("ntimestep"))
+
     def contact_energy(self) -> float:
         """Energy of the contacts at the last evaluation."""
         return float(self._lmp.get_thermo("evdwl"))
