@@ -12,7 +12,8 @@ from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, 
 from jamlab.figures.papers.spectral_groups import LARGE, chosen, largest_ensemble, limits_of, power_text
 from jamlab.figures.papers.tables import Tables
 from jamlab.statistics.bootstrap import bootstrap
-from jamlab.statistics.power_laws import collapse_exponents, power_law
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
@@ -182,7 +183,7 @@ def _log_claim(
             curves.append((x[short], lengths[short]))
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
-        return collapse_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, 0.65)).b
+        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, 0.65)).b
 
     found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(pressures) > 1 else None
     usable = found is not None and np.isfinite(found.value)
@@ -253,7 +254,7 @@ def _size_claims(
         return [(np.array([x for x, _ in points]), np.array([y for _, y in points])) for points in family]
 
     def exponent(drawn: list[Array]) -> float:
-        return -collapse_exponents(np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -a)).b
+        return -fit_scaling_exponents(np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -a)).b
 
     def tail(drawn: list[Array]) -> float:
         points = np.array(

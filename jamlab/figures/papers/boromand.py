@@ -13,7 +13,8 @@ from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, aver
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import Tables
 from jamlab.statistics.bootstrap import Interval, bootstrap
-from jamlab.statistics.power_laws import collapse_exponents, power_law
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.power_laws import power_law
 from jamlab.statistics.published_tables import TABLE_1, TABLE_2
 
 Array = NDArray[np.float64]
@@ -210,7 +211,7 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
             x, y = average(g[..., 0]), average(g[..., 1])
             kept = (y > 0) & (x < REGIME[1])
             family.append((x[kept], y[kept]))
-        return collapse_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
+        return fit_scaling_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
     return bootstrap(groups, exponent, resamples=RESAMPLES // 4)
 
