@@ -20,6 +20,7 @@ from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import derive, ensemble, log_edges, near_onset, usual
 from jamlab.figures.papers.tables import Tables, count_voids, read_folder, reference_tables, save
 from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.published_numbers import Published
 
 TABLES, states = paper_tables.TABLES, paper_tables.states
 
@@ -138,10 +139,11 @@ def test_verdicts(low, high, relation, agrees):
 
 
 def test_a_value_without_interval_is_not_measured_rather_than_right():
-    c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), 1.0, how="one packing")
+    one = Published(1.0)
+    c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), one, how="one packing")
     assert not c.agrees and c.verdict == "not measured: too few packings for an interval"
-    assert claim("f", "q", None, 1.0, how="no packing").verdict == "not measured: no packing"
-    assert claim("f", "q", None, 1.0).verdict == "not measured: too few data"
+    assert claim("f", "q", None, one, how="no packing").verdict == "not measured: no packing"
+    assert claim("f", "q", None, one).verdict == "not measured: too few data"
 
 
 # ensembles ------------------------------------------------------------------------------------------------------------

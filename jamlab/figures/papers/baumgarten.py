@@ -25,6 +25,17 @@ from jamlab.figures.papers.tables import Tables
 from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.published_numbers import (
+    CRITICAL_SLOPE,
+    DELTA,
+    FLUID_VISCOSITY,
+    KELVIN_VOIGT_SLOPE,
+    LAMBDA,
+    MU,
+    SLIDING_VISCOSITY,
+    UNDAMPED_LOSS,
+    UNDAMPED_VISCOSITY,
+)
 
 Array = NDArray[np.float64]
 
@@ -87,15 +98,15 @@ def figure_1(tables: Tables) -> Drawing:
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
     count = f"{len(group.g0)} packings, p = {p:g}"
     for text, part, a, b, paper in (
-        ("slope of G'', slow", 1, w[0], 0.01 * p, 1.0),
-        ("slope of G', critical", 0, low, high, 0.5),
-        ("slope of G'', critical", 1, low, high, 0.5),
-        ("slope of G'', fast", 1, 10.0, w[-1], 1.0),
+        ("slope of G'', slow", 1, w[0], 0.01 * p, KELVIN_VOIGT_SLOPE),
+        ("slope of G', critical", 0, low, high, CRITICAL_SLOPE),
+        ("slope of G'', critical", 1, low, high, CRITICAL_SLOPE),
+        ("slope of G'', fast", 1, 10.0, w[-1], KELVIN_VOIGT_SLOPE),
     ):
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
         how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        out.claims.append(claim(out.name, text, found, paper, 0.05, how=how))
+        out.claims.append(claim(out.name, text, found, paper, how=how))
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
         "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
@@ -138,8 +149,8 @@ def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[
             how = str(error)
     names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
     return [
-        Claim(name, f"{text}, {law}", v, v - e, v + e, paper, 0.05, how=how)
-        for text, (v, e), paper in zip(names, values, (0.5, 1.0, 0.5), strict=True)
+        Claim(name, f"{text}, {law}", v, v - e, v + e, *paper, how=how)
+        for text, (v, e), paper in zip(names, values, (MU, LAMBDA, DELTA), strict=True)
     ]
 
 
@@ -207,8 +218,7 @@ def figure_4(tables: Tables) -> Drawing:
             out.name,
             "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)",
             gap,
-            0.0,
-            1e-6,
+            UNDAMPED_LOSS,
             how="all frequencies",
         )
     )
@@ -228,7 +238,7 @@ def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
     if len(p) > 1:
         how = f"{len(p)} pressures, no pre-stress"
         found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
-    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, 0.5, 0.05, how=how)]
+    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, UNDAMPED_VISCOSITY, how=how)]
 
 
 def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
@@ -263,7 +273,7 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         eta = np.column_stack([ends[beta].eta0[:seeds] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
-    out.claims.append(claim(out.name, text, found, 1.0, 0.01, how=how))
+    out.claims.append(claim(out.name, text, found, SLIDING_VISCOSITY, how=how))
 
 
 def figure_6(tables: Tables) -> Drawing:
@@ -293,7 +303,7 @@ def figure_6(tables: Tables) -> Drawing:
         size = min(len(viscosity[low]), len(viscosity[high]))
         rise = (viscosity[high][:size] - viscosity[low][:size]) / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
-    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, 1.0, 1e-3, how=how))
+    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, FLUID_VISCOSITY, how=how))
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
     )

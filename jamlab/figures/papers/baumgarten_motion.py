@@ -14,6 +14,13 @@ from jamlab.figures.papers.tables import Tables
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.published_numbers import (
+    CORRELATION_LENGTH,
+    LOG_EXPONENT,
+    SIZE_EXPONENT,
+    SLOW_SHEAR,
+    VISCOSITY_TAIL,
+)
 
 Array = NDArray[np.float64]
 
@@ -32,17 +39,19 @@ def figure_5(tables: Tables) -> Drawing:
     fitted = [k for k, q in enumerate(p) if q * n**2 >= LARGE]
     out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
     scale(axes)
-    for index, (name, text, paper) in enumerate(
+    for index, (name, text) in enumerate(
         (
-            ("approach", r"approach $|\Delta u^\parallel|$", 0.25),
-            ("sliding", r"sliding $|\Delta u^\perp|$", -0.25),
-            ("nonaffine", r"non-affine $|u_{na}|$", -0.25),
+            ("approach", r"approach $|\Delta u^\parallel|$"),
+            ("sliding", r"sliding $|\Delta u^\perp|$"),
+            ("nonaffine", r"non-affine $|u_{na}|$"),
         )
     ):
+        paper = SLOW_SHEAR[name]
         groups = groups_by(part, "pressure", name, p)
         band = bootstrap(groups, lambda g: [float(v.mean()) for v in g], resamples=RESAMPLES)
         out.curve(axes, text, p, band.value, band.low, band.high, **style(index))
-        out.slope(axes, paper, (p[0], p[-1]), float(band.value[0]) * (1.4 if paper < 0 else 0.6), f"{paper:+g}")
+        beside = 1.4 if paper.value < 0 else 0.6
+        out.slope(axes, paper.value, (p[0], p[-1]), beside * float(band.value[0]), f"{paper.value:+g}")
         found = None
         if len(fitted) > 1:
             found = bootstrap(
@@ -52,7 +61,7 @@ def figure_5(tables: Tables) -> Drawing:
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
-        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, 0.03, how=how))
+        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, how=how))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -85,18 +94,18 @@ def figure_7(tables: Tables) -> Drawing:
         y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
         look, name = sequence(index, len(pressures)), f"$p = {power_text(p)}$"
         out.curve(c, name, omega, *y, **look)
-        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** 0.65 for v in y), **look)
+        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** LOG_EXPONENT.value for v in y), **look)
         family.append((omega / p**0.5, cubes))
     ends = [stokes["omega"].min(), stokes["omega"].max()]
-    out.curve(c, "paper: plateau $L/4$", ends, [side / 4] * 2, **PAPER)
+    out.curve(c, "paper: plateau $L/4$", ends, [side * CORRELATION_LENGTH.value] * 2, **PAPER)
     label(c, FREQUENCY, r"length $l$  [$d$]")
-    label(d, r"$\omega\,\tau_1 / p^{1/2}$", r"$l\,(-\ln p)^{0.65}$")
+    label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{LOG_EXPONENT.value:g}}}$")
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
         slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
         scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
         share = bootstrap([scaled], lambda g: first_zero(g[0]), resamples=RESAMPLES)
         how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
-        out.claims.append(claim(out.name, text, share, 0.25, 0.03, how=how))
+        out.claims.append(claim(out.name, text, share, CORRELATION_LENGTH, how=how))
     _log_claim(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
@@ -183,7 +192,7 @@ def _log_claim(
             curves.append((x[short], lengths[short]))
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
-        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, 0.65)).b
+        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, LOG_EXPONENT.value)).b
 
     found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(pressures) > 1 else None
     usable = found is not None and np.isfinite(found.value)
@@ -193,17 +202,20 @@ def _log_claim(
         else f"needs two pressures with two lengths each below {_PLATEAU} L"
     )
     why = f"lengths span {np.log10(_PLATEAU * side):.1f} decades between a disk and the box"
-    out.claims.append(claim(out.name, "exponent of -ln p in the collapse of l", found, 0.65, 0.1, how=how, reason=why))
+    out.claims.append(
+        claim(out.name, "exponent of -ln p in the collapse of l", found, LOG_EXPONENT, how=how, reason=why)
+    )
 
 
 def figure_8(tables: Tables) -> Drawing:
     """Viscosity against pressure for several sizes: one curve in p N^2."""
     limits = limits_of(tables.spectra)
     out, panels = drawing("baumgarten-8", 1, 2, 5.6, 4.6)
-    for axes, law, parameters, a in (
-        (panels[0], "contact", {"beta": 1.0}, 1.0),
-        (panels[1], "stokes", {"eta_f": 1.0}, 1.09),
+    for axes, law, parameters in (
+        (panels[0], "contact", {"beta": 1.0}),
+        (panels[1], "stokes", {"eta_f": 1.0}),
     ):
+        a = SIZE_EXPONENT[law].value
         scale(axes)
         for prestress in (True, False):
             part = chosen(limits, law, prestress=prestress, **parameters)
@@ -221,7 +233,7 @@ def figure_8(tables: Tables) -> Drawing:
                 out.curve(axes, series, x * n**2, *y, band=False, label=None if prestress else name, **look)
             several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
             kept_sizes = [sizes[k] for k in several]
-            _size_claims(out, law, a, prestress, kept_sizes, p, [groups[k] for k in several])
+            _size_claims(out, law, prestress, kept_sizes, p, [groups[k] for k in several])
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
         out.slope(axes, -a / 2, (x0, x1), 1.6 * y0, rf"$-a/2$, $a = {a:g}$")
@@ -242,7 +254,7 @@ def _height(out: Drawing, axes: Any, x0: float) -> float:
 
 
 def _size_claims(
-    out: Drawing, law: str, a: float, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
+    out: Drawing, law: str, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
 ) -> None:
     flat = [v for values in groups for v in values if len(v)]
     place = [(i, j) for i, values in enumerate(groups) for j, v in enumerate(values) if len(v)]
@@ -254,7 +266,9 @@ def _size_claims(
         return [(np.array([x for x, _ in points]), np.array([y for _, y in points])) for points in family]
 
     def exponent(drawn: list[Array]) -> float:
-        return -fit_scaling_exponents(np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -a)).b
+        return -fit_scaling_exponents(
+            np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -SIZE_EXPONENT[law].value)
+        ).b
 
     def tail(drawn: list[Array]) -> float:
         points = np.array(
@@ -270,6 +284,8 @@ def _size_claims(
             slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
     how = f"N = {', '.join(map(str, sizes))}"
     why = "pre-stress makes the crossover gradual" if prestress else ""
-    out.claims.append(claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, a, 0.05, how=how, reason=why))
+    out.claims.append(
+        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, SIZE_EXPONENT[law], how=how, reason=why)
+    )
     if not prestress:
-        out.claims.append(claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, -0.5, 0.05, how=how))
+        out.claims.append(claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, VISCOSITY_TAIL, how=how))

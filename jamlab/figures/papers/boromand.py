@@ -15,14 +15,27 @@ from jamlab.figures.papers.tables import Tables
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_tables import TABLE_1, TABLE_2
+from jamlab.statistics.published_numbers import (
+    ALPHA_0,
+    BETA_0,
+    CROSSOVER_EXPONENT,
+    DROPLET_EXPONENT,
+    MISSING_CONTACTS_EXPONENT,
+    MISSING_CONTACTS_LIMIT,
+    MODELS_PART,
+    TABLE_1,
+    TABLE_2,
+    table_contacts,
+    table_law,
+    table_modulus,
+)
 
 Array = NDArray[np.float64]
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 NEAR = log_edges(10**-6.1, 10**0.1)
 LINEAR = np.arange(0.80, 1.30, 0.01)
-REGIME = (1e-3, 0.2)  # where the paper sees the square root, fig 6
+REGIME = {"sp": (1e-3, 0.2), "dp": (1e-2, 0.16)}  # where the paper sees a power law, fig 6
 DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"
 DP_CONTACTS = "no parameter moves z by 0.1 (README, DP parameters); the fit of table 1 passes 6 before confluence"
 
@@ -83,8 +96,7 @@ def figure_5(tables: Tables) -> Drawing:
                 out.name,
                 f"rho from which {column} of DP exceeds SP by {share} %",
                 departures.get(column),
-                0.88,
-                0.005,
+                MODELS_PART,
                 how=(
                     "last crossing of the mean curves, if DP ends above"
                     if column in departures
@@ -103,9 +115,8 @@ def figure_5(tables: Tables) -> Drawing:
 def _table_lines(out: Drawing, axes: Any, column: str) -> None:
     """The paper's fits."""
     d = np.linspace(1e-4, 0.2, 60)
-    for name, (z_j, onset, z0, z1) in TABLE_1.items():
-        g0, g1 = TABLE_2[name]
-        y = z_j + z0 * d**0.5 + z1 * d if column == "z" else g0 * d**0.5 + g1 * d
+    for name, (_, onset, *_) in TABLE_1.items():
+        y = table_contacts(name, d) if column == "z" else table_modulus(name, d)
         colour = {"SP(φ)": "#009E73", "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
@@ -138,15 +149,15 @@ def figure_6(tables: Tables) -> Drawing:
             x, y = ensemble(states, model, n, by, column, NEAR).band()
             out.curve(part, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
-        c0, c1 = TABLE_1[series][2:] if column == "d_z" else TABLE_2[series]
-        out.curve(part, "paper: table fit", d, c0 * d**0.5 + c1 * d, **PAPER)
+        coefficients = TABLE_1[series][2:] if column == "d_z" else TABLE_2[series]
+        out.curve(part, "paper: table fit", d, table_law(coefficients, d), **PAPER)
         if column == "d_z":
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
         elif model == "dp":
-            out.slope(part, 0.8, (1e-3, 1e-1), 2e-3)
+            out.slope(part, DROPLET_EXPONENT.value, (1e-3, 1e-1), 2e-3)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
-        out.window(part, *(REGIME if model == "sp" else (1e-2, 0.16)))
+        out.window(part, *(REGIME[model]))
         label(
             part,
             f"{series[:2]}: {name}",
@@ -166,26 +177,25 @@ def figure_6(tables: Tables) -> Drawing:
 
 def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
     claims = []
-    for column, series, window, paper, text, reason in (
-        ("d_z", "SP(φ)", REGIME, 0.5, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
-        ("g", "SP(φ)", REGIME, 0.5, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
-        ("d_z", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of z - z_J in drho", DP_CONTACTS),
-        ("g", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of G in drho", DP_UNKNOWN),
+    for column, series, paper, text, reason in (
+        ("d_z", "SP(φ)", ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
+        ("g", "SP(φ)", BETA_0, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
+        ("d_z", "DP(ρ)", DROPLET_EXPONENT, "single exponent of z - z_J in drho", DP_CONTACTS),
+        ("g", "DP(ρ)", DROPLET_EXPONENT, "single exponent of G in drho", DP_UNKNOWN),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
         if has(states, model):
-            n = sizes(states, model)[-1]
+            n, window = sizes(states, model)[-1], REGIME[model]
             how = f"N = {n}, {window[0]:g} < d < {window[1]:g}"
             found = ensemble(states, model, n, by, column, NEAR).interval(_exponent(*window))
-        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, 0.05, how=how, reason=reason))
+        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, how=how, reason=reason))
     claims.append(
         claim(
             name,
             "a: (z - z_J) N against dphi N^a, SP",
             _size_exponent(states),
-            2.0,
-            0.0,
+            CROSSOVER_EXPONENT,
             how="best collapse, dphi < 0.2",
         )
     )
@@ -199,7 +209,7 @@ def _exponent(low: float, high: float) -> Statistic:
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
     """a of the crossover dphi* ~ N^-a, from the collapse of all sizes."""
-    n = [m for m in sizes(states, "sp")]
+    n = sizes(states, "sp")
     if len(n) < 2:
         return None
     curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]
@@ -209,7 +219,7 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
         family = []
         for g in drawn:
             x, y = average(g[..., 0]), average(g[..., 1])
-            kept = (y > 0) & (x < REGIME[1])
+            kept = (y > 0) & (x < REGIME["sp"][1])
             family.append((x[kept], y[kept]))
         return fit_scaling_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
@@ -236,9 +246,10 @@ def figure_7(tables: Tables) -> Drawing:
             )
             last = n, e
         if model == "sp":
-            out.curve(scaled, "paper: limit 2", [1e-2, 30], [2, 2], **PAPER)
+            limit = MISSING_CONTACTS_LIMIT["sp"].value
+            out.curve(scaled, f"paper: limit {limit:g}", [1e-2, 30], [limit, limit], **PAPER)
         else:
-            out.slope(plain, 1.0, (1e-3, 1e-1), 0.02)
+            out.slope(plain, MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
         name = model.upper()
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
         label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
@@ -269,8 +280,7 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
         name,
         f"(z_conf - z) N nearest to rho*, {model.upper()}",
         found,
-        2.0 if model == "sp" else 0.0,
-        0.05,
+        MISSING_CONTACTS_LIMIT[model],
         how=f"N = {last[0]}" if last else nothing,
         reason="a packing one contact short of z = 6 has (6 - z) N = 2: with rho* of each packing the limit is 2 by "
         "counting, and 0 only if rho* is read off the mean curve"
@@ -280,4 +290,4 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
     if model == "sp":
         return [limit]
     how = "3e-3 < rho* - rho < 0.1" if last else nothing
-    return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, 1.0, 0.05, how=how)]
+    return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, MISSING_CONTACTS_EXPONENT, how=how)]

@@ -1,31 +1,33 @@
-"""Packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
+"""Draw packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.boromand import DP_UNKNOWN, LINEAR, below_confluence, has, nearest_size
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, log_edges
-from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, scale
+from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import Tables
 from jamlab.statistics.power_laws import power_law
+from jamlab.statistics.published_numbers import (
+    AREA_OF_DENSE_DROPLETS,
+    EQ_11_C,
+    LOST_AREA_EXPONENT,
+    MISSING_CONTACTS_EXPONENT,
+    SHAPE_AT_CONFLUENCE,
+    SHAPE_AT_UNIT_PHI,
+    SHAPE_EXPONENTS,
+    SHAPE_OF_DENSE_DISKS,
+)
 
 Array = NDArray[np.float64]
 
-C = 1.21  # of eq 11
-FINE = np.arange(0.0, 0.5, 0.01) - 0.005
+FINE = np.arange(0.0, 0.5, 0.01) - 0.005  # edges of bins of a distance to onset, one of them around 0
+C_REASON = "C is 1 at onset by definition, so it depends on the window, which the paper does not print"
 TWO_OVERLAPS = 0.36  # dphi up to which only pairs overlap: phi < 1.2
-LINES = {"sp": (MODEL_STYLE["sp"]["color"], "v"), "dp": (MODEL_STYLE["dp"]["color"], "D")}
-
-
-def model_look(model: str, **more: Any) -> dict[str, Any]:
-    colour, marker = LINES[model]
-    return {"color": colour, "marker": marker, "linestyle": "none"} | more
 
 
 def eq_11(d_phi: Array) -> Array:
@@ -47,23 +49,25 @@ def figure_4(tables: Tables) -> Drawing:
     n = nearest_size(states, "sp", 32)
     e = ensemble(states, "sp", n, "d_phi", "d_rho", FINE)
     x, y = e.band()
-    out.curve(a, f"SP, N = {n}", x, y.value, y.low, y.high, **model_look("sp"))
+    out.curve(a, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
     d = np.linspace(0, 0.4, 50)
     out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
-    out.curve(a, rf"paper: eq 11, $C$ = {C}", d, C * eq_11(d), **FIT)
+    out.curve(a, rf"paper: eq 11, $C$ = {EQ_11_C.value}", d, EQ_11_C.value * eq_11(d), **FIT)
     a.set_ylim(0, 0.25)
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
     window = f"N = {n}, least squares, 0.01 < dphi < {TWO_OVERLAPS}"
-    out.claims.append(claim(out.name, "C of eq 11", e.interval(_prefactor), C, 0.005, how=window, reason=C_REASON))
+    out.claims.append(claim(out.name, "C of eq 11", e.interval(_prefactor), EQ_11_C, how=window, reason=C_REASON))
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
         size = nearest_size(states, model, 32)
         x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
-        out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_look(model))
+        out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
-    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**2.5
-    out.curve(b, r"paper: slope 2.5 in $\rho - \rho_J$", d, 1 - height * d**2.5, **PAPER)
+    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**LOST_AREA_EXPONENT
+    out.curve(
+        b, rf"paper: slope {LOST_AREA_EXPONENT} in $\rho - \rho_J$", d, 1 - height * d**LOST_AREA_EXPONENT, **PAPER
+    )
     b.set_ylim(0.82, 1.02)
     label(b, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
     scale(c, "log", "linear")
@@ -71,13 +75,14 @@ def figure_4(tables: Tables) -> Drawing:
         if not has(states, model):
             continue
         size = nearest_size(states, model, 32)
-        look = model_look(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
+        look = model_style(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
         x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
         name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
         out.curve(c, name, shape.value, x, **look)
-    s = np.geomspace(3e-3, 0.1, 20)
-    out.curve(c, r"paper: $\omega \approx 0.3$", s, 0.165 * (s / 0.07) ** 0.3, **PAPER)
-    out.curve(c, r"paper: $\lambda \approx 0.67$", s[:14], 0.16 * (s[:14] / 0.03) ** 0.67, **PAPER | {"linestyle": ":"})
+    s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), SHAPE_EXPONENTS
+    out.curve(c, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
+    dotted = PAPER | {"linestyle": ":"}
+    out.curve(c, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
     c.set_xlim(3e-4, 0.15)
     c.set_ylim(0, 0.22)
     label(
@@ -95,9 +100,6 @@ def figure_4(tables: Tables) -> Drawing:
     return out
 
 
-C_REASON = "C is 1 at onset by definition, so it depends on the window, which the paper does not print"
-
-
 def _at(place: float) -> Callable[[Array, Array], float]:
     """The mean curve at one x; nan beyond its ends."""
 
@@ -113,14 +115,12 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     n = nearest_size(states, "sp", 32)
     by_phi, by_rho = (ensemble(states, "sp", n, by, "shape", fine) for by in ("phi", "rho"))
     claims = [
-        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), 1.03, 0.005, how=f"N = {n}"),
+        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), SHAPE_AT_UNIT_PHI, how=f"N = {n}"),
         claim(
             name,
             "A near confluence, SP",
             by_rho.interval(lambda x, y: y[np.nanargmax(x)]),
-            1.10,
-            0.0,
-            relation=">",
+            SHAPE_OF_DENSE_DISKS,
             how=f"N = {n}, mean over rho > {0.005 * np.floor(200 * np.nanmax(by_rho.mean[0])):.3f}",
         ),
     ]
@@ -143,13 +143,17 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             name,
             "A at confluence, DP",
             shape,
-            1.07,
-            0.005,
+            SHAPE_AT_CONFLUENCE,
             how=f"{how}, straight line from rho > 0.95 to 1",
             reason=f"bare polygons, without rim; {DP_UNKNOWN}",
         ),
         claim(
-            name, "<a>/a_J at drho = 0.13, DP", area, 1.0, 0.01, how=how, reason=f"finite area stiffness; {DP_UNKNOWN}"
+            name,
+            "<a>/a_J at drho = 0.13, DP",
+            area,
+            AREA_OF_DENSE_DROPLETS,
+            how=how,
+            reason=f"finite area stiffness; {DP_UNKNOWN}",
         ),
     ]
 
@@ -164,10 +168,10 @@ def figure_9(tables: Tables) -> Drawing:
             continue
         n = nearest_size(states, model, 64)
         x, y = ensemble(states, model, n, "rho", "z", LINEAR).band()
-        out.curve(a, f"{model.upper()}, N = {n}", x, y.value, y.low, y.high, **model_look(model, linestyle="-"))
+        out.curve(a, f"{model.upper()}, N = {n}", x, y.value, y.low, y.high, **model_style(model, linestyle="-"))
         e = ensemble(states, model, n, "rho", "excess", LINEAR)
         x, y = e.band()
-        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_look(model, linestyle="-"))
+        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
             how = f"N = {n}, rho > 0.9"
             near = below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
@@ -185,8 +189,7 @@ def figure_9(tables: Tables) -> Drawing:
             out.name,
             "exponent of z_conf - z in 1 - rho, DP",
             slope,
-            1.0,
-            0.05,
+            MISSING_CONTACTS_EXPONENT,
             how=how,
             reason="rho* < 1 in small packings",
         )

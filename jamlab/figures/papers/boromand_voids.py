@@ -6,13 +6,18 @@ from numpy.typing import NDArray
 
 from jamlab.figures.geometry_pictures import SIDE_COLOURS
 from jamlab.figures.papers.boromand import DP_UNKNOWN, has, nearest_size
-from jamlab.figures.papers.boromand_geometry import model_look
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label
+from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
 from jamlab.figures.papers.tables import Tables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.published_numbers import (
+    DENSE_DISK_TRIANGLES_SHAPE,
+    DENSE_DROPLET_TRIANGLES,
+    PLATEAU_SHAPE,
+    VOID_SHARES,
+)
 
 Array = NDArray[np.float64]
 
@@ -21,7 +26,7 @@ def figure_8(tables: Tables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
-    sides = (3, 4, 5, 6)
+    sides = tuple(VOID_SHARES)
     for model in ("sp", "dp"):
         if not has(counts, model):
             continue
@@ -40,10 +45,10 @@ def figure_8(tables: Tables) -> Drawing:
             out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
         mean = bootstrap([cube], lambda g: _means(g[0]), resamples=RESAMPLES)
         name = f"{model.upper()}, N = {n}"
-        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_look(model, linestyle="-"))
-        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_look(model, linestyle="-"))
+        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
+        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
         out.claims += _void_claims(out.name, model, n, part, x, cube)
-    out.curve(b, "paper: Plateau border, 4.87", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    out.curve(b, f"paper: Plateau border, {PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
     label(b, r"true packing fraction $\rho$", r"shape factor $\mathcal{A}$ of 3-sided voids")
@@ -94,11 +99,9 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
     claims = []
     if part["onset"].astype(bool).any():
         _, first = _sums(part[part["onset"].astype(bool)].assign(rho=0.0))
-        share = bootstrap([first], lambda g: _share(g[0], (3, 4, 5, 6))[0], resamples=RESAMPLES)
-        for k, (side, paper, margin) in enumerate(((3, 0.4, 0.05), (4, 0.4, 0.05), (5, 0.18, 0.005), (6, 0.02, 0.005))):
-            claims.append(
-                claim(name, f"P_{side} at onset, {big}", share[k], paper, margin, how=f"{how}, states at onset")
-            )
+        share = bootstrap([first], lambda g: _share(g[0], tuple(VOID_SHARES))[0], resamples=RESAMPLES)
+        for k, (side, paper) in enumerate(VOID_SHARES.items()):
+            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
 
     def pooled(low: float, high: float, column: int) -> Interval | None:
         inside = (x > low) & (x < high)
@@ -115,15 +118,21 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
 
     if model == "dp":
         claims.append(
-            claim(name, "P_3 for rho > 0.97, DP", pooled(0.97, 1.0, 0), 1.0, 0.005, how=how, reason=DP_UNKNOWN)
+            claim(
+                name,
+                "P_3 for rho > 0.97, DP",
+                pooled(0.97, 1.0, 0),
+                DENSE_DROPLET_TRIANGLES,
+                how=how,
+                reason=DP_UNKNOWN,
+            )
         )
         claims.append(
             claim(
                 name,
                 "A of 3-sided voids, rho > 0.97, DP",
                 pooled(0.97, 1.0, 1),
-                4.87,
-                0.05,
+                PLATEAU_SHAPE,
                 how=how,
                 reason=f"rims of width delta round the corners; {DP_UNKNOWN}",
             )
@@ -134,13 +143,12 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
                 name,
                 "A of 3-sided voids, rho < 0.86, SP",
                 pooled(0.8, 0.86, 1),
-                4.87,
-                0.05,
+                PLATEAU_SHAPE,
                 how=how,
                 reason="the paper's is that of three equal disks; sizes differ here, and near onset gaps are open",
             )
         )
         claims.append(
-            claim(name, "A of 3-sided voids, rho > 0.98, SP", pooled(0.98, 1.0, 1), 2.0, 0.0, relation="<", how=how)
+            claim(name, "A of 3-sided voids, rho > 0.98, SP", pooled(0.98, 1.0, 1), DENSE_DISK_TRIANGLES_SHAPE, how=how)
         )
     return claims

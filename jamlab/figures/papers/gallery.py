@@ -17,6 +17,7 @@ from jamlab.figures.papers import (
     boromand_geometry,
     boromand_onset,
     boromand_power_laws,
+    boromand_tables,
     boromand_voids,
 )
 from jamlab.figures.papers.claims import Claim
@@ -34,7 +35,7 @@ FIGURES: dict[str, Callable[[Tables], Drawing]] = {
     "boromand-9": boromand_geometry.figure_9,
     "boromand-10": boromand_onset.figure_10,
     "boromand-11": boromand_power_laws.figure_11,
-    "tables": boromand_onset.tables_1_2,
+    "tables": boromand_tables.tables_1_2,
     "baumgarten-1": baumgarten.figure_1,
     "baumgarten-3": baumgarten.figure_3,
     "baumgarten-4": baumgarten.figure_4,

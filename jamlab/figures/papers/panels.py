@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim
 
 matplotlib.use("Agg")
@@ -33,6 +34,12 @@ FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alph
 def style(index: int) -> dict[str, Any]:
     """Colour and marker of the index-th series."""
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
+
+
+def model_style(model: str, **more: Any) -> dict[str, Any]:
+    """Colour and marker of a model, without a line unless one is asked for."""
+    look = MODEL_STYLE[model]
+    return {"color": look["color"], "marker": look["marker"], "linestyle": "none"} | more
 
 
 def sequence(index: int, count: int) -> dict[str, Any]:
