@@ -1,4 +1,4 @@
-"""Topic: minimisers. LAMMPS' own and jamlab's, from one half-relaxed start, by the force that is left."""
+"""Compare minimisers, LAMMPS' own and jamlab's, from one half-relaxed start by the force that is left."""
 
 import numpy as np
 
@@ -20,13 +20,13 @@ _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE
     "sd": ("min_style sd", "min_modify norm max line forcezero dmax 0.1"),
 }
 _PHI = {"near onset, phi = 0.85": 0.85, "far from onset, phi = 1.0": 1.0}
-_STEPS = {64: 20_000, 1024: 4_000, 8192: 1_000}
-_QUICKEST = 4  # of _SETTINGS, which large packings are left to
+_STEPS = {64: 20_000, 1024: 4_000, 8192: 1_000}  # bound by size, so that slow minimisers end too
+_QUICKEST = 4  # the first of _SETTINGS; large packings are left to them
 _TOLERANCES = (1e-4, 1e-8, 1e-12)
 
 
-def trials(quick: bool) -> list[Trial]:
-    """Every minimiser at three tolerances; steps are bounded, so that slow ones end above their tolerance."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure every minimiser at three tolerances; steps are bounded, so that slow ones end above their tolerance."""
     found = []
     for n in (64, 1024) if quick else (64, 1024, 8192):
         for place, phi in _PHI.items():
@@ -86,5 +86,5 @@ TOPIC = Topic(
     "Minimisers of disks",
     "largest force left, eps/d",
     "0; one random start after 300 steps of FIRE; labels are tolerances",
-    trials,
+    measure_trials,
 )

@@ -1,4 +1,4 @@
-"""Spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
+"""Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,14 +14,14 @@ from jamlab.figures.papers.panels import Drawing, drawing, label, scale, sequenc
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
-    by_pressure,
-    chosen,
-    large,
-    power_text,
-    same_frequencies,
-    spectral,
+    cut_to_shared_frequencies,
+    format_power,
+    group_by_pressure,
+    select_large,
+    select_law,
+    select_spectra,
 )
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.power_laws import power_law
@@ -41,19 +41,19 @@ Array = NDArray[np.float64]
 
 MODULUS = r"[$k$]"
 FREQUENCY = r"frequency $\omega\,\tau_1$"
-_COLLAPSE_RESAMPLES = 60
+_COLLAPSE_RESAMPLES = 60  # each is a fit: seconds for a figure
 _CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
 
 
 def nearest(values: Sequence[float], wanted: float) -> float:
-    """The value nearest by ratio."""
+    """Pick the value nearest by ratio."""
     return min(values, key=lambda v: abs(np.log(v / wanted)))
 
 
 def draw(
     out: Drawing, axes: Any, group: Group, name: str, look: dict[str, Any], x: float = 1.0, y: float = 1.0
 ) -> None:
-    """G' (filled) and G'' (open) over omega, each times a factor."""
+    """Draw G' (filled) and G'' (open) over omega, each times a factor."""
     for part, values, more in (
         ("G'", group.storage, {"linestyle": "-"}),
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
@@ -80,14 +80,14 @@ def _slope(values: Array, omega: Array, low: float, high: float) -> float:
     return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
 
 
-def figure_1(tables: Tables) -> Drawing:
+def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
-    groups = by_pressure(spectral(chosen(tables.spectra, "contact", prestress=True, beta=1.0)))
+    groups = group_by_pressure(select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0)))
     p = nearest(list(groups), 1e-4)
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
-    draw(out, axes, group, f"$p = {power_text(p)}$", {"color": "#009E73", "marker": "o"})
+    draw(out, axes, group, f"$p = {format_power(p)}$", {"color": "#009E73", "marker": "o"})
     low, high = _CRITICAL[0] * p, _CRITICAL[1]
     out.window(axes, low, high)
     w = group.omega
@@ -114,11 +114,11 @@ def figure_1(tables: Tables) -> Drawing:
     return out
 
 
-def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
-    """Spectra of all pressures, as they are and over p^0.5 against omega/p."""
+def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
+    """Draw spectra of all pressures, as they are (unless `plain` is None) and over p^0.5 against omega/p."""
     for index, (p, group) in enumerate(groups.items()):
         look = sequence(index, len(groups))
-        name = f"$p = {power_text(p)}$"
+        name = f"$p = {format_power(p)}$"
         if plain is not None:
             draw(out, plain, group, name, look)
         kept = group.omega <= _CRITICAL[1]
@@ -134,14 +134,14 @@ def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="upper left")
 
 
-def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
-    """mu, lambda and Delta with what `jamlab.collapse` gives as half-widths."""
+def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
+    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives."""
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
-    groups = large(groups, n)
+    groups = select_large(groups, n)
     how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
         try:
-            members = [g.members() for g in same_frequencies(groups).values()]
+            members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
             fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
             how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
@@ -154,59 +154,59 @@ def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[
     ]
 
 
-def figure_3(tables: Tables) -> Drawing:
+def figure_3(tables: EnsembleTables) -> Drawing:
     """G* of balanced contact damping for a range of pressures, and its collapse."""
-    every = chosen(tables.spectra, "contact", prestress=True, beta=1.0)
-    table = spectral(every)
-    groups = by_pressure(table)
+    every = select_law(tables.spectra, "contact", prestress=True, beta=1.0)
+    table = select_spectra(every)
+    groups = group_by_pressure(table)
     out, (a, b) = drawing("baumgarten-3", 1, 2, 5.6, 4.6)
     scale(a)
     scale(b)
-    _collapsed(out, a, b, groups)
+    _draw_collapse(out, a, b, groups)
     w = next(iter(groups.values())).omega
     lowest = list(groups.values())[-1]
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
-    _largest(out, a, b, every)
+    _draw_largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left")
-    out.claims = _exponents(out.name, groups, "contact damping", int(table["n"].iloc[0]))
+    out.claims = _exponent_claims(out.name, groups, "contact damping", int(table["n"].iloc[0]))
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
     return out
 
 
-def _largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
-    """The largest packing of all as a black line, if it stands alone and has a whole spectrum."""
+def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
+    """Draw the largest packing of all as a black line, if it stands alone and has a whole spectrum."""
     n = int(table["n"].max())
     part = table[table["n"] == n]
-    if n == int(spectral(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
+    if n == int(select_spectra(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
         return
-    for p, group in by_pressure(part).items():
+    for p, group in group_by_pressure(part).items():
         kept = group.omega <= _CRITICAL[1]
         for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
             series = f"{name} N = {n}, p = {p:g}"
-            text = rf"$N = {n}$, $p = {power_text(p)}$" if name == "G'" else None
+            text = rf"$N = {n}$, $p = {format_power(p)}$" if name == "G'" else None
             out.curve(plain, series, group.omega, values, label=text, color="#222222")
             out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color="#222222")
 
 
-def figure_4(tables: Tables) -> Drawing:
+def figure_4(tables: EnsembleTables) -> Drawing:
     """Sliding that is damped less, or not at all."""
     out, (a, b) = drawing("baumgarten-4", 1, 2, 5.8, 4.8)
     scale(a)
     scale(b)
-    table = spectral(chosen(tables.spectra, "contact"))
-    undamped = chosen(table, "contact", beta=0.0)
+    table = select_spectra(select_law(tables.spectra, "contact"))
+    undamped = select_law(table, "contact", beta=0.0)
     gap: Interval | None = None
     loose: dict[float, Group] = {}
     for prestress in (True, False):
         part = undamped[undamped["prestress"].astype(bool) == prestress]
-        groups = by_pressure(part) if len(part) else {}
+        groups = group_by_pressure(part) if len(part) else {}
         if not prestress:
             loose = groups
         for index, (p, group) in enumerate(groups.items()):
             look = sequence(index, len(groups)) | ({} if prestress else {"marker": "+", "linewidth": 0.6})
-            name = f"$p = {power_text(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
+            name = f"$p = {format_power(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
             draw(out, a, group, name, look, 1.0, p**-0.5)
     if loose:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
@@ -222,8 +222,8 @@ def figure_4(tables: Tables) -> Drawing:
             how="all frequencies",
         )
     )
-    out.claims += _undamped_claims(out.name, large(loose, int(table["n"].iloc[0])))
-    _beta_sweep(out, b, table)
+    out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
+    _draw_beta_sweep(out, b, table)
     out.caption = (
         "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (crosses); the frequency is not "
         "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
@@ -241,8 +241,8 @@ def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
     return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, UNDAMPED_VISCOSITY, how=how)]
 
 
-def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
-    """G* at one pressure for every beta, its viscosities in an inset, and the claim on their growth."""
+def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
+    """Draw G* at one pressure for every beta, viscosities in an inset, and add the claim on their growth."""
     stressed = table[table["prestress"].astype(bool)]
     count = stressed.groupby("target_pressure")["beta"].nunique()
     p = float(count.index[int(count.argmax())])
@@ -250,10 +250,10 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     betas = sorted(part["beta"].unique())
     ends: dict[float, Group] = {}
     for index, beta in enumerate(betas):
-        groups = by_pressure(part[part["beta"] == beta])
+        groups = group_by_pressure(part[part["beta"] == beta])
         if p in groups:
             ends[beta] = groups[p]
-            text = rf"$\beta = {power_text(beta) if beta else 0}$"
+            text = rf"$\beta = {format_power(beta) if beta else 0}$"
             draw(out, axes, groups[p], text, sequence(index, len(betas)))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5, ncols=2)
     axes.set_ylim(axes.get_ylim()[0], 1e3 * axes.get_ylim()[1])
@@ -276,26 +276,26 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     out.claims.append(claim(out.name, text, found, SLIDING_VISCOSITY, how=how))
 
 
-def figure_6(tables: Tables) -> Drawing:
+def figure_6(tables: EnsembleTables) -> Drawing:
     """Stokes drag: collapse for eta_F = 1, and what the viscosity of the fluid adds."""
-    stokes = spectral(chosen(tables.spectra, "stokes", prestress=True))
-    groups = by_pressure(chosen(stokes, "stokes", eta_f=1.0))
+    stokes = select_spectra(select_law(tables.spectra, "stokes", prestress=True))
+    groups = group_by_pressure(select_law(stokes, "stokes", eta_f=1.0))
     out, (a, b) = drawing("baumgarten-6", 1, 2, 5.8, 4.8)
     scale(a)
     scale(b)
-    _collapsed(out, None, a, groups)
+    _draw_collapse(out, None, a, groups)
     count = stokes.groupby("target_pressure")["eta_f"].nunique()
     p = float(count.index[int(count.argmax())])
     part = stokes[stokes["target_pressure"] == p]
     viscosity: dict[float, Array] = {}
     for index, eta_f in enumerate(sorted(part["eta_f"].unique())):
-        found = by_pressure(part[part["eta_f"] == eta_f])
+        found = group_by_pressure(part[part["eta_f"] == eta_f])
         if p in found:
             viscosity[eta_f] = found[p].eta0
-            text = rf"$\eta_F = {power_text(eta_f) if eta_f else 0}$"
+            text = rf"$\eta_F = {format_power(eta_f) if eta_f else 0}$"
             draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
-    out.claims = _exponents(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
+    out.claims = _exponent_claims(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)

@@ -1,4 +1,4 @@
-"""Motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8. Spectra are in baumgarten.py."""
+"""Draw motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8. Spectra are in baumgarten.py."""
 
 from typing import Any
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average, groups_by
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
-from jamlab.figures.papers.spectral_groups import LARGE, chosen, largest_ensemble, limits_of, power_text
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.spectral_groups import LARGE, format_power, select_largest, select_law, select_limits
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
@@ -24,11 +24,11 @@ from jamlab.statistics.published_numbers import (
 
 Array = NDArray[np.float64]
 
-_PLATEAU = 0.2  # of the box, below which a length counts as not cut off by it
+_PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
 _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 
 
-def figure_5(tables: Tables) -> Drawing:
+def figure_5(tables: EnsembleTables) -> Drawing:
     """Medians of approach, sliding and non-affine motion in slow shear against pressure."""
     table = tables.quasistatic
     loose = table[~table["prestress"].astype(bool)]
@@ -71,16 +71,16 @@ def figure_5(tables: Tables) -> Drawing:
     return out
 
 
-def figure_7(tables: Tables) -> Drawing:
+def figure_7(tables: EnsembleTables) -> Drawing:
     """Correlation of transverse displacements under both laws, and its length."""
     table = tables.correlation
     stressed = table["prestress"].astype(bool)
     table = table[stressed] if stressed.any() else table
     out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
-    balanced = chosen(table, "contact", beta=1.0)
-    contact, stokes = largest(balanced), largest(chosen(table, "stokes", eta_f=1.0))
-    _contact_correlation(out, a, balanced)
-    _stokes_correlation(out, b, stokes)
+    balanced = select_law(table, "contact", beta=1.0)
+    contact, stokes = select_largest(balanced), select_largest(select_law(table, "stokes", eta_f=1.0))
+    _draw_contact_correlation(out, a, balanced)
+    _draw_stokes_correlation(out, b, stokes)
     scale(c)
     scale(d)
     n, side = int(stokes["n"].iloc[0]), float(stokes["box"].mean())
@@ -90,9 +90,9 @@ def figure_7(tables: Tables) -> Drawing:
         part = stokes[stokes["pressure"] == p]
         omega = np.sort(part["omega"].unique())
         cubes = [correlations(part[part["omega"] == w]) for w in omega]
-        found = [bootstrap([cube], lambda g: first_zero(g[0]), resamples=RESAMPLES) for cube in cubes]
+        found = [bootstrap([cube], lambda g: find_first_zero(g[0]), resamples=RESAMPLES) for cube in cubes]
         y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
-        look, name = sequence(index, len(pressures)), f"$p = {power_text(p)}$"
+        look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
         out.curve(c, name, omega, *y, **look)
         out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** LOG_EXPONENT.value for v in y), **look)
         family.append((omega / p**0.5, cubes))
@@ -103,7 +103,7 @@ def figure_7(tables: Tables) -> Drawing:
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
         slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
         scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
-        share = bootstrap([scaled], lambda g: first_zero(g[0]), resamples=RESAMPLES)
+        share = bootstrap([scaled], lambda g: find_first_zero(g[0]), resamples=RESAMPLES)
         how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
         out.claims.append(claim(out.name, text, share, CORRELATION_LENGTH, how=how))
     _log_claim(out, n, side, pressures, family)
@@ -114,21 +114,16 @@ def figure_7(tables: Tables) -> Drawing:
     return out
 
 
-def largest(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the largest size with more than one packing."""
-    return table.loc[table["n"] == largest_ensemble(table)]
-
-
 def correlations(part: pd.DataFrame) -> Array:
-    """(packings, bins, 2) distance and C; bins are counted in steps of each packing, whose box differs a little."""
+    """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
     step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
     numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
     wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
     return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
 
 
-def first_zero(cube: Array) -> float:
-    """Distance at which the mean C first falls through zero, by straight lines; nan without one."""
+def find_first_zero(cube: Array) -> float:
+    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
     x, c = average(cube[..., 0]), average(cube[..., 1])
     below = np.flatnonzero(c <= 0)
     if not len(below) or below[0] == 0:
@@ -140,7 +135,7 @@ def first_zero(cube: Array) -> float:
 FREQUENCY = r"frequency $\omega\,\tau_1$"
 
 
-def _contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
     count = part.groupby("pressure")["n"].nunique()
     p = float(count.index[count == count.max()].min())
     part = part[part["pressure"] == p]
@@ -153,25 +148,27 @@ def _contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
             if rows.empty:
                 continue
             look = style(index) | {"fillstyle": fill}
-            name = rf"$N = {n}$, $\omega = {power_text(float(omega))}$"
-            _correlation(out, axes, name, rows, float(rows["box"].mean()), look)
+            name = rf"$N = {n}$, $\omega = {format_power(float(omega))}$"
+            _draw_correlation(out, axes, name, rows, float(rows["box"].mean()), look)
     axes.axhline(0, color="#888888", linewidth=0.8)
-    label(axes, rf"contact damping, $p = {power_text(p)}$: $\delta / L$", r"$C$")
+    label(axes, rf"contact damping, $p = {format_power(p)}$: $\delta / L$", r"$C$")
 
 
-def _stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
     p = part["pressure"].min()
     part = part[part["pressure"] == p]
     omegas = np.sort(part["omega"].unique())
     omegas = omegas[np.unique(np.linspace(0, len(omegas) - 1, 7).round().astype(int))]
     for index, omega in enumerate(omegas):
-        name = rf"$\omega = {power_text(float(omega))}$"
-        _correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
+        name = rf"$\omega = {format_power(float(omega))}$"
+        _draw_correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
     axes.axhline(0, color="#888888", linewidth=0.8)
-    label(axes, rf"Stokes drag, $p = {power_text(p)}$: distance $\delta$  [$d$]", r"$C$")
+    label(axes, rf"Stokes drag, $p = {format_power(p)}$: distance $\delta$  [$d$]", r"$C$")
 
 
-def _correlation(out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]) -> None:
+def _draw_correlation(
+    out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
+) -> None:
     cube = correlations(rows)
     band = bootstrap([cube[..., 1]], lambda g: average(g[0]), resamples=RESAMPLES)
     out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
@@ -180,14 +177,14 @@ def _correlation(out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: f
 def _log_claim(
     out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, list[Array]]]
 ) -> None:
-    """Exponent of -ln p that collapses the lengths which the box does not cut off."""
+    """Claim the exponent of -ln p that collapses the lengths below the cut-off of the box."""
     flat = [cube for _, cubes in family for cube in cubes]
     places = np.cumsum([0, *(len(cubes) for _, cubes in family)])
 
     def fit(drawn: list[Array]) -> float:
         curves = []
         for (x, _), first, last in zip(family, places[:-1], places[1:], strict=True):
-            lengths = np.array([first_zero(cube) for cube in drawn[first:last]])
+            lengths = np.array([find_first_zero(cube) for cube in drawn[first:last]])
             short = np.isfinite(lengths) & (lengths < _PLATEAU * side)
             curves.append((x[short], lengths[short]))
         if min(len(x) for x, _ in curves) < 2:
@@ -207,9 +204,9 @@ def _log_claim(
     )
 
 
-def figure_8(tables: Tables) -> Drawing:
+def figure_8(tables: EnsembleTables) -> Drawing:
     """Viscosity against pressure for several sizes: one curve in p N^2."""
-    limits = limits_of(tables.spectra)
+    limits = select_limits(tables.spectra)
     out, panels = drawing("baumgarten-8", 1, 2, 5.6, 4.6)
     for axes, law, parameters in (
         (panels[0], "contact", {"beta": 1.0}),
@@ -218,7 +215,7 @@ def figure_8(tables: Tables) -> Drawing:
         a = SIZE_EXPONENT[law].value
         scale(axes)
         for prestress in (True, False):
-            part = chosen(limits, law, prestress=prestress, **parameters)
+            part = select_law(limits, law, prestress=prestress, **parameters)
             sizes = sorted(int(n) for n in part["n"].unique())
             p = sorted(part["target_pressure"].unique())
             groups = [groups_by(part[part["n"] == n], "target_pressure", "eta0", p) for n in sizes]
@@ -247,7 +244,7 @@ def figure_8(tables: Tables) -> Drawing:
 
 
 def _height(out: Drawing, axes: Any, x0: float) -> float:
-    """Median of what is drawn near x0."""
+    """Median y of the points drawn near x0."""
     t = out.table
     t = t[(t["panel"] == axes.get_gid()) & (t["x"] > x0 / 10) & (t["x"] < x0 * 10)]
     return float(t["y"].median()) if len(t) else 1.0

@@ -1,4 +1,4 @@
-"""Contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. The other figures are in boromand_*.py."""
+"""Draw contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. Other figures are in boromand_*.py."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, average, ensemble, log_edges, sizes
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
@@ -41,10 +41,10 @@ DP_CONTACTS = "no parameter moves z by 0.1 (README, DP parameters); the fit of t
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """The size at hand that is nearest to the paper's, by ratio.
+    """Pick the size at hand that is nearest to the paper's, by ratio.
 
     Raises:
-        InputError: no packing of the model.
+        InputError: there is no packing of the model.
     """
     found = sizes(table, model)
     if not found:
@@ -59,7 +59,7 @@ def has(table: pd.DataFrame, model: str) -> bool:
     return bool((table["model"] == model).any())
 
 
-def figure_5(tables: Tables) -> Drawing:
+def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
     states = tables.states
     out, (top, bottom) = drawing("boromand-5", 1, 2, 5.4, 4.4)
@@ -83,13 +83,13 @@ def figure_5(tables: Tables) -> Drawing:
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
                 out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
                 curves[f"{model}-{by}"] = e
-        _table_lines(out, axes, column)
+        _draw_table_lines(out, axes, column)
         # far beyond confluence phi says little, and the paper's panel ends near there
         label(axes, r"packing fraction $\rho$ or $\phi$", name)
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
         if "sp-rho" in curves and "dp-rho" in curves:
-            departures[column] = _departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
+            departures[column] = _find_departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
     for column, share in (("z", "2"), ("g", "10")):
         out.claims.append(
             claim(
@@ -112,8 +112,8 @@ def figure_5(tables: Tables) -> Drawing:
     return out
 
 
-def _table_lines(out: Drawing, axes: Any, column: str) -> None:
-    """The paper's fits."""
+def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
+    """Draw the paper's fits of z or G, tables 1 and 2."""
     d = np.linspace(1e-4, 0.2, 60)
     for name, (_, onset, *_) in TABLE_1.items():
         y = table_contacts(name, d) if column == "z" else table_modulus(name, d)
@@ -121,8 +121,8 @@ def _table_lines(out: Drawing, axes: Any, column: str) -> None:
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
 
-def _departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
-    """rho above which the mean of DP stays beyond that of SP by a share."""
+def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
+    """Find the rho above which the mean of DP exceeds that of SP by a given share."""
 
     def crossing(groups: list[Array]) -> float:
         (x, y), (u, v) = [(average(g[..., 0]), average(g[..., 1])) for g in groups]
@@ -137,7 +137,7 @@ def _departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
     return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing, resamples=RESAMPLES)
 
 
-def figure_6(tables: Tables) -> Drawing:
+def figure_6(tables: EnsembleTables) -> Drawing:
     """z - z_J and G against the distance to onset, log-log, one curve per size."""
     states = tables.states
     out, axes = drawing("boromand-6", 2, 3, 4.4, 3.9)
@@ -166,7 +166,7 @@ def figure_6(tables: Tables) -> Drawing:
         )
         part.set_xlim(5e-7, 0.7)
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
-    out.claims = _exponents_6(states, out.name)
+    out.claims = _exponent_claims(states, out.name)
     out.caption = (
         "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits "
         "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset "
@@ -175,7 +175,7 @@ def figure_6(tables: Tables) -> Drawing:
     return out
 
 
-def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
+def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     claims = []
     for column, series, paper, text, reason in (
         ("d_z", "SP(φ)", ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
@@ -203,12 +203,12 @@ def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
 
 
 def _exponent(low: float, high: float) -> Statistic:
-    """The single power of a mean curve in a window."""
+    """Statistic: the single exponent of a mean curve in a window."""
     return lambda x, y: power_law(x, y, low=low, high=high).exponents[0]
 
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
-    """a of the crossover dphi* ~ N^-a, from the collapse of all sizes."""
+    """Fit a of the crossover dphi* ~ N^-a by the collapse of all sizes."""
     n = sizes(states, "sp")
     if len(n) < 2:
         return None
@@ -226,7 +226,7 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
     return bootstrap(groups, exponent, resamples=RESAMPLES // 4)
 
 
-def figure_7(tables: Tables) -> Drawing:
+def figure_7(tables: EnsembleTables) -> Drawing:
     """z_conf - z against rho* - rho, and both times N."""
     states = tables.states
     out, axes = drawing("boromand-7", 2, 2, 5.0, 3.9)
@@ -235,7 +235,7 @@ def figure_7(tables: Tables) -> Drawing:
         scale(scaled)
         last: tuple[int, Ensemble] | None = None
         for n in sizes(states, model):
-            part = below_confluence(states[(states["model"] == model) & (states["n"] == n)])
+            part = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)])
             if part.empty:
                 continue
             e = ensemble(part, model, n, "to_confluence", "missing", log_edges(10**-4.1, 0.2, 5))
@@ -261,8 +261,8 @@ def figure_7(tables: Tables) -> Drawing:
     return out
 
 
-def below_confluence(states: pd.DataFrame) -> pd.DataFrame:
-    """States below the first one with z >= 6, with to_confluence = rho* - rho and missing = 6 - z."""
+def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
+    """Select states below the first one with z >= 6; adds to_confluence = rho* - rho and missing = 6 - z."""
     full = states[states["z"] >= 6].groupby("seed")["rho"].min().rename("rho_star")
     s = states.join(full, on="seed").dropna(subset=["rho_star"])
     s = s[(s["rho"] < s["rho_star"]) & (s["z"] < 6)]

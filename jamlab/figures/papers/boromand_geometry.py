@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.boromand import DP_UNKNOWN, LINEAR, below_confluence, has, nearest_size
+from jamlab.figures.papers.boromand import DP_UNKNOWN, LINEAR, has, nearest_size, select_below_confluence
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, log_edges
 from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.power_laws import power_law
 from jamlab.statistics.published_numbers import (
     AREA_OF_DENSE_DROPLETS,
@@ -35,14 +35,14 @@ def eq_11(d_phi: Array) -> Array:
     return np.asarray(d_phi - d_phi**1.5)
 
 
-def _prefactor(x: Array, y: Array) -> float:
-    """C by least squares on eq 11."""
+def _fit_prefactor(x: Array, y: Array) -> float:
+    """Fit C of eq 11 by least squares."""
     kept = np.isfinite(y) & (x > 0.01) & (x < TWO_OVERLAPS)
     f = eq_11(x[kept])
     return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
 
 
-def figure_4(tables: Tables) -> Drawing:
+def figure_4(tables: EnsembleTables) -> Drawing:
     """True against nominal packing fraction, particle areas, shape factors."""
     states = tables.states
     out, (a, b, c) = drawing("boromand-4", 1, 3, 4.6, 4.0)
@@ -56,7 +56,7 @@ def figure_4(tables: Tables) -> Drawing:
     a.set_ylim(0, 0.25)
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
     window = f"N = {n}, least squares, 0.01 < dphi < {TWO_OVERLAPS}"
-    out.claims.append(claim(out.name, "C of eq 11", e.interval(_prefactor), EQ_11_C, how=window, reason=C_REASON))
+    out.claims.append(claim(out.name, "C of eq 11", e.interval(_fit_prefactor), EQ_11_C, how=window, reason=C_REASON))
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -101,7 +101,7 @@ def figure_4(tables: Tables) -> Drawing:
 
 
 def _at(place: float) -> Callable[[Array, Array], float]:
-    """The mean curve at one x; nan beyond its ends."""
+    """Statistic: the mean curve at one x; nan beyond its ends."""
 
     def value(x: Array, y: Array) -> float:
         kept = np.isfinite(x) & np.isfinite(y)
@@ -158,7 +158,7 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     ]
 
 
-def figure_9(tables: Tables) -> Drawing:
+def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
@@ -174,7 +174,7 @@ def figure_9(tables: Tables) -> Drawing:
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
             how = f"N = {n}, rho > 0.9"
-            near = below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
+            near = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
                 left=lambda t: 1 - t["rho"]
             )
             slope = ensemble(near, model, n, "left", "missing", log_edges(5e-3, 0.15, 8)).interval(

@@ -7,7 +7,7 @@ from jamlab.figures.papers.boromand import has
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import groups_by, sizes
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import finite_size, power_law
 from jamlab.statistics.published_numbers import ONSET_CORRECTION, ONSET_LIMIT, THETA
@@ -15,7 +15,7 @@ from jamlab.statistics.published_numbers import ONSET_CORRECTION, ONSET_LIMIT, T
 Array = NDArray[np.float64]
 
 
-def figure_10(tables: Tables) -> Drawing:
+def figure_10(tables: EnsembleTables) -> Drawing:
     """Distributions of onset, their width and mean against N."""
     onset = tables.onset
     out, (left, right, width, mean) = drawing("boromand-10", 2, 2, 5.0, 3.8)

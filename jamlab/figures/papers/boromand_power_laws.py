@@ -12,7 +12,7 @@ from jamlab.figures.papers.boromand_geometry import C_REASON, eq_11
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_edges, near_onset
 from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
 from jamlab.statistics.published_numbers import EQ_11_C, KAPPA, OMEGA, ZETA, Published
 
@@ -41,7 +41,7 @@ class Law(NamedTuple):
     reason: str = ""
 
 
-def figure_11(tables: Tables) -> Drawing:
+def figure_11(tables: EnsembleTables) -> Drawing:
     """Five power laws that tie packing fractions, energy, area and shape together."""
     states = tables.states
     out, (a, b, c, d, e, f) = drawing("boromand-11", 2, 3, 4.6, 3.9)

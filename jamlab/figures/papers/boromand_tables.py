@@ -10,7 +10,7 @@ from jamlab.figures.papers.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, has,
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, near_onset
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import power_law
 from jamlab.statistics.published_numbers import (
@@ -29,7 +29,7 @@ _TENTH = 0.1  # distance at which the fitted curve itself is compared
 _EXPONENTS = {"d_phi": (0.5,), "d_rho": (0.5, 1.0)}  # against phi the paper's linear terms are 0
 
 
-def tables_1_2(tables: Tables) -> Drawing:
+def tables_1_2(tables: EnsembleTables) -> Drawing:
     """Coefficients of tables 1 and 2 from our packings, over the paper's."""
     states = tables.states
     out, (axes,) = drawing("tables", 1, 1, 7.6, 6.4)

@@ -1,4 +1,4 @@
-"""Voids in Boromand et al., fig 8."""
+"""Draw the voids in Boromand et al., fig 8."""
 
 import numpy as np
 import pandas as pd
@@ -9,7 +9,7 @@ from jamlab.figures.papers.boromand import DP_UNKNOWN, has, nearest_size
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.published_numbers import (
@@ -22,7 +22,7 @@ from jamlab.statistics.published_numbers import (
 Array = NDArray[np.float64]
 
 
-def figure_8(tables: Tables) -> Drawing:
+def figure_8(tables: EnsembleTables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
@@ -62,7 +62,7 @@ def figure_8(tables: Tables) -> Drawing:
 
 
 def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
-    """Bins of rho, and (packings, bins, sides 0 to 7+, 3) sums: voids, areas, shape factors."""
+    """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
     seeds = np.sort(part["seed"].unique())
     held = part.groupby("rho")["seed"].nunique()
     rho = np.sort(held.index[held >= SHARE * len(seeds)])
@@ -77,21 +77,23 @@ def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
     return np.asarray(rho, dtype=np.float64), cube
 
 
-def _ratio(above: Array, below: Array) -> Array:
+def _divide(above: Array, below: Array) -> Array:
     return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
 
 
 def _share(cube: Array, sides: tuple[int, ...]) -> Array:
-    """(bins, sides) P_l."""
+    """P_l (bins, sides): share of the voids that have l sides."""
     voids = cube[..., 0].sum(axis=0)
     total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
-    return _ratio(voids[:, list(sides)], total)
+    return _divide(voids[:, list(sides)], total)
 
 
 def _means(cube: Array) -> Array:
-    """(bins, 2): mean shape factor of voids with three sides, mean area of all."""
+    """Means (bins, 2): shape factor of voids with three sides, area of all."""
     total = cube.sum(axis=0)
-    return np.column_stack([_ratio(total[:, 3, 2], total[:, 3, 0]), _ratio(total[..., 1].sum(1), total[..., 0].sum(1))])
+    return np.column_stack(
+        [_divide(total[:, 3, 2], total[:, 3, 0]), _divide(total[..., 1].sum(1), total[..., 0].sum(1))]
+    )
 
 
 def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
@@ -111,8 +113,8 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
         def value(groups: list[Array]) -> float:
             total = groups[0][:, inside].sum(axis=(0, 1))
             if column == 0:
-                return float(_ratio(total[3:4, 0], total[:, 0].sum(keepdims=True))[0])
-            return float(_ratio(total[3:4, 2], total[3:4, 0])[0])
+                return float(_divide(total[3:4, 0], total[:, 0].sum(keepdims=True))[0])
+            return float(_divide(total[3:4, 2], total[3:4, 0])[0])
 
         return bootstrap([cube], value, resamples=RESAMPLES)
 
