@@ -3,7 +3,7 @@
 import os
 import platform
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,9 +37,10 @@ def write_charts(
     name: str,
     title: str,
     lead: str,
-    measure: Mapping[str, Callable[[], Chart]],
+    measure: Callable[[str], Chart],
+    charts: Iterable[str],
     *,
-    size: str,
+    quick: bool,
     progress: Callable[[str], None] | None = None,
 ) -> None:
     """Measure every chart, and write NAME.csv, NAME.html and one PNG for each chart.
@@ -50,8 +51,9 @@ def write_charts(
         folder: made if it is not there.
         name: of the CSV and HTML files.
         title, lead: heading and first paragraph of the page.
-        measure: name of each chart -> function that measures it.
-        size: of the measurement, for the facts of the page.
+        measure: function that measures the chart of a name.
+        charts: names.
+        quick: what the page says about the size of the measurement.
         progress: called with the name of each chart before it is measured.
 
     Raises:
@@ -61,17 +63,17 @@ def write_charts(
     began = time.perf_counter()
     rows: list[Mapping[str, Any]] = []
     tables, pictures = [], {}
-    for key, run in measure.items():
+    for key in charts:
         if progress is not None:
             progress(key)
-        chart = run()
+        chart = measure(key)
         rows += chart.rows
         tables.append(chart.table)
         pictures[chart.caption] = save_png(chart.figure, folder / f"{key}.png")
         write_csv(folder / f"{name}.csv", pd.DataFrame(rows))
     facts = {
         "wall time": f"{time.perf_counter() - began:.0f} s",
-        "size": size,
+        "size": "quick" if quick else "full",
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, one used",
         **versions(),
     }

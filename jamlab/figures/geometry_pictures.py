@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from jamlab.figures.packing_pictures import frame_cell, particle_shapes, periodic_moves
+from jamlab.figures.packing_pictures import frame_cell, home_moves, particle_shapes, periodic_moves
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import local_packing_fraction, tessellation
 from jamlab.geometry.voids.voids import Voids, voids
@@ -165,8 +165,7 @@ def _draw_particles(axes: Any, packing: Packing) -> None:
 
 def _move_home(packing: Packing, shapes: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
     """Move the shapes of particles so that their centres lie inside the cell."""
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
-    return [shape + move for shape, move in zip(shapes, home, strict=True)]
+    return [shape + move for shape, move in zip(shapes, home_moves(packing), strict=True)]
 
 
 def _chords(packing: Packing) -> NDArray[np.float64]:

@@ -41,7 +41,7 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
     colours = np.where(rattlers, RATTLER, np.where(sizes > sizes.mean(), LARGE, SMALL))
     moves = periodic_moves(packing)
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
+    home = home_moves(packing)
     for move in moves:
         offset = home + move
         fills = [shape + shift for shape, shift in zip(shapes, offset, strict=True)]
@@ -56,6 +56,11 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
 def periodic_moves(packing: Packing) -> NDArray[np.float64]:
     """(9, 2) translations of the cell to itself and its neighbours."""
     return np.asarray(np.array(list(product((-1, 0, 1), repeat=2))) @ packing.box)
+
+
+def home_moves(packing: Packing) -> NDArray[np.float64]:
+    """(n, 2) translations that bring the centre of each particle into the cell."""
+    return np.asarray(-np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box)
 
 
 def frame_cell(axes: Any, packing: Packing, title: str) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from jamlab.errors import InputError
-from jamlab.figures.packing_pictures import periodic_moves
+from jamlab.figures.packing_pictures import home_moves, periodic_moves
 from jamlab.geometry.rims import rims
 from jamlab.packing.packing import Packing
 
@@ -49,8 +49,10 @@ def synthetic_micrograph(
     covers, nearest = np.zeros(shape, dtype=np.int64), np.full(shape, np.inf)
     second = np.full(shape, np.inf)
     moves = periodic_moves(packing)
-    for outline, polygon, centre in zip(rims(packing).outlines, packing.outlines(), packing.centroids, strict=True):
-        home = -np.floor(centre @ np.linalg.inv(packing.box)) @ packing.box
+    homes = home_moves(packing)
+    for outline, polygon, centre, home in zip(
+        rims(packing).outlines, packing.outlines(), packing.centroids, homes, strict=True
+    ):
         for move in moves + home:
             grown = shapely.transform(outline, lambda p, c=centre + move: p + c)
             low_x, low_y, high_x, high_y = shapely.bounds(grown)

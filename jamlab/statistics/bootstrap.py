@@ -1,4 +1,4 @@
-"""Confidence intervals by resampling whole packings, the only bootstrap of the project.
+"""Compute confidence intervals by resampling whole packings.
 
 States of one packing at neighbouring packing fractions are correlated: an interval over single states would be far too
 narrow. So a packing is drawn with all its states, or not at all.
@@ -46,7 +46,7 @@ def bootstrap(
     level: float = 0.95,
     seed: int = SEED,
 ) -> Interval:
-    """Percentile interval of a statistic of one or several groups of packings (Efron & Tibshirani 1993, ch. 13).
+    """Compute the percentile interval of a statistic of groups of packings (Efron & Tibshirani 1993, ch. 13).
 
     Args:
         groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.

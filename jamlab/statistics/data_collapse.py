@@ -105,19 +105,19 @@ def fit_scaling_exponents(
         ]
         return float(np.sqrt(np.mean(np.square(parts))))
 
-    def filled(values: Array) -> tuple[float, float]:
+    def fill_in(values: Array) -> tuple[float, float]:
         out = [0.0 if a is None else a, 0.0 if b is None else b]
         for k, value in zip(free, values, strict=True):
             out[k] = float(value)
         return out[0], out[1]
 
-    best = filled(np.array([start[k] for k in free]))
+    best = fill_in(np.array([start[k] for k in free]))
     if free:
         found = minimize(
-            lambda v: spread(filled(v)) ** 2,
+            lambda v: spread(fill_in(v)) ** 2,
             [start[k] for k in free],
             method="Nelder-Mead",
             options={"xatol": 1e-4, "fatol": 1e-10},
         )
-        best = filled(found.x)
+        best = fill_in(found.x)
     return ScalingExponents(best[0], best[1], spread(best), spread((0.0, 0.0)))

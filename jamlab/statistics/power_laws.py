@@ -100,13 +100,13 @@ def _fit_coefficients(x: Array, y: Array, unit: Array, powers: Array) -> Array:
 def _fit_exponents(x: Array, y: Array, unit: Array, powers: Array, free: list[int], slope: float) -> Array:
     """Find the free exponents by variable projection (Golub & Pereyra 1973): given them, coefficients are linear."""
 
-    def filled(values: Array) -> Array:
+    def fill_in(values: Array) -> Array:
         out = powers.copy()
         out[free] = values
         return out
 
     def residual(values: Array) -> Array:
-        trial = filled(values)
+        trial = fill_in(values)
         return np.asarray(((x[:, None] ** trial) @ _fit_coefficients(x, y, unit, trial) - y) / unit)
 
     # terms start apart from each other, on both sides of the mean slope: exponents 0.5 and 1 are 0.5 apart
@@ -115,7 +115,7 @@ def _fit_exponents(x: Array, y: Array, unit: Array, powers: Array, free: list[in
     found = least_squares(residual, start, x_scale=0.1)
     if not found.success:
         raise ConvergenceError(f"free exponents not found ({found.message}): narrow the window or fix one")
-    return filled(found.x)
+    return fill_in(found.x)
 
 
 def widest_window(

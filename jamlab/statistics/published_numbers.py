@@ -1,4 +1,4 @@
-"""Every number that the two papers print and that jamlab compares itself with, in one place.
+"""Hold the numbers of the two papers that jamlab is compared with, each with its margin.
 
 [B]: Boromand et al.; [T]: Baumgarten & Tighe. Lengths, energies and moduli in the units of each paper.
 """
@@ -39,7 +39,7 @@ def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
 
 
 def table_contacts(series: str, distance: Distance) -> Distance:
-    """z at a distance from onset, by the fit of table 1; above 6, the most there can be, it means nothing."""
+    """z at a distance from onset, by the fit of table 1, which is not valid above z = 6, the most there can be."""
     z_j, _, *coefficients = TABLE_1[series]
     return z_j + table_law(tuple(coefficients), distance)
 

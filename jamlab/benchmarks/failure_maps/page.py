@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
@@ -50,9 +49,8 @@ def stability(
         rows = [{"map": name, **asdict(outcome)} for outcome in found[name]]
         return Chart(f"{chart.title}. {chart.meaning}", stability_figure(chart, found[name]), table, rows)
 
-    runs = {name: partial(measure, name) for name in maps or MAPS}
-    size = "quick" if quick else "full"
-    write_charts(out, "stability", "Where methods fail", _LEAD, runs, size=size, progress=progress)
+    title, names = "Where methods fail", maps or MAPS
+    write_charts(out, "stability", title, _LEAD, measure, names, quick=quick, progress=progress)
     return found
 
 

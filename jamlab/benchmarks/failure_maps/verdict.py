@@ -54,7 +54,7 @@ class Map:
 
 
 def attempt(x: float | str, y: float | str, run: Callable[[], tuple[str, str]]) -> Outcome:
-    """Make a run that returns verdict and note; an error of jamlab is the verdict "refused"."""
+    """Make a run that returns its verdict and a note; an error of jamlab counts as "refused"."""
     try:
         verdict, note = run()
     except JamlabError as error:

@@ -30,24 +30,24 @@ def measure_trials(quick: bool) -> list[Trial]:
     found = []
     for n in (64, 1024) if quick else (64, 1024, 8192):
         for place, phi in _PHI.items():
-            start = _start(n, phi)
+            start = _half_relax(n, phi)
             tolerances = _TOLERANCES[-1:] if quick or n > 1024 else _TOLERANCES
             for tolerance in tolerances:
                 panel = f"N = {n}, {place}"
                 names = list(_SETTINGS)[: None if n == 64 or (n == 1024 and not quick) else _QUICKEST]
-                found += [_lammps(panel, start, name, tolerance) for name in names]
-                found.append(_jamlab(panel, start, tolerance))
+                found += [_measure_lammps(panel, start, name, tolerance) for name in names]
+                found.append(_measure_jamlab(panel, start, tolerance))
     return found
 
 
-def _start(n: int, phi: float) -> Packing:
-    """Random disks after a few hundred steps of FIRE."""
+def _half_relax(n: int, phi: float) -> Packing:
+    """Relax random disks by a few hundred steps of FIRE."""
     with Session(random_disks(n, 1, phi=phi)) as session:
         session.minimize(1e-6, style="fire", steps=300)
         return session.packing()
 
 
-def _lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
+def _measure_lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
     steps = _STEPS[len(start.positions)]
     with Session(start) as session:
         for line in _SETTINGS[name]:
@@ -66,7 +66,7 @@ def _lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
     return Trial(panel, name, f"{tolerance:g}", seconds, left, note=_note(left, tolerance))
 
 
-def _jamlab(panel: str, start: Packing, tolerance: float) -> Trial:
+def _measure_jamlab(panel: str, start: Packing, tolerance: float) -> Trial:
     with Session(start) as session:
 
         def run() -> float:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
@@ -54,9 +53,8 @@ def speed_accuracy(
         rows = [{"topic": name, **asdict(t), "on_front": f} for t, f in zip(found[name], on_front, strict=True)]
         return Chart(caption, pareto_figure(topic, found[name]), _table(topic.title, found[name], on_front), rows)
 
-    runs = {name: partial(measure, name) for name in topics or TOPICS}
-    size = "quick" if quick else "full"
-    write_charts(out, "speed-accuracy", "Speed against accuracy", _LEAD, runs, size=size, progress=progress)
+    title, names = "Speed against accuracy", topics or TOPICS
+    write_charts(out, "speed-accuracy", title, _LEAD, measure, names, quick=quick, progress=progress)
     return found
 
 

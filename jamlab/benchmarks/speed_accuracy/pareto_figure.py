@@ -49,8 +49,8 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
         axes.set_xlabel("CPU time on one core, s", fontsize=11)
         axes.set_ylabel(topic.error, fontsize=11)
         axes.margins(0.16)
-        for limits, widen in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
-            widen(_at_least_a_decade(*limits()))
+        for limits, set_limits in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
+            set_limits(_widen(*limits()))
         axes.grid(alpha=0.3, which="major")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_formatter(NullFormatter())
@@ -62,7 +62,7 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
     return figure
 
 
-def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
+def _widen(low: float, high: float) -> tuple[float, float]:
     """Widen the limits of a logarithmic axis until a labelled power of ten surely lies within."""
     spare = max(0.0, 1.5 - np.log10(high / low)) / 2
     return low / 10**spare, high * 10**spare

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average
-from jamlab.figures.papers.panels import Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.panels import BLACK, BLUE, GREEN, RED, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
@@ -87,7 +87,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
-    draw(out, axes, group, f"$p = {format_power(p)}$", {"color": "#009E73", "marker": "o"})
+    draw(out, axes, group, f"$p = {format_power(p)}$", {"color": GREEN, "marker": "o"})
     low, high = _CRITICAL[0] * p, _CRITICAL[1]
     out.window(axes, low, high)
     w = group.omega
@@ -186,8 +186,8 @@ def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) ->
         for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
             series = f"{name} N = {n}, p = {p:g}"
             text = rf"$N = {n}$, $p = {format_power(p)}$" if name == "G'" else None
-            out.curve(plain, series, group.omega, values, label=text, color="#222222")
-            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color="#222222")
+            out.curve(plain, series, group.omega, values, label=text, color=BLACK)
+            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color=BLACK)
 
 
 def figure_4(tables: EnsembleTables) -> Drawing:
@@ -261,7 +261,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     inset.set_gid("b-inset")
     scale(inset)
     known = [beta for beta in ends if beta > 0]
-    for name, colour in (("eta0", "#0072B2"), ("eta_inf", "#D55E00")):
+    for name, colour in (("eta0", BLUE), ("eta_inf", RED)):
         values = [float(getattr(ends[beta], name).mean()) for beta in known]
         out.curve(inset, name, known, values, color=colour, marker="o", markersize=3)
     inset.set_title(r"$\eta_0$ (blue), $\eta_\infty$ (red) over $\beta$", fontsize=7.5, pad=3)

@@ -10,7 +10,7 @@ from jamlab.errors import InputError
 from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, average, ensemble, log_edges, sizes
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.figures.papers.panels import GREEN, PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
@@ -79,7 +79,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
                 e = ensemble(states, model, n, by, column, LINEAR)
                 x, y = e.band()
                 series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
-                look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else "#009E73"}
+                look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
                 out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
                 curves[f"{model}-{by}"] = e
@@ -117,7 +117,7 @@ def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
     d = np.linspace(1e-4, 0.2, 60)
     for name, (_, onset, *_) in TABLE_1.items():
         y = table_contacts(name, d) if column == "z" else table_modulus(name, d)
-        colour = {"SP(φ)": "#009E73", "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
+        colour = {"SP(φ)": GREEN, "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, has, nearest_size
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, near_onset
-from jamlab.figures.papers.panels import FIT, Drawing, drawing, label
+from jamlab.figures.papers.panels import BLUE, FIT, RED, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import power_law
@@ -98,7 +98,7 @@ def _draw_ratios(out: Drawing, axes: Any) -> None:
     for row, c in enumerate(reversed(out.claims)):
         ratio = np.array([c.value, c.low, c.high]) / c.paper
         axes.barh(row, 2 * c.margin / abs(c.paper), left=1 - c.margin / abs(c.paper), color="#CCCCCC", height=0.7)
-        look: dict[str, Any] = {"color": "#0072B2" if c.agrees else "#D55E00", "marker": "o" if c.agrees else "X"}
+        look: dict[str, Any] = {"color": BLUE if c.agrees else RED, "marker": "o" if c.agrees else "X"}
         out.curve(axes, c.quantity, [ratio[0]], [row], label=None, **look)
         axes.plot(ratio[1:], [row, row], color=look["color"], linewidth=1.6)
     axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})

@@ -32,7 +32,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
             continue
         n = nearest_size(counts, model, 64)
         part = counts[(counts["model"] == model) & (counts["n"] == n)]
-        x, cube = _sums(part[~part["onset"].astype(bool)])
+        x, cube = _sum_voids(part[~part["onset"].astype(bool)])
         share = bootstrap([cube], lambda g: _share(g[0], sides), resamples=RESAMPLES)
         look = (
             {"linestyle": "none", "marker": "v"}
@@ -61,7 +61,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
+def _sum_voids(part: pd.DataFrame) -> tuple[Array, Array]:
     """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
     seeds = np.sort(part["seed"].unique())
     held = part.groupby("rho")["seed"].nunique()
@@ -100,7 +100,7 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
     big, how = model.upper(), f"N = {n}"
     claims = []
     if part["onset"].astype(bool).any():
-        _, first = _sums(part[part["onset"].astype(bool)].assign(rho=0.0))
+        _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
         share = bootstrap([first], lambda g: _share(g[0], tuple(VOID_SHARES))[0], resamples=RESAMPLES)
         for k, (side, paper) in enumerate(VOID_SHARES.items()):
             claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
