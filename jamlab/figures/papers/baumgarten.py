@@ -23,19 +23,9 @@ from jamlab.figures.papers.spectral_groups import (
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.rheology.critical_scaling import collapse
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_numbers import (
-    CRITICAL_SLOPE,
-    DELTA,
-    FLUID_VISCOSITY,
-    KELVIN_VOIGT_SLOPE,
-    LAMBDA,
-    MU,
-    SLIDING_VISCOSITY,
-    UNDAMPED_LOSS,
-    UNDAMPED_VISCOSITY,
-)
 
 Array = NDArray[np.float64]
 
@@ -98,10 +88,10 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
     count = f"{len(group.g0)} packings, p = {p:g}"
     for text, part, a, b, paper in (
-        ("slope of G'', slow", 1, w[0], 0.01 * p, KELVIN_VOIGT_SLOPE),
-        ("slope of G', critical", 0, low, high, CRITICAL_SLOPE),
-        ("slope of G'', critical", 1, low, high, CRITICAL_SLOPE),
-        ("slope of G'', fast", 1, 10.0, w[-1], KELVIN_VOIGT_SLOPE),
+        ("slope of G'', slow", 1, w[0], 0.01 * p, published.KELVIN_VOIGT_SLOPE),
+        ("slope of G', critical", 0, low, high, published.CRITICAL_SLOPE),
+        ("slope of G'', critical", 1, low, high, published.CRITICAL_SLOPE),
+        ("slope of G'', fast", 1, 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
     ):
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
@@ -150,7 +140,7 @@ def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) ->
     names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
     return [
         Claim(name, f"{text}, {law}", v, v - e, v + e, *paper, how=how)
-        for text, (v, e), paper in zip(names, values, (MU, LAMBDA, DELTA), strict=True)
+        for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
     ]
 
 
@@ -218,7 +208,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
             out.name,
             "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)",
             gap,
-            UNDAMPED_LOSS,
+            published.UNDAMPED_LOSS,
             how="all frequencies",
         )
     )
@@ -238,7 +228,7 @@ def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
     if len(p) > 1:
         how = f"{len(p)} pressures, no pre-stress"
         found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
-    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, UNDAMPED_VISCOSITY, how=how)]
+    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, published.UNDAMPED_VISCOSITY, how=how)]
 
 
 def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
@@ -273,7 +263,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         eta = np.column_stack([ends[beta].eta0[:seeds] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
-    out.claims.append(claim(out.name, text, found, SLIDING_VISCOSITY, how=how))
+    out.claims.append(claim(out.name, text, found, published.SLIDING_VISCOSITY, how=how))
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -303,7 +293,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         size = min(len(viscosity[low]), len(viscosity[high]))
         rise = (viscosity[high][:size] - viscosity[low][:size]) / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
-    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, FLUID_VISCOSITY, how=how))
+    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, how=how))
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
     )

@@ -11,16 +11,10 @@ from jamlab.figures.papers.ensembles import RESAMPLES, average, groups_by
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
 from jamlab.figures.papers.spectral_groups import LARGE, format_power, select_largest, select_law, select_limits
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_numbers import (
-    CORRELATION_LENGTH,
-    LOG_EXPONENT,
-    SIZE_EXPONENT,
-    SLOW_SHEAR,
-    VISCOSITY_TAIL,
-)
 
 Array = NDArray[np.float64]
 
@@ -46,7 +40,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
             ("nonaffine", r"non-affine $|u_{na}|$"),
         )
     ):
-        paper = SLOW_SHEAR[name]
+        paper = published.SLOW_SHEAR[name]
         groups = groups_by(part, "pressure", name, p)
         band = bootstrap(groups, lambda g: [float(v.mean()) for v in g], resamples=RESAMPLES)
         out.curve(axes, text, p, band.value, band.low, band.high, **style(index))
@@ -94,18 +88,18 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
         look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
         out.curve(c, name, omega, *y, **look)
-        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** LOG_EXPONENT.value for v in y), **look)
+        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** published.LOG_EXPONENT.value for v in y), **look)
         family.append((omega / p**0.5, cubes))
     ends = [stokes["omega"].min(), stokes["omega"].max()]
-    out.curve(c, "paper: plateau $L/4$", ends, [side * CORRELATION_LENGTH.value] * 2, **PAPER)
+    out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
     label(c, FREQUENCY, r"length $l$  [$d$]")
-    label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{LOG_EXPONENT.value:g}}}$")
+    label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
         slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
         scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
         share = bootstrap([scaled], lambda g: find_first_zero(g[0]), resamples=RESAMPLES)
         how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
-        out.claims.append(claim(out.name, text, share, CORRELATION_LENGTH, how=how))
+        out.claims.append(claim(out.name, text, share, published.CORRELATION_LENGTH, how=how))
     _log_claim(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
@@ -189,7 +183,7 @@ def _log_claim(
             curves.append((x[short], lengths[short]))
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
-        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, LOG_EXPONENT.value)).b
+        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
     found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(pressures) > 1 else None
     usable = found is not None and np.isfinite(found.value)
@@ -200,7 +194,7 @@ def _log_claim(
     )
     why = f"lengths span {np.log10(_PLATEAU * side):.1f} decades between a disk and the box"
     out.claims.append(
-        claim(out.name, "exponent of -ln p in the collapse of l", found, LOG_EXPONENT, how=how, reason=why)
+        claim(out.name, "exponent of -ln p in the collapse of l", found, published.LOG_EXPONENT, how=how, reason=why)
     )
 
 
@@ -212,7 +206,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         (panels[0], "contact", {"beta": 1.0}),
         (panels[1], "stokes", {"eta_f": 1.0}),
     ):
-        a = SIZE_EXPONENT[law].value
+        a = published.SIZE_EXPONENT[law].value
         scale(axes)
         for prestress in (True, False):
             part = select_law(limits, law, prestress=prestress, **parameters)
@@ -264,7 +258,7 @@ def _size_claims(
 
     def exponent(drawn: list[Array]) -> float:
         return -fit_scaling_exponents(
-            np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -SIZE_EXPONENT[law].value)
+            np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -published.SIZE_EXPONENT[law].value)
         ).b
 
     def tail(drawn: list[Array]) -> float:
@@ -282,7 +276,9 @@ def _size_claims(
     how = f"N = {', '.join(map(str, sizes))}"
     why = "pre-stress makes the crossover gradual" if prestress else ""
     out.claims.append(
-        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, SIZE_EXPONENT[law], how=how, reason=why)
+        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, published.SIZE_EXPONENT[law], how=how, reason=why)
     )
     if not prestress:
-        out.claims.append(claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, VISCOSITY_TAIL, how=how))
+        out.claims.append(
+            claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)
+        )

@@ -12,23 +12,10 @@ from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, average, ensemble, log_edges, sizes
 from jamlab.figures.papers.panels import GREEN, PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_numbers import (
-    ALPHA_0,
-    BETA_0,
-    CROSSOVER_EXPONENT,
-    DROPLET_EXPONENT,
-    MISSING_CONTACTS_EXPONENT,
-    MISSING_CONTACTS_LIMIT,
-    MODELS_PART,
-    TABLE_1,
-    TABLE_2,
-    table_contacts,
-    table_law,
-    table_modulus,
-)
 
 Array = NDArray[np.float64]
 
@@ -96,7 +83,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
                 out.name,
                 f"rho from which {column} of DP exceeds SP by {share} %",
                 departures.get(column),
-                MODELS_PART,
+                published.MODELS_PART,
                 how=(
                     "last crossing of the mean curves, if DP ends above"
                     if column in departures
@@ -115,8 +102,8 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
     """Draw the paper's fits of z or G, tables 1 and 2."""
     d = np.linspace(1e-4, 0.2, 60)
-    for name, (_, onset, *_) in TABLE_1.items():
-        y = table_contacts(name, d) if column == "z" else table_modulus(name, d)
+    for name, (_, onset, *_) in published.TABLE_1.items():
+        y = published.table_contacts(name, d) if column == "z" else published.table_modulus(name, d)
         colour = {"SP(φ)": GREEN, "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
@@ -149,12 +136,12 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             x, y = ensemble(states, model, n, by, column, NEAR).band()
             out.curve(part, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
-        coefficients = TABLE_1[series][2:] if column == "d_z" else TABLE_2[series]
-        out.curve(part, "paper: table fit", d, table_law(coefficients, d), **PAPER)
+        coefficients = published.TABLE_1[series][2:] if column == "d_z" else published.TABLE_2[series]
+        out.curve(part, "paper: table fit", d, published.table_law(coefficients, d), **PAPER)
         if column == "d_z":
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
         elif model == "dp":
-            out.slope(part, DROPLET_EXPONENT.value, (1e-3, 1e-1), 2e-3)
+            out.slope(part, published.DROPLET_EXPONENT.value, (1e-3, 1e-1), 2e-3)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
         out.window(part, *(REGIME[model]))
@@ -178,10 +165,16 @@ def figure_6(tables: EnsembleTables) -> Drawing:
 def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     claims = []
     for column, series, paper, text, reason in (
-        ("d_z", "SP(φ)", ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
-        ("g", "SP(φ)", BETA_0, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
-        ("d_z", "DP(ρ)", DROPLET_EXPONENT, "single exponent of z - z_J in drho", DP_CONTACTS),
-        ("g", "DP(ρ)", DROPLET_EXPONENT, "single exponent of G in drho", DP_UNKNOWN),
+        (
+            "d_z",
+            "SP(φ)",
+            published.ALPHA_0,
+            "alpha_0: z - z_J ~ dphi^alpha_0",
+            "small systems cross over at dphi ~ 1/N^2",
+        ),
+        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
+        ("d_z", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho", DP_CONTACTS),
+        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho", DP_UNKNOWN),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
@@ -195,7 +188,7 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             name,
             "a: (z - z_J) N against dphi N^a, SP",
             _size_exponent(states),
-            CROSSOVER_EXPONENT,
+            published.CROSSOVER_EXPONENT,
             how="best collapse, dphi < 0.2",
         )
     )
@@ -246,10 +239,10 @@ def figure_7(tables: EnsembleTables) -> Drawing:
             )
             last = n, e
         if model == "sp":
-            limit = MISSING_CONTACTS_LIMIT["sp"].value
+            limit = published.MISSING_CONTACTS_LIMIT["sp"].value
             out.curve(scaled, f"paper: limit {limit:g}", [1e-2, 30], [limit, limit], **PAPER)
         else:
-            out.slope(plain, MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
+            out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
         name = model.upper()
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
         label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
@@ -280,7 +273,7 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
         name,
         f"(z_conf - z) N nearest to rho*, {model.upper()}",
         found,
-        MISSING_CONTACTS_LIMIT[model],
+        published.MISSING_CONTACTS_LIMIT[model],
         how=f"N = {last[0]}" if last else nothing,
         reason="a packing one contact short of z = 6 has (6 - z) N = 2: with rho* of each packing the limit is 2 by "
         "counting, and 0 only if rho* is read off the mean curve"
@@ -290,4 +283,7 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
     if model == "sp":
         return [limit]
     how = "3e-3 < rho* - rho < 0.1" if last else nothing
-    return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, MISSING_CONTACTS_EXPONENT, how=how)]
+    return [
+        limit,
+        claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, how=how),
+    ]

@@ -11,17 +11,8 @@ from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, log_edges
 from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_numbers import (
-    AREA_OF_DENSE_DROPLETS,
-    EQ_11_C,
-    LOST_AREA_EXPONENT,
-    MISSING_CONTACTS_EXPONENT,
-    SHAPE_AT_CONFLUENCE,
-    SHAPE_AT_UNIT_PHI,
-    SHAPE_EXPONENTS,
-    SHAPE_OF_DENSE_DISKS,
-)
 
 Array = NDArray[np.float64]
 
@@ -52,11 +43,13 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.curve(a, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
     d = np.linspace(0, 0.4, 50)
     out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
-    out.curve(a, rf"paper: eq 11, $C$ = {EQ_11_C.value}", d, EQ_11_C.value * eq_11(d), **FIT)
+    out.curve(a, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", d, published.EQ_11_C.value * eq_11(d), **FIT)
     a.set_ylim(0, 0.25)
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
     window = f"N = {n}, least squares, 0.01 < dphi < {TWO_OVERLAPS}"
-    out.claims.append(claim(out.name, "C of eq 11", e.interval(_fit_prefactor), EQ_11_C, how=window, reason=C_REASON))
+    out.claims.append(
+        claim(out.name, "C of eq 11", e.interval(_fit_prefactor), published.EQ_11_C, how=window, reason=C_REASON)
+    )
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -64,9 +57,13 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
         out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
-    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**LOST_AREA_EXPONENT
+    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**published.LOST_AREA_EXPONENT
     out.curve(
-        b, rf"paper: slope {LOST_AREA_EXPONENT} in $\rho - \rho_J$", d, 1 - height * d**LOST_AREA_EXPONENT, **PAPER
+        b,
+        rf"paper: slope {published.LOST_AREA_EXPONENT} in $\rho - \rho_J$",
+        d,
+        1 - height * d**published.LOST_AREA_EXPONENT,
+        **PAPER,
     )
     b.set_ylim(0.82, 1.02)
     label(b, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
@@ -79,7 +76,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
         name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
         out.curve(c, name, shape.value, x, **look)
-    s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), SHAPE_EXPONENTS
+    s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), published.SHAPE_EXPONENTS
     out.curve(c, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
     dotted = PAPER | {"linestyle": ":"}
     out.curve(c, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
@@ -115,12 +112,12 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     n = nearest_size(states, "sp", 32)
     by_phi, by_rho = (ensemble(states, "sp", n, by, "shape", fine) for by in ("phi", "rho"))
     claims = [
-        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), SHAPE_AT_UNIT_PHI, how=f"N = {n}"),
+        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), published.SHAPE_AT_UNIT_PHI, how=f"N = {n}"),
         claim(
             name,
             "A near confluence, SP",
             by_rho.interval(lambda x, y: y[np.nanargmax(x)]),
-            SHAPE_OF_DENSE_DISKS,
+            published.SHAPE_OF_DENSE_DISKS,
             how=f"N = {n}, mean over rho > {0.005 * np.floor(200 * np.nanmax(by_rho.mean[0])):.3f}",
         ),
     ]
@@ -143,7 +140,7 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             name,
             "A at confluence, DP",
             shape,
-            SHAPE_AT_CONFLUENCE,
+            published.SHAPE_AT_CONFLUENCE,
             how=f"{how}, straight line from rho > 0.95 to 1",
             reason=f"bare polygons, without rim; {DP_UNKNOWN}",
         ),
@@ -151,7 +148,7 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             name,
             "<a>/a_J at drho = 0.13, DP",
             area,
-            AREA_OF_DENSE_DROPLETS,
+            published.AREA_OF_DENSE_DROPLETS,
             how=how,
             reason=f"finite area stiffness; {DP_UNKNOWN}",
         ),
@@ -189,7 +186,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
             out.name,
             "exponent of z_conf - z in 1 - rho, DP",
             slope,
-            MISSING_CONTACTS_EXPONENT,
+            published.MISSING_CONTACTS_EXPONENT,
             how=how,
             reason="rho* < 1 in small packings",
         )

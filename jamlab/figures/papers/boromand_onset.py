@@ -8,9 +8,9 @@ from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import groups_by, sizes
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import finite_size, power_law
-from jamlab.statistics.published_numbers import ONSET_CORRECTION, ONSET_LIMIT, THETA
 
 Array = NDArray[np.float64]
 
@@ -51,9 +51,15 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             )
         out.claims += _onset_claims(out.name, model, n, groups[model])
     first = sizes(onset, "sp" if has(onset, "sp") else "dp")[0]
-    out.slope(width, -THETA.value, (first, 256), 0.012, rf"$N^{{-{THETA.value}}}$")
+    out.slope(width, -published.THETA.value, (first, 256), 0.012, rf"$N^{{-{published.THETA.value}}}$")
     label(width, "N", r"width of the distribution $\sigma$")
-    out.curve(mean, f"paper: large-N limit {ONSET_LIMIT.value}", [12, 500], [ONSET_LIMIT.value] * 2, **PAPER)
+    out.curve(
+        mean,
+        f"paper: large-N limit {published.ONSET_LIMIT.value}",
+        [12, 500],
+        [published.ONSET_LIMIT.value] * 2,
+        **PAPER,
+    )
     mean.set_xscale("log")
     label(mean, "N", "mean onset", loc="lower right")
     out.caption = (
@@ -70,13 +76,13 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
         limit = bootstrap(groups, lambda g: _limit(n, g))
     how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
     return [
-        claim(name, f"theta: sigma ~ N^-theta, {big}", theta, THETA, how=how),
+        claim(name, f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, how=how),
         claim(
             name,
             f"onset in the large-N limit, {big}",
             limit,
-            ONSET_LIMIT,
-            how=f"{how}, correction N^-{ONSET_CORRECTION} (O'Hern et al. 2003)" if limit is not None else how,
+            published.ONSET_LIMIT,
+            how=f"{how}, correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)" if limit is not None else how,
             reason="onset depends on the protocol of compression",
         ),
     ]
@@ -85,4 +91,4 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
 def _limit(n: list[int], groups: list[Array]) -> float:
     """Mean onset of large systems, each size weighted by its standard error."""
     means, errors = [v.mean() for v in groups], [v.std(ddof=1) / len(v) ** 0.5 for v in groups]
-    return finite_size(n, means, errors, exponent=ONSET_CORRECTION).limit
+    return finite_size(n, means, errors, exponent=published.ONSET_CORRECTION).limit

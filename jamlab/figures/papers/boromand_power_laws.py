@@ -13,8 +13,8 @@ from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_edges, near_onset
 from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.statistics.published_numbers import EQ_11_C, KAPPA, OMEGA, ZETA, Published
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Law(NamedTuple):
     """
 
     name: str
-    paper: Published
+    paper: published.Published
     low: float
     high: float
     inverse: bool = False
@@ -62,7 +62,7 @@ def figure_11(tables: EnsembleTables) -> Drawing:
 def _draw_energy(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw overlap against energy."""
     e = ensemble(states, "sp", n, "u", "overlap", log_edges(10**-15.1, 0.1))
-    _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", KAPPA, 0, 1e-2)])
+    _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", published.KAPPA, 0, 1e-2)])
     label(axes, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
 
 
@@ -73,15 +73,19 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     x, y = curve.band()
     out.curve(axes, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
     line = np.geomspace(1e-6, 0.4, 60)
-    out.curve(axes, rf"paper: eq 11, $C$ = {EQ_11_C.value}", line, EQ_11_C.value * eq_11(line), **PAPER)
+    out.curve(
+        axes, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", line, published.EQ_11_C.value * eq_11(line), **PAPER
+    )
     label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
     near = curve.interval(lambda x, y: power_law(x, y, (1.0,), high=1e-2).coefficients[0])
-    out.claims.append(claim(out.name, "C of eq 11 for dphi < 0.01", near, EQ_11_C, how=f"N = {n}", reason=C_REASON))
+    out.claims.append(
+        claim(out.name, "C of eq 11 for dphi < 0.01", near, published.EQ_11_C, how=f"N = {n}", reason=C_REASON)
+    )
 
 
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw the area that disks lose."""
-    small, large = ZETA
+    small, large = published.ZETA
     rises = "the local slope rises all the way to confluence: no single power"
     laws = [
         Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03),
@@ -102,7 +106,7 @@ def _draw_shapes(
         label(axes, "", "", legend=False)
         return
     n = nearest_size(states, model, 32)
-    small, large = OMEGA[model]
+    small, large = published.OMEGA[model]
     laws = [
         Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True, small_reason),
         Law(f"omega: drho ~ (A - 1)^omega, large A, {big}", large, 0.05, 0.2, True, large_reason),
@@ -131,7 +135,7 @@ def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) ->
         rise = np.diff(np.log(y)) / np.diff(np.log(x))
         slope = rise if column == "lost" else 1 / rise
         out.curve(axes, name, np.sqrt(x[1:] * x[:-1]), slope, **look | {"linestyle": "-"})
-    for value in sorted({law.value for law in (*OMEGA["sp"], *OMEGA["dp"], *ZETA)}):
+    for value in sorted({law.value for law in (*published.OMEGA["sp"], *published.OMEGA["dp"], *published.ZETA)}):
         axes.axhline(value, **PAPER | {"linewidth": 0.7})
     axes.set_ylim(0, 3.5)
     label(axes, r"$\rho - \rho_J$", "local slope (dashed: the paper's)", loc="upper left")

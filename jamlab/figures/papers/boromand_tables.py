@@ -11,16 +11,9 @@ from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, near_onset
 from jamlab.figures.papers.panels import BLUE, FIT, RED, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import power_law
-from jamlab.statistics.published_numbers import (
-    TABLE_1,
-    TABLE_2,
-    Published,
-    table_entry,
-    table_law,
-    table_onset,
-)
 
 Array = NDArray[np.float64]
 
@@ -38,8 +31,8 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
             continue
         n = nearest_size(states, model, 256)
         out.claims += _onset_claims(out.name, states, series, n)
-        out.claims += _coefficient_claims(out.name, states, series, n, "d_z", "z", TABLE_1[series][2:])
-        out.claims += _coefficient_claims(out.name, states, series, n, "g", "G", TABLE_2[series])
+        out.claims += _coefficient_claims(out.name, states, series, n, "d_z", "z", published.TABLE_1[series][2:])
+        out.claims += _coefficient_claims(out.name, states, series, n, "g", "G", published.TABLE_2[series])
     _draw_ratios(out, axes)
     out.caption = (
         "Coefficients of tables 1-2 over the paper's: z - z_J = z_0 d^0.5 + z_1 d, G = G_0 d^0.5 + G_1 d, by least "
@@ -53,15 +46,17 @@ def _onset_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[
     model, by = SERIES[series]
     fraction = by.removeprefix("d_")
     at_onset = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
-    counted = f"z_J = 4 - 2/N' by counting, here N = {n}; {TABLE_1[series][0]} is that of N' = 64"
+    counted = f"z_J = 4 - 2/N' by counting, here N = {n}; {published.TABLE_1[series][0]} is that of N' = 64"
     claims = []
     for column, symbol, paper, why in (
-        ("z", "z_J", TABLE_1[series][0], counted),
-        (fraction, f"{fraction}_J", TABLE_1[series][1], "small systems jam earlier, fig 10"),
+        ("z", "z_J", published.TABLE_1[series][0], counted),
+        (fraction, f"{fraction}_J", published.TABLE_1[series][1], "small systems jam earlier, fig 10"),
     ):
         values = at_onset[column].to_numpy(dtype=float)
         found = bootstrap([values], lambda g: g[0].mean()) if len(values) else None
-        claims.append(claim(name, f"{symbol}, {series}", found, table_onset(paper), how=f"N = {n}", reason=why))
+        claims.append(
+            claim(name, f"{symbol}, {series}", found, published.table_onset(paper), how=f"N = {n}", reason=why)
+        )
     return claims
 
 
@@ -85,9 +80,11 @@ def _coefficient_claims(
     for k, value in enumerate(paper[: len(exponents)]):
         interval = None if found is None else found[k]
         how = f"N = {n}, 1e-3 < d < {high:g}"
-        claims.append(claim(name, f"{symbol}_{k}, {series}", interval, table_entry(value), how=how, reason=why))
+        claims.append(
+            claim(name, f"{symbol}_{k}, {series}", interval, published.table_entry(value), how=how, reason=why)
+        )
     last_digit = 0.05 if column == "d_z" else 0.005  # half a unit of it, in both coefficients
-    curve = Published(table_law(paper, _TENTH), last_digit * (_TENTH**0.5 + _TENTH))
+    curve = published.Published(published.table_law(paper, _TENTH), last_digit * (_TENTH**0.5 + _TENTH))
     text = f"{'z - z_J' if column == 'd_z' else 'G'} at d = {_TENTH}, {series}"
     interval = None if found is None else found[len(exponents)]
     return [*claims, claim(name, text, interval, curve, how="the fitted curve", reason=why)]

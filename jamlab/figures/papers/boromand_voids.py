@@ -11,13 +11,8 @@ from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
-from jamlab.statistics.published_numbers import (
-    DENSE_DISK_TRIANGLES_SHAPE,
-    DENSE_DROPLET_TRIANGLES,
-    PLATEAU_SHAPE,
-    VOID_SHARES,
-)
 
 Array = NDArray[np.float64]
 
@@ -26,7 +21,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
-    sides = tuple(VOID_SHARES)
+    sides = tuple(published.VOID_SHARES)
     for model in ("sp", "dp"):
         if not has(counts, model):
             continue
@@ -48,7 +43,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
         out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
         out.claims += _void_claims(out.name, model, n, part, x, cube)
-    out.curve(b, f"paper: Plateau border, {PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
     label(b, r"true packing fraction $\rho$", r"shape factor $\mathcal{A}$ of 3-sided voids")
@@ -101,8 +96,8 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
     claims = []
     if part["onset"].astype(bool).any():
         _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
-        share = bootstrap([first], lambda g: _share(g[0], tuple(VOID_SHARES))[0], resamples=RESAMPLES)
-        for k, (side, paper) in enumerate(VOID_SHARES.items()):
+        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0], resamples=RESAMPLES)
+        for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
             claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
 
     def pooled(low: float, high: float, column: int) -> Interval | None:
@@ -124,7 +119,7 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
                 name,
                 "P_3 for rho > 0.97, DP",
                 pooled(0.97, 1.0, 0),
-                DENSE_DROPLET_TRIANGLES,
+                published.DENSE_DROPLET_TRIANGLES,
                 how=how,
                 reason=DP_UNKNOWN,
             )
@@ -134,7 +129,7 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
                 name,
                 "A of 3-sided voids, rho > 0.97, DP",
                 pooled(0.97, 1.0, 1),
-                PLATEAU_SHAPE,
+                published.PLATEAU_SHAPE,
                 how=how,
                 reason=f"rims of width delta round the corners; {DP_UNKNOWN}",
             )
@@ -145,12 +140,18 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
                 name,
                 "A of 3-sided voids, rho < 0.86, SP",
                 pooled(0.8, 0.86, 1),
-                PLATEAU_SHAPE,
+                published.PLATEAU_SHAPE,
                 how=how,
                 reason="the paper's is that of three equal disks; sizes differ here, and near onset gaps are open",
             )
         )
         claims.append(
-            claim(name, "A of 3-sided voids, rho > 0.98, SP", pooled(0.98, 1.0, 1), DENSE_DISK_TRIANGLES_SHAPE, how=how)
+            claim(
+                name,
+                "A of 3-sided voids, rho > 0.98, SP",
+                pooled(0.98, 1.0, 1),
+                published.DENSE_DISK_TRIANGLES_SHAPE,
+                how=how,
+            )
         )
     return claims
