@@ -1,6 +1,7 @@
 """Draw packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -50,44 +51,8 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.claims.append(
         claim(out.name, "C of eq 11", e.interval(_fit_prefactor), published.EQ_11_C, how=window, reason=C_REASON)
     )
-    for model in ("sp", "dp"):
-        if not has(states, model):
-            continue
-        size = nearest_size(states, model, 32)
-        x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
-        out.curve(b, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
-    d = np.linspace(0.0, 0.155, 40)
-    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**published.LOST_AREA_EXPONENT
-    out.curve(
-        b,
-        rf"paper: slope {published.LOST_AREA_EXPONENT} in $\rho - \rho_J$",
-        d,
-        1 - height * d**published.LOST_AREA_EXPONENT,
-        **PAPER,
-    )
-    b.set_ylim(0.82, 1.02)
-    label(b, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
-    scale(c, "log", "linear")
-    for model, by, fill in (("sp", "d_phi", "full"), ("sp", "d_rho", "none"), ("dp", "d_rho", "none")):
-        if not has(states, model):
-            continue
-        size = nearest_size(states, model, 32)
-        look = model_style(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
-        x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
-        name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
-        out.curve(c, name, shape.value, x, **look)
-    s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), published.SHAPE_EXPONENTS
-    out.curve(c, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
-    dotted = PAPER | {"linestyle": ":"}
-    out.curve(c, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
-    c.set_xlim(3e-4, 0.15)
-    c.set_ylim(0, 0.22)
-    label(
-        c,
-        r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)",
-        r"$\rho - \rho_J$ or $\phi - \phi_J$",
-        loc="upper left",
-    )
+    _draw_areas(out, b, states)
+    _draw_shapes(out, c, states)
     out.claims += _shape_claims(states, out.name)
     out.caption = (
         "(a) True against nominal packing fraction with eq 11; the form in the paper's caption is a misprint. (b) Mean "
@@ -95,6 +60,53 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         "A = 1.0235 and 1.0115, so A_J is taken off. Heights of the paper's power laws are ours."
     )
     return out
+
+
+def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
+    """Draw mean particle areas, and the paper's slope through the curve of the disks at 0.12."""
+    n, slope = nearest_size(states, "sp", 32), published.LOST_AREA_EXPONENT
+    for model in ("sp", "dp"):
+        if not has(states, model):
+            continue
+        size = nearest_size(states, model, 32)
+        x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
+        out.curve(axes, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
+    d = np.linspace(0.0, 0.155, 40)
+    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**slope
+    out.curve(
+        axes,
+        rf"paper: slope {slope} in $\rho - \rho_J$",
+        d,
+        1 - height * d**slope,
+        **PAPER,
+    )
+    axes.set_ylim(0.82, 1.02)
+    label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
+
+
+def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
+    """Draw packing fraction over shape factor."""
+    scale(axes, "log", "linear")
+    for model, by, fill in (("sp", "d_phi", "full"), ("sp", "d_rho", "none"), ("dp", "d_rho", "none")):
+        if not has(states, model):
+            continue
+        size = nearest_size(states, model, 32)
+        look = model_style(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
+        x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
+        name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
+        out.curve(axes, name, shape.value, x, **look)
+    s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), published.SHAPE_EXPONENTS
+    out.curve(axes, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
+    dotted = PAPER | {"linestyle": ":"}
+    out.curve(axes, rf"paper: $\lambda \approx {steep}$", s[:14], 0.16 * (s[:14] / 0.03) ** steep, **dotted)
+    axes.set_xlim(3e-4, 0.15)
+    axes.set_ylim(0, 0.22)
+    label(
+        axes,
+        r"shape factor $\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)",
+        r"$\rho - \rho_J$ or $\phi - \phi_J$",
+        loc="upper left",
+    )
 
 
 def _at(place: float) -> Callable[[Array, Array], float]:

@@ -1,5 +1,7 @@
 """Draw the voids in Boromand et al., fig 8."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 
 Array = NDArray[np.float64]
+
+
+Statistic = Callable[[Array], float]
 
 
 def figure_8(tables: EnsembleTables) -> Drawing:
@@ -92,6 +97,7 @@ def _means(cube: Array) -> Array:
 
 
 def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
+    """Claims on shares at onset, and on voids with three sides in dense packings (of disks near onset too)."""
     big, how = model.upper(), f"N = {n}"
     claims = []
     if part["onset"].astype(bool).any():
@@ -99,59 +105,36 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
         share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0], resamples=RESAMPLES)
         for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
             claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
-
-    def pooled(low: float, high: float, column: int) -> Interval | None:
-        inside = (x > low) & (x < high)
-        if not inside.any():
-            return None
-
-        def value(groups: list[Array]) -> float:
-            total = groups[0][:, inside].sum(axis=(0, 1))
-            if column == 0:
-                return float(_divide(total[3:4, 0], total[:, 0].sum(keepdims=True))[0])
-            return float(_divide(total[3:4, 2], total[3:4, 0])[0])
-
-        return bootstrap([cube], value, resamples=RESAMPLES)
-
-    if model == "dp":
-        claims.append(
-            claim(
-                name,
-                "P_3 for rho > 0.97, DP",
-                pooled(0.97, 1.0, 0),
-                published.DENSE_DROPLET_TRIANGLES,
-                how=how,
-                reason=DP_UNKNOWN,
-            )
-        )
-        claims.append(
-            claim(
-                name,
-                "A of 3-sided voids, rho > 0.97, DP",
-                pooled(0.97, 1.0, 1),
-                published.PLATEAU_SHAPE,
-                how=how,
-                reason=f"rims of width delta round the corners; {DP_UNKNOWN}",
-            )
-        )
-    else:
-        claims.append(
-            claim(
-                name,
-                "A of 3-sided voids, rho < 0.86, SP",
-                pooled(0.8, 0.86, 1),
-                published.PLATEAU_SHAPE,
-                how=how,
-                reason="the paper's is that of three equal disks; sizes differ here, and near onset gaps are open",
-            )
-        )
-        claims.append(
-            claim(
-                name,
-                "A of 3-sided voids, rho > 0.98, SP",
-                pooled(0.98, 1.0, 1),
-                published.DENSE_DISK_TRIANGLES_SHAPE,
-                how=how,
-            )
-        )
+    equal = "the paper's is that of three equal disks; sizes differ here, and near onset gaps are open"
+    rims = f"rims of width delta round the corners; {DP_UNKNOWN}"
+    dense: dict[str, list[tuple[str, float, float, Statistic, published.Published, str]]] = {
+        "sp": [
+            ("A of 3-sided voids, rho < 0.86, SP", 0.8, 0.86, _triangle_shape, published.PLATEAU_SHAPE, equal),
+            ("A of 3-sided voids, rho > 0.98, SP", 0.98, 1, _triangle_shape, published.DENSE_DISK_TRIANGLES_SHAPE, ""),
+        ],
+        "dp": [
+            ("P_3 for rho > 0.97, DP", 0.97, 1, _triangle_share, published.DENSE_DROPLET_TRIANGLES, DP_UNKNOWN),
+            ("A of 3-sided voids, rho > 0.97, DP", 0.97, 1, _triangle_shape, published.PLATEAU_SHAPE, rims),
+        ],
+    }
+    for text, low, high, statistic, paper, reason in dense[model]:
+        found = _pool(cube[:, (x > low) & (x < high)], statistic)
+        claims.append(claim(name, text, found, paper, how=how, reason=reason))
     return claims
+
+
+def _pool(cube: Array, statistic: Statistic) -> Interval | None:
+    """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
+    if not cube.shape[1]:
+        return None
+    return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))), resamples=RESAMPLES)
+
+
+def _triangle_share(total: Array) -> float:
+    """P_3."""
+    return float(_divide(total[3, 0], total[:, 0].sum()))
+
+
+def _triangle_shape(total: Array) -> float:
+    """Mean shape factor of voids with three sides."""
+    return float(_divide(total[3, 2], total[3, 0]))
