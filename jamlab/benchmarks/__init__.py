@@ -1,1 +1,1 @@
-"""What methods cost, where they break, and what other codes give."""
+"""Benchmarks: what methods cost, where they fail, and what other codes give."""

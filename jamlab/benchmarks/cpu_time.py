@@ -1,4 +1,4 @@
-"""Time measurement: one core for everybody, CPU time, the shortest of several runs."""
+"""Measure time: everything on one core, CPU time, the shortest of several runs."""
 
 import os
 import time
@@ -11,9 +11,9 @@ Result = TypeVar("Result")
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keep this process, with the threads of every library in it, on one core."""
+    """Pin this process, with the threads of every library in it, to one core."""
     allowed = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {sorted(allowed)[os.getpid() % len(allowed)]})  # several runs at once spread out
+    os.sched_setaffinity(0, {sorted(allowed)[os.getpid() % len(allowed)]})  # runs side by side take different cores
     try:
         yield
     finally:
@@ -21,14 +21,14 @@ def one_core() -> Iterator[None]:
 
 
 def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
-    """Shortest CPU time of a function, all threads, and its last result.
+    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
 
-    On one core this is the wall time of a machine that nobody else uses.
+    On one core this equals the wall time on a machine without other load.
 
     Args:
         run: the function.
-        runs: how often at most.
-        budget: s; no new run is begun after that.
+        runs: upper limit.
+        budget: s after which no new run begins.
     """
     best, spent = float("inf"), 0.0
     for _ in range(runs):

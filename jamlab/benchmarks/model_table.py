@@ -1,11 +1,13 @@
-"""The table behind the automatic choice of a model: errors and times of every way on the same packings."""
+"""Measure the table behind the automatic choice of a model: errors and times of every way on the same packings."""
 
 import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from jamlab.benchmarks.cpu_time import one_core
 from jamlab.engine.deck_defaults import defaults
@@ -17,14 +19,22 @@ from jamlab.protocols.model_choice import QUANTITIES, Way
 from jamlab.protocols.onset import jam
 from jamlab.protocols.scene import bring_to, default_way, quantities
 
-LEVELS = (0.85, 0.88, 0.91, 0.95)
-N = 32
+LEVELS = (0.85, 0.88, 0.91, 0.95)  # rho: onset, where the models part ([B] fig 5), and up towards confluence
+N = 32  # the smallest size of Boromand et al.
 SEEDS = range(1001, 1011)  # none that a test uses
-_FEWER = 2 / 3  # of the default number of vertices
+_FEWER = 2 / 3  # fraction of the default number of vertices
+
+
+class Start(NamedTuple):
+    """Disks at onset, from which every way starts: seed, packing, seconds it took."""
+
+    seed: int
+    onset: Packing
+    seconds: float
 
 
 def ways(forms: Sequence[str] = CONTACT_FORMS, fractions: Sequence[float] = (_FEWER,)) -> list[Way]:
-    """Disks, the default contact form with fewer vertices, other forms with the default number; default droplets."""
+    """Ways to compare: disks, default droplets with fewer vertices, other contact forms, default droplets."""
     usual = default_way()
     assert usual.contact is not None and usual.nv is not None
     found = [Way("sp")] + [Way("dp", usual.contact, _vertices(f)) for f in fractions]
@@ -42,7 +52,7 @@ def make_table(
     reference: Way | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Measure, and write the table as JSON if a path is given.
+    """Measure the table, and write it as JSON if a path is given.
 
     Every way and the reference start from the same disks at onset. A way that fails on the first packing of a level is
     not tried on the others.
@@ -58,54 +68,23 @@ def make_table(
         progress: called with each level and seed.
 
     Raises:
-        StorageError: the file cannot be written; found out before the work.
+        StorageError: the file cannot be written; raised before the work.
     """
     if path is not None:
         check_target(path)
     began = time.perf_counter()
     reference = reference or default_way()
-    rows: dict[tuple[Way, float], dict[str, Any]] = {}
-    finest: dict[float, list[dict[str, float]]] = {level: [] for level in levels}
-    jammed = []
+    rows: list[dict[str, Any]] = []
     with one_core():
-        for seed in seeds:
-            start = time.process_time()
-            try:
-                onset = jam("sp", n, seed)
-            except JamlabError:
-                continue
-            jammed.append((seed, onset, time.process_time() - start))
+        disks = _jam_disks(n, seeds)
         for level in levels:
-            for seed, onset, onset_seconds in jammed:
-                if progress is not None:
-                    progress(f"rho = {level}, seed {seed}")
-                target = _attempt(reference, onset, level)
-                if target is None:  # the packing jams above this level, or has no reference
-                    continue
-                finest[level].append(target[0])
-                for way in ways(forms, fractions):
-                    row = rows.setdefault((way, level), _row(way, level))
-                    if row["failed"] and row["failed"] == row["of"]:
-                        continue
-                    row["of"] += 1
-                    reached = target if way == reference else _attempt(way, onset, level)
-                    if reached is None:
-                        row["failed"] += 1
-                        continue
-                    row["times"].append(onset_seconds + reached[1])
-                    for name in QUANTITIES:
-                        row["errors"][name].append(reached[0][name] - target[0][name])
-    for (_, level), row in rows.items():
-        times = row.pop("times")
-        row["seconds"] = sum(times) / len(times) if times else None
-        scale = sum(abs(target["g"]) for target in finest[level]) / len(finest[level])
-        row["errors"] = {k: [e / (scale if k == "g" else 1) for e in v if e == e] for k, v in row["errors"].items()}
+            rows += _measure_level(level, disks, ways(forms, fractions), reference, progress)
     table = {
         "schema": 1,
         "n": n,
         "reference": asdict(reference),
         "parameters": {k: v for k, v in defaults("dp").items() if k not in ("longest_edge", "contact")},
-        "rows": list(rows.values()),
+        "rows": rows,
         "provenance": {
             "command": "jamlab chart table",
             "seeds": list(seeds),
@@ -121,7 +100,7 @@ def make_table(
 
 
 def finest_way() -> Way:
-    """Twice the default number of vertices."""
+    """Default droplets with twice the default number of vertices."""
     return Way("dp", default_way().contact, _vertices(2.0))
 
 
@@ -131,17 +110,72 @@ def _vertices(factor: float) -> tuple[int, int]:
     return max(3, round(factor * nv[0])), max(3, round(factor * nv[1]))
 
 
-def _row(way: Way, level: float) -> dict[str, Any]:
+def _jam_disks(n: int, seeds: range) -> list[Start]:
+    """Disks at onset; seeds without one are left out."""
+    found = []
+    for seed in seeds:
+        began = time.process_time()
+        try:
+            onset = jam("sp", n, seed)
+        except JamlabError:
+            continue
+        found.append(Start(seed, onset, time.process_time() - began))
+    return found
+
+
+def _measure_level(
+    level: float,
+    disks: Sequence[Start],
+    options: Sequence[Way],
+    reference: Way,
+    progress: Callable[[str], None] | None,
+) -> list[dict[str, Any]]:
+    """Rows of one packing fraction, one for each way; none if no packing reaches it."""
+    rows = {way: _new_row(way, level) for way in options}
+    targets = []
+    for seed, onset, seconds in disks:
+        if progress is not None:
+            progress(f"rho = {level}, seed {seed}")
+        target = _attempt(reference, onset, level)
+        if target is None:  # the packing jams above this level, or has no reference
+            continue
+        targets.append(target[0])
+        for way, row in rows.items():
+            if row["failed"] and row["failed"] == row["of"]:
+                continue
+            row["of"] += 1
+            reached = target if way == reference else _attempt(way, onset, level)
+            if reached is None:
+                row["failed"] += 1
+                continue
+            row["times"].append(seconds + reached[1])
+            for name in QUANTITIES:
+                row["errors"][name].append(reached[0][name] - target[0][name])
+    return [_finish_row(row, targets) for row in rows.values()] if targets else []
+
+
+def _new_row(way: Way, level: float) -> dict[str, Any]:
     return {"way": asdict(way), "rho": level, "of": 0, "failed": 0, "times": [], "errors": {k: [] for k in QUANTITIES}}
 
 
+def _finish_row(row: dict[str, Any], targets: Sequence[dict[str, float]]) -> dict[str, Any]:
+    """Replace times by their mean, errors of G by relative ones, and drop errors that are nan."""
+    times = row.pop("times")
+    row["seconds"] = sum(times) / len(times) if times else None
+    scale = sum(abs(target["g"]) for target in targets) / len(targets)
+    row["errors"] = {
+        k: [e / (scale if k == "g" else 1) for e in v if not np.isnan(e)] for k, v in row["errors"].items()
+    }
+    return row
+
+
 def _attempt(way: Way, onset: Packing, rho: float) -> tuple[dict[str, float], float] | None:
-    """Quantities and seconds of a way, None if it gives no jammed state."""
+    """Quantities that a way gives, and its seconds; None if it does not reach a jammed state."""
     began = time.process_time()
     try:
         values = quantities(bring_to(way, onset, rho))
     except JamlabError:
         return None
-    if values["z"] != values["z"]:
+    if np.isnan(values["z"]):
         return None
     return values, time.process_time() - began

@@ -1,7 +1,7 @@
-"""Means over packings with bootstrap intervals.
+"""Average over packings, with bootstrap intervals.
 
-Packings are what is independent, not the states of one packing. So the values of each packing in a group are first
-replaced by their mean, and whole packings are drawn again.
+Packings are independent, states of one packing are not. So the values of each packing in a group are first replaced by
+their mean, and the bootstrap draws whole packings.
 """
 
 from collections.abc import Sequence
@@ -32,29 +32,29 @@ def aggregate(
     confidence: float = 0.95,
     resamples: int = 1000,
 ) -> "pd.DataFrame":
-    """Values of each group of rows, with intervals over packings.
+    """Average the values of each group of rows, with intervals over packings.
 
     Args:
-        frame: rows with columns model, n and seed, which tell packings apart.
-        values: columns to average; rows where a value is nan or not finite do not count for it.
-        by: columns whose values, to five digits, make a group.
-        along: a further column that is cut into bins.
+        frame: rows with columns model, n and seed, which identify a packing.
+        values: columns to average; rows whose value is not finite are left out.
+        by: columns whose values, rounded to five digits, define the groups.
+        along: a further column to cut into bins.
         bins: edges for it, ascending.
         statistic: "mean" or "median", over packings.
-        confidence: of the intervals, percentiles of the bootstrap.
-        resamples: how often packings are drawn; the random numbers are the same every time.
+        confidence: level of the bootstrap intervals.
+        resamples: number of ensembles drawn; `jamlab.statistics.bootstrap` has the rule for the seed.
 
     Returns:
         One row per group: `by`, the mean of `along`, and for each value `<value>`, `<value>_low`, `<value>_high` and
-        `<value>_packings`, how many packings have it. Intervals of one packing are nan.
+        `<value>_packings`, the number of packings that have it. Intervals of one packing are nan.
 
     Raises:
-        InputError: a column that is not there, `along` without `bins`, or numbers out of range.
+        InputError: a missing column, `along` without `bins`, or numbers out of range.
     """
     import pandas as pd
 
     _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
-    keys = {name: _rounded(frame[name]) for name in by}
+    keys = {name: _round_keys(frame[name]) for name in by}
     if along is not None:
         edges = np.asarray(bins, dtype=np.float64)
         place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
@@ -81,7 +81,7 @@ def aggregate(
     return pd.DataFrame(rows)
 
 
-def _rounded(column: "pd.Series[Any]") -> "pd.Series[Any]":
+def _round_keys(column: "pd.Series[Any]") -> "pd.Series[Any]":
     if column.dtype.kind != "f":
         return column
     return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))

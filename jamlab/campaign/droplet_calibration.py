@@ -19,7 +19,7 @@ from jamlab.checks import check_bidisperse
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file, make_folder
-from jamlab.statistics.published_tables import table_contacts, table_modulus
+from jamlab.statistics.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,7 @@ def _at_distance(name: str, distance: float) -> Target:
 
 TARGETS: Mapping[str, Target] = {
     **{f"{name}({d:g})": _at_distance(name, d) for name, distances in DISTANCES.items() for d in distances},
-    "A": Target(1.07, 0.01, "fig 4c, at confluence"),
+    "A": Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence"),
     "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
 }
 

@@ -19,8 +19,8 @@ def compare(
     """The same disks in jax-md, OpenMM, ASE and LAMMPS' own styles: one point, one minimum, time on one core."""
     from jamlab.benchmarks.other_codes.compare import compare as run
     from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary
+    from jamlab.benchmarks.other_codes.page import comparison_tables, write_comparison
     from jamlab.benchmarks.other_codes.recipes import write_recipe
-    from jamlab.benchmarks.other_codes.tables import tables, write
     from jamlab.packing.atomic_file import make_folder
 
     if recipe is not None:
@@ -31,11 +31,11 @@ def compare(
         make_folder(out)
     rows = run(n, seed, phi, progress=lambda name: err_console.print(f"[dim]{name}[/]", highlight=False))
     if out is not None:
-        write(out, rows, n, phi)
+        write_comparison(out, rows, n, phi)
     if as_json:
         print_json(summary(rows))
         return
-    for table in tables(rows, n, phi):
+    for table in comparison_tables(rows, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
     for row in rows:
         if row.note:

@@ -179,7 +179,7 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
             "gstar.png",
             modulus_figure({f"SP, ρ = {tables['sp']['rho'][-1]:.3f}": spectrum}, r"$\epsilon/\sigma^2$"),
         )
-    images = {caption: html_page.save(figure, out / name) for caption, (name, figure) in pictures.items()}
+    images = {caption: html_page.save_png(figure, out / name) for caption, (name, figure) in pictures.items()}
     times = {f"wall time {model.upper()}": f"{run.seconds:.1f} s" for model, run in runs.items()}
     parameters = {k: v for k, v in densest["dp"].params.items() if k != "a0"}
     html_page.write_page(
@@ -188,7 +188,7 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
         "From a random start at φ = 0.20 through jamming onset (first row of each table) to dense packings. Lengths, "
         "energies and stresses in the units of Boromand et al.; A is the mean shape factor (SP: disks cut by their "
         "power cells; DP: polygons without rim, 1.012 and 1.024 when round).",
-        [html_page.Table(MODEL_STYLE[m]["label"], HEADINGS, rows(run)) for m, run in runs.items()],
+        [html_page.TextTable(MODEL_STYLE[m]["label"], HEADINGS, rows(run)) for m, run in runs.items()],
         images,
         facts
         | {"DP parameters": ", ".join(f"{k} = {v}" for k, v in parameters.items())}

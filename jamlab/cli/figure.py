@@ -59,7 +59,7 @@ def figure(
     else:
         for c in claims:
             out_console.print(Text(c.line, style="" if c.agrees else "red"), soft_wrap=True)
-        names_written = gallery.REPORT if whole else ", ".join(f"{d.name}.png .pdf .csv" for d in drawings)
+        names_written = gallery.PAGE if whole else ", ".join(f"{d.name}.png .pdf .csv" for d in drawings)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:
         err_console.print(Text(f"not drawn: {f.name}: {f.reason}", style="red"), soft_wrap=True)

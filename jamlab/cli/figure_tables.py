@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from jamlab.campaign.campaign import open_campaign
-from jamlab.figures.papers.tables import Tables, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import EnsembleTables, read_folder, reference_tables, save
 from jamlab.packing.versions import versions
 
 
-def open_tables(source: Path | None) -> Tables:
+def open_tables(source: Path | None) -> EnsembleTables:
     """Tables of a campaign (its file or folder) or of reference tables; None: the reference data packed with jamlab.
 
     Raises:
@@ -18,7 +18,7 @@ def open_tables(source: Path | None) -> Tables:
     if (source / "reference.json").is_file():
         return read_folder(source)
     campaign = open_campaign(source)
-    return Tables(campaign.table, {"campaign": str(source), **versions()})
+    return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})
 
 
 def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
@@ -38,4 +38,4 @@ def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
     """
     campaign = open_campaign(source)
     facts = {"campaign": campaign.name, "commit": commit, **versions()}
-    return save(Tables(campaign.table), folder, facts, campaign.file.read_text(encoding="utf-8"))
+    return save(EnsembleTables(campaign.table), folder, facts, campaign.file.read_text(encoding="utf-8"))

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 
 from jamlab.errors import InputError
-from jamlab.figures.html_page import save as save_figure
+from jamlab.figures.html_page import save_png
 from jamlab.figures.packing_pictures import modulus_figure
 from jamlab.packing.atomic_file import atomic_file, check_target
 from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra
@@ -31,7 +31,7 @@ def save(spectra: Spectra, name: str, path: Path) -> None:
     units, method. Times are in tau_1, moduli in the packing's unit of stress.
     """
     if path.suffix == ".png":
-        save_figure(modulus_figure({name: spectra}, "k" if spectra.units == "k" else r"$\epsilon/\sigma^2$"), path)
+        save_png(modulus_figure({name: spectra}, "k" if spectra.units == "k" else r"$\epsilon/\sigma^2$"), path)
         return
     with atomic_file(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": name, "units": spectra.units})

@@ -1,4 +1,4 @@
-"""Pictures of the geometry of packings: voids by number of sides, cells with local packing fraction, overlaps.
+"""Draw the geometry of packings: voids by number of sides, cells with local packing fraction, overlaps.
 
 Colours are from the palette of Okabe & Ito and from cividis, both safe for the colour-blind; voids carry their number
 of sides as a digit too.
@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from jamlab.figures.packing_pictures import frame_cell, particle_shapes, periodic_moves
+from jamlab.figures.packing_pictures import frame_cell, home_moves, particle_shapes, periodic_moves
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import local_packing_fraction, tessellation
 from jamlab.geometry.voids.voids import Voids, voids
@@ -25,11 +25,11 @@ SIDE_COLOURS = {3: "#D55E00", 4: "#56B4E9", 5: "#F0E442", 6: "#CC79A7"}
 OTHER = "#009E73"  # voids with another number of sides
 PARTICLE, OUTLINE, OVERLAP = "#E4E4E4", "#777777", "#6F6F6F"
 _ARC_STEP = 0.05  # radians, of drawn arcs
-_LABELLED = 0.03  # voids larger than this part of the mean particle carry their number of sides
+_LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
 def draw_voids(axes: Any, packing: Packing, title: str = "") -> Voids:
-    """Packing with its voids, coloured and labelled by number of sides as fig 8 of Boromand et al.
+    """Draw a packing with its voids, coloured and labelled by number of sides as fig 8 of Boromand et al.
 
     A void that percolates is left white. Islands inside a void show the particles.
 
@@ -66,7 +66,7 @@ def draw_voids(axes: Any, packing: Packing, title: str = "") -> Voids:
 
 
 def void_paths(packing: Packing, found: Voids) -> list[Path]:
-    """One path for each void, islands cut out, near its centroid; arcs are drawn in steps of 0.05."""
+    """Path of each void near its centroid, with islands cut out; arcs become chords of 0.05 radians."""
     boundary = found.boundary
     pieces, place = boundary.pieces, found.image @ packing.box
     loops: list[list[NDArray[np.float64]]] = [[] for _ in found.sides]
@@ -99,11 +99,11 @@ def void_paths(packing: Packing, found: Voids) -> list[Path]:
 
 
 def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
-    """Power cells (SP) or set-Voronoi cells (DP), particles coloured by their local packing fraction."""
+    """Draw power cells (SP) or set-Voronoi cells (DP), particles coloured by their local packing fraction."""
     fraction, walls = local_packing_fraction(packing), tessellation(packing).lines
     norm = matplotlib.colors.Normalize(np.nanmin(fraction), np.nanmax(fraction))
     colours = matplotlib.colormaps["cividis"](norm(fraction))
-    fills = _at_home(packing, particle_shapes(packing)[0])
+    fills = _move_home(packing, particle_shapes(packing)[0])
     walls = walls - (np.floor(walls.mean(axis=1) @ np.linalg.inv(packing.box)) @ packing.box)[:, None]
     for move in periodic_moves(packing):
         axes.add_collection(PolyCollection([fill + move for fill in fills], facecolors=colours))
@@ -114,16 +114,16 @@ def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
 
 
 def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
-    """Overlaps shaded dark, with the common chords that share them, as fig 1 of Boromand et al.
+    """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al.
 
-    SP: two disks share an overlap along their chord (white). DP: the rims overlap; the bare polygons are outlined.
+    SP: the chord (white) divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined.
     """
-    fills, lines = (_at_home(packing, shapes) for shapes in particle_shapes(packing))
+    fills, lines = (_move_home(packing, shapes) for shapes in particle_shapes(packing))
     shapes = shapely.polygons([shapely.linearrings(fill) for fill in fills])
     moved = [shapely.transform(shapes, lambda x, move=move: x + move) for move in periodic_moves(packing)]
     tree = shapely.STRtree(np.concatenate(moved))
     i, j = tree.query(shapes, predicate="intersects")
-    own = i != j - 4 * packing.n  # the fifth of the nine moves is none
+    own = i != j - 4 * packing.n  # the fifth of the nine moves is the identity
     overlaps = shapely.intersection(shapes[i[own]], tree.geometries[j[own]])
     parts = shapely.get_parts(overlaps)
     parts = parts[shapely.area(parts) > 0]
@@ -144,7 +144,7 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
 
 
 def geometry_figure(packing: Packing) -> Figure:
-    """Overlaps, voids and cells of one packing side by side."""
+    """Draw overlaps, voids and cells of one packing side by side."""
     figure = Figure(figsize=(16.5, 6.6), layout="constrained")
     axes = figure.subplots(1, 3)
     draw_overlaps(axes[0], packing, "overlaps")
@@ -157,20 +157,19 @@ def geometry_figure(packing: Packing) -> Figure:
 
 
 def _draw_particles(axes: Any, packing: Packing) -> None:
-    fills = _at_home(packing, particle_shapes(packing)[0])
+    fills = _move_home(packing, particle_shapes(packing)[0])
     for move in periodic_moves(packing):
         moved = [fill + move for fill in fills]
         axes.add_collection(PolyCollection(moved, facecolors=PARTICLE, edgecolors=OUTLINE, linewidths=0.6))
 
 
-def _at_home(packing: Packing, shapes: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    """Shapes of the particles moved so that their centres lie inside the cell."""
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
-    return [shape + move for shape, move in zip(shapes, home, strict=True)]
+def _move_home(packing: Packing, shapes: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    """Move the shapes of particles so that their centres lie inside the cell."""
+    return [shape + move for shape, move in zip(shapes, home_moves(packing), strict=True)]
 
 
 def _chords(packing: Packing) -> NDArray[np.float64]:
-    """(m, 2, 2) common chords of disks, as far as they bound power cells from either side, in the primitive cell."""
+    """Common chords (m, 2, 2) of disks that bound power cells, in the primitive cell."""
     cells = disk_cells(packing)
     assert packing.diameters is not None
     half = np.sqrt(np.maximum((0.5 * packing.diameters[cells.chord_i]) ** 2 - cells.chord_height**2, 0.0))

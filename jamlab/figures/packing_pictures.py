@@ -1,4 +1,4 @@
-"""Pictures of packings and curves. Takes packings and tables; runs no physics of its own.
+"""Draw packings and curves from packings and tables, without running physics.
 
 Colours are from the colour-blind-safe palette of Okabe & Ito.
 """
@@ -27,11 +27,11 @@ MODEL_STYLE = {
     "sp": {"color": "#D55E00", "marker": "v", "label": "soft particles (SP)"},
     "dp": {"color": "#0072B2", "marker": "D", "label": "deformable polygons (DP)"},
 }
-_ARC = 48  # corners that draw a disk
+_ARC = 48  # corners of a drawn disk: a circle to the eye at this size
 
 
 def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
-    """One periodic cell with its particles, as fig 2 of Boromand et al.: large blue, small pink, rattlers grey.
+    """Draw one periodic cell with its particles, as fig 2 of Boromand et al.: large blue, small pink, rattlers grey.
 
     DP: the fill is the outline with its rim of width delta/2, the line inside it the bare polygon. Black lines join the
     centroids of particles in contact.
@@ -41,7 +41,7 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
     colours = np.where(rattlers, RATTLER, np.where(sizes > sizes.mean(), LARGE, SMALL))
     moves = periodic_moves(packing)
-    home = -np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box
+    home = home_moves(packing)
     for move in moves:
         offset = home + move
         fills = [shape + shift for shape, shift in zip(shapes, offset, strict=True)]
@@ -58,8 +58,13 @@ def periodic_moves(packing: Packing) -> NDArray[np.float64]:
     return np.asarray(np.array(list(product((-1, 0, 1), repeat=2))) @ packing.box)
 
 
+def home_moves(packing: Packing) -> NDArray[np.float64]:
+    """(n, 2) translations that bring the centre of each particle into the cell."""
+    return np.asarray(-np.floor(packing.centroids @ np.linalg.inv(packing.box)) @ packing.box)
+
+
 def frame_cell(axes: Any, packing: Packing, title: str) -> None:
-    """The outline of the periodic cell, a margin around it, no ticks."""
+    """Draw the outline of the periodic cell, set limits with a margin around it, and remove ticks."""
     corner, margin = packing.box.sum(axis=0), 0.35
     cell = np.array([[0, 0], packing.box[0], corner, packing.box[1], [0, 0]])
     axes.plot(*cell.T, color="black", linewidth=1.4)
@@ -72,7 +77,7 @@ def frame_cell(axes: Any, packing: Packing, title: str) -> None:
 
 
 def packings_figure(packings: Mapping[str, Packing], titles: Mapping[str, str]) -> Figure:
-    """Packings side by side, by model."""
+    """Draw packings side by side, one for each model."""
     figure = Figure(figsize=(6.2 * len(packings), 6.4), layout="constrained")
     for axes, (model, packing) in zip(
         figure.subplots(1, len(packings), squeeze=False)[0], packings.items(), strict=True
@@ -82,7 +87,7 @@ def packings_figure(packings: Mapping[str, Packing], titles: Mapping[str, str]) 
 
 
 def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column: str, label: str) -> Figure:
-    """A measured column against the true packing fraction, one curve per model; states without a value are left out."""
+    """Draw a measured column over the true packing fraction, one curve per model; the legend counts missing values."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
     for model, table in tables.items():
@@ -100,7 +105,7 @@ def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column
 
 
 def modulus_figure(spectra: Mapping[str, Spectra], unit: str) -> Figure:
-    """Storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
+    """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
 
     Several packings: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at 1/tau*.
     """
@@ -114,7 +119,7 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str) -> Figure:
             )
             if len(s.members) > 1:
                 axes.fill_between(s.omega, np.maximum(low, 1e-3 * mean), high, color=colour, alpha=0.25, linewidth=0)
-        _slopes(axes, s)
+        _draw_slopes(axes, s)
     axes.set_xlabel(r"angular frequency $\omega\,\tau_1$", fontsize=12)
     axes.set_ylabel(f"complex shear modulus $G^*$  [{unit}]", fontsize=12)
     axes.tick_params(labelsize=11)
@@ -123,8 +128,8 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str) -> Figure:
     return figure
 
 
-def _slopes(axes: Any, s: Spectra) -> None:
-    """Dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
+def _draw_slopes(axes: Any, s: Spectra) -> None:
+    """Draw dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
     g0, eta0 = s.limit("g0"), s.limit("eta0")
     if not (g0 > 0 and eta0 > 0):
         return
@@ -141,7 +146,10 @@ def _slopes(axes: Any, s: Spectra) -> None:
 
 
 def particle_shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
-    """What to fill and what to outline, for each particle where it is stored."""
+    """Rings to fill and rings to outline for each particle, at the place where it is stored.
+
+    Disks: the circle, twice. Droplets: the outline with its rim, and the closed polygon.
+    """
     if packing.diameters is not None:
         turn = 2 * np.pi * np.arange(_ARC + 1) / _ARC
         circle = np.column_stack([np.cos(turn), np.sin(turn)])

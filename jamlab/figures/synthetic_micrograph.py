@@ -1,6 +1,6 @@
-"""Pictures of droplets as a camera would see a packing: bright droplets, dark ground and films, blur and noise.
+"""Render droplets as a camera would see them: bright droplets, dark ground and films, blur and noise.
 
-They test `micrograph`: what it measures must be what the packing has.
+These pictures test `jamlab.micrograph`, which must measure in them what the packing has.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from jamlab.errors import InputError
-from jamlab.figures.packing_pictures import periodic_moves
+from jamlab.figures.packing_pictures import home_moves, periodic_moves
 from jamlab.geometry.rims import rims
 from jamlab.packing.packing import Packing
 
@@ -21,7 +21,7 @@ FINER = 2  # samples a pixel, in each direction
 def synthetic_micrograph(
     packing: Packing, pixels: int = 512, film: float = 2.0, blur: float = 0.7, noise: float = 0.0, seed: int = 0
 ) -> Array:
-    """One period of a packing of droplets as a picture.
+    """Render one period of a packing of droplets.
 
     Args:
         packing: DP in a rectangular box.
@@ -35,7 +35,7 @@ def synthetic_micrograph(
         (h, pixels) float64, row 0 at the bottom of the cell.
 
     Raises:
-        InputError: for an SP packing, a tilted box or a picture of fewer than 32 pixels.
+        InputError: an SP packing, a tilted box, fewer than 32 pixels.
     """
     if packing.offsets is None:
         raise InputError("synthetic pictures show droplets (model dp); this packing has model sp")
@@ -49,8 +49,10 @@ def synthetic_micrograph(
     covers, nearest = np.zeros(shape, dtype=np.int64), np.full(shape, np.inf)
     second = np.full(shape, np.inf)
     moves = periodic_moves(packing)
-    for outline, polygon, centre in zip(rims(packing).outlines, packing.outlines(), packing.centroids, strict=True):
-        home = -np.floor(centre @ np.linalg.inv(packing.box)) @ packing.box
+    homes = home_moves(packing)
+    for outline, polygon, centre, home in zip(
+        rims(packing).outlines, packing.outlines(), packing.centroids, homes, strict=True
+    ):
         for move in moves + home:
             grown = shapely.transform(outline, lambda p, c=centre + move: p + c)
             low_x, low_y, high_x, high_y = shapely.bounds(grown)

@@ -27,7 +27,6 @@ QUANTITIES = {
     "a": "mean shape factor above that of a free particle, A - A_J, absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
-MODELS_PART = 0.88  # rho at which the models part (Boromand et al. fig 5): up to here disks carry the droplets
 TABLE_MARGIN = 0.01  # beyond the ends of the table that its errors still hold
 CONFIDENCE = 0.95
 _MOST_FAILURES = 0.1  # of the packings of a row: a way that fails more often is not offered

@@ -14,8 +14,9 @@ from jamlab.measure import measure
 from jamlab.packing.packing import MODELS, Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.model_choice import MODELS_PART, Choice, Way, choose
+from jamlab.protocols.model_choice import Choice, Way, choose
 from jamlab.protocols.onset import jam
+from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones
 
@@ -84,11 +85,11 @@ def bring_to(way: Way, onset: Packing, rho: float, step: float = STEP) -> Packin
     check_choice("model", way.model, MODELS)
     if packing_fraction(onset) >= rho:
         raise ConvergenceError(f"the packing jams at rho = {packing_fraction(onset):.5f}, above the {rho:g} asked for")
-    packing = _compress_to(onset, rho if way.nv is None else min(rho, MODELS_PART), step)
+    packing = _compress_to(onset, rho if way.nv is None else min(rho, MODELS_PART.value), step)
     if way.nv is not None:
         small, large = way.nv
         packing = _require_converged(to_polygons(packing, contact=way.contact, nv_small=small, nv_large=large))
-        if rho > MODELS_PART:
+        if rho > MODELS_PART.value:  # up to here disks carry the droplets
             packing = _compress_to(packing, rho, step)
     return packing
 

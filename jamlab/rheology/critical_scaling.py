@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
-from jamlab.statistics.power_laws import collapse_exponents
+from jamlab.statistics.data_collapse import fit_scaling_exponents
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def collapse(
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
     """mu, lambda, Delta and the spread; curves: (2, m) mean G' and G'' of each pressure."""
     families = [[(omega, c[part]) for c in curves] for part in (0, 1)]
-    found = collapse_exponents(p, families, start=(-1.0, -0.5))
+    found = fit_scaling_exponents(p, families, start=(-1.0, -0.5))
     mu, lam = -found.b, -found.a
     slopes = []
     for c, pressure in zip(curves, p, strict=True):

@@ -1,7 +1,10 @@
-"""Intervals of what an ensemble gives, by drawing whole packings again and again.
+"""Compute confidence intervals by resampling whole packings.
 
-States of one packing at neighbouring packing fractions are alike: an interval from single states would be far too
+States of one packing at neighbouring packing fractions are correlated: an interval over single states would be far too
 narrow. So a packing is drawn with all its states, or not at all.
+
+Every interval draws with the same seed, `SEED`, unless told otherwise: the same data give the same table and the same
+figure, and two statistics of one ensemble are compared on the same resamples.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,15 +17,17 @@ from jamlab.errors import InputError, JamlabError
 
 Array = NDArray[np.float64]
 
+SEED = 1
+
 
 @dataclass(frozen=True)
 class Interval:
     """A statistic with the ends of its confidence interval.
 
     Attributes:
-        value: of the ensemble itself, float64 of any shape.
-        low, high: percentiles over the ensembles drawn; nan where more than half of these have no value, and if no
-            group has two packings.
+        value: statistic of the ensemble itself, float64 of any shape.
+        low, high: percentiles over the resamples; nan where more than half of the resamples give nan, and everywhere if
+            no group has two packings.
     """
 
     value: Array
@@ -39,20 +44,20 @@ def bootstrap(
     *,
     resamples: int = 200,
     level: float = 0.95,
-    seed: int = 1,
+    seed: int = SEED,
 ) -> Interval:
-    """Percentile interval of a statistic of one or several groups of packings (Efron & Tibshirani 1993, ch. 13).
+    """Compute the percentile interval of a statistic of groups of packings (Efron & Tibshirani 1993, ch. 13).
 
     Args:
         groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.
-        statistic: of such a list of arrays; a number or an array. May give nan, or raise a JamlabError, for an
-            ensemble drawn, which then takes no part. What it raises for the ensemble itself is raised.
-        resamples: ensembles drawn.
-        level: probability that the interval should hold.
-        seed: of the drawing.
+        statistic: function of such a list of arrays that returns a number or an array. A resample for which it returns
+            nan or raises a JamlabError is left out; what it raises for the ensemble itself is passed on.
+        resamples: number of ensembles drawn.
+        level: nominal coverage of the interval.
+        seed: of the random numbers.
 
     Raises:
-        InputError: no group, an empty one, no positive number of resamples, a level outside (0, 1).
+        InputError: no group or an empty one, fewer than one resample, a level outside (0, 1).
     """
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):

@@ -1,6 +1,6 @@
-"""Power laws near jamming: fits with fixed or free exponents, their window, finite-size extrapolation, data collapse.
+"""Fit power laws near jamming: exponents fixed or free, the window where they hold, the limit of large systems.
 
-Intervals of what is fitted here come from `jamlab.statistics.bootstrap`.
+`jamlab.statistics.bootstrap` gives the intervals of what is fitted here.
 """
 
 from collections.abc import Sequence
@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares, minimize, minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
 from jamlab.errors import ConvergenceError, InputError
 
 Array = NDArray[np.float64]
-Curve = tuple[Array, Array]
 
-_GRID = 60  # points at which curves are compared
+_CORRECTIONS = (0.1, 4.0)  # range searched for the exponent of a finite-size correction; published ones: 0.7 to 2
 
 
 @dataclass(frozen=True)
@@ -24,10 +23,10 @@ class PowerLaw:
 
     Attributes:
         coefficients, exponents: (terms,).
-        low, high: first and last x fitted.
+        low, high: smallest and largest x fitted.
         points: number of points fitted.
         spread: root mean square of the residuals, relative or in standard errors.
-        worst: the largest of them.
+        worst: largest residual, in the same unit.
     """
 
     coefficients: Array
@@ -54,24 +53,24 @@ def power_law(
 ) -> PowerLaw:
     """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14.
 
-    Without errors relative residuals (model - y)/y count alike, so that every decade does; one free power law alone is
-    a straight line through ln y against ln x. With errors it is least squares in (model - y)/error. Points that are
-    nan, or where x or the error (without errors: y) is not positive, take no part.
+    Without errors the fit minimises relative residuals (model - y)/y, so that every decade counts alike; a single free
+    power law is a straight line through ln y against ln x. With errors it minimises (model - y)/error. Points are left
+    out if they are nan, or if x or the error (without errors: y) is not positive.
 
     Args:
         x, y: (m,).
-        exponents: one for each term; None is fitted.
+        exponents: one for each term; those given as None are fitted.
         error: (m,) standard errors of y.
         low, high: window in x.
 
     Raises:
         InputError: shapes that differ, no term, fewer usable points than unknowns.
-        ConvergenceError: the free exponents were not found.
+        ConvergenceError: the fit of the free exponents did not converge.
     """
     if not exponents:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
-    x, y = _row(x, y)
-    unit = y if error is None else _row(x, error)[1]
+    x, y = _same_length(x, y)
+    unit = y if error is None else _same_length(x, error)[1]
     kept = (x >= low) & (x <= high) & (x > 0) & (unit > 0) & np.isfinite(x + y + unit)
     x, y, unit = x[kept], y[kept], unit[kept]
     free = [k for k, e in enumerate(exponents) if e is None]
@@ -86,35 +85,37 @@ def power_law(
         powers, coefficients = slope[:1], np.exp(slope[1:])
     else:
         if free:
-            powers = _free(x, y, unit, powers, free, float(slope[0]))
-        coefficients = _linear(x, y, unit, powers)
+            powers = _fit_exponents(x, y, unit, powers, free, float(slope[0]))
+        coefficients = _fit_coefficients(x, y, unit, powers)
     residual = ((x[:, None] ** powers) @ coefficients - y) / unit
     spread, worst = float(np.sqrt(np.mean(residual**2))), float(np.abs(residual).max())
     return PowerLaw(coefficients, powers, float(x.min()), float(x.max()), len(x), spread, worst)
 
 
-def _linear(x: Array, y: Array, unit: Array, powers: Array) -> Array:
+def _fit_coefficients(x: Array, y: Array, unit: Array, powers: Array) -> Array:
+    """Least squares in (model - y)/unit for given exponents."""
     return np.asarray(np.linalg.lstsq(x[:, None] ** powers / unit[:, None], y / unit, rcond=None)[0])
 
 
-def _free(x: Array, y: Array, unit: Array, powers: Array, free: list[int], slope: float) -> Array:
-    """Free exponents by variable projection: for each set of them the coefficients are linear."""
+def _fit_exponents(x: Array, y: Array, unit: Array, powers: Array, free: list[int], slope: float) -> Array:
+    """Find the free exponents by variable projection (Golub & Pereyra 1973): given them, coefficients are linear."""
 
-    def filled(values: Array) -> Array:
+    def fill_in(values: Array) -> Array:
         out = powers.copy()
         out[free] = values
         return out
 
     def residual(values: Array) -> Array:
-        trial = filled(values)
-        return np.asarray(((x[:, None] ** trial) @ _linear(x, y, unit, trial) - y) / unit)
+        trial = fill_in(values)
+        return np.asarray(((x[:, None] ** trial) @ _fit_coefficients(x, y, unit, trial) - y) / unit)
 
+    # terms start apart from each other, on both sides of the mean slope: exponents 0.5 and 1 are 0.5 apart
     start = slope + 0.4 * (np.arange(len(free)) - 0.5 * (len(free) - 1))
     start += 0.1 * np.any(np.isclose(powers[:, None], start), axis=0)  # two equal terms would be one
     found = least_squares(residual, start, x_scale=0.1)
     if not found.success:
         raise ConvergenceError(f"free exponents not found ({found.message}): narrow the window or fix one")
-    return filled(found.x)
+    return fill_in(found.x)
 
 
 def widest_window(
@@ -127,19 +128,19 @@ def widest_window(
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
-    """The fit over the widest run of points, in ln x, none of which lies further off the law than the tolerance.
+    """Fit the widest run of points, in ln x, that all lie within a tolerance of the law.
 
     Args:
         x, y, exponents: see `power_law`.
         tolerance: largest relative residual.
         least: fewest points.
-        low, high: where to look.
+        low, high: window in x to search.
 
     Raises:
         InputError: see `power_law`; a tolerance that is not positive.
-        ConvergenceError: no run of `least` points is that straight.
+        ConvergenceError: no run of `least` points stays within the tolerance.
     """
-    x, y = _points(x, y)
+    x, y = _finite_points(x, y)
     if not tolerance > 0:
         raise InputError(f"tolerance = {tolerance}: must be positive")
     kept = (x >= low) & (x <= high) & (x > 0) & (y > 0)
@@ -173,17 +174,17 @@ class FiniteSize:
 def finite_size(
     n: ArrayLike, y: ArrayLike, error: ArrayLike | None = None, *, exponent: float | None = None
 ) -> FiniteSize:
-    """Extrapolate to the large-system limit.
+    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems.
 
     Args:
         n, y: (m,) sizes and values.
-        error: (m,) standard errors; by default all alike.
+        error: (m,) standard errors; by default all equal.
         exponent: of the correction; by default the one between 0.1 and 4 that fits best.
 
     Raises:
         InputError: fewer sizes than unknowns, sizes or errors that are not positive.
     """
-    n, y = _points(n, y)
+    n, y = _finite_points(n, y)
     spread = np.asarray(np.ones_like(y) if error is None else error, dtype=np.float64)
     if len(np.unique(n)) < (3 if exponent is None else 2):
         raise InputError(f"{len(np.unique(n))} sizes: give three or more, or two and the exponent")
@@ -197,124 +198,19 @@ def finite_size(
         return np.asarray(solution), float(np.sum((columns @ solution - y * weight) ** 2))
 
     if exponent is None:
-        exponent = float(minimize_scalar(lambda e: solve(e)[1], bounds=(0.1, 4.0), method="bounded").x)
+        exponent = float(minimize_scalar(lambda e: solve(e)[1], bounds=_CORRECTIONS, method="bounded").x)
     limit, amplitude = solve(exponent)[0]
     return FiniteSize(float(limit), float(amplitude), exponent)
 
 
-def collapse_spread(curves: Sequence[Curve]) -> float:
-    """Root mean square distance, in ln y, of curves from their mean, where two of them or more overlap in x.
-
-    0 is a perfect collapse; the spread of the curves as measured is what to compare with.
-
-    Args:
-        curves: (x, y), each (m,) ascending and positive.
-
-    Raises:
-        InputError: fewer than two curves; values that are not positive.
-    """
-    return _spread(_logarithms(curves))
-
-
-def _logarithms(curves: Sequence[Curve]) -> list[Curve]:
-    if len(curves) < 2:
-        raise InputError(f"{len(curves)} curve(s): a collapse needs two or more")
-    if not all(np.all(x > 0) and np.all(y > 0) for x, y in curves):
-        raise InputError("a collapse is measured in logarithms: x and y must be positive")
-    return [(np.log(x), np.log(y)) for x, y in curves]
-
-
-def _spread(logs: list[Curve]) -> float:
-    starts, ends = np.array([[x[0], x[-1]] for x, _ in logs]).T
-    grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], _GRID)
-    inside = (grid >= starts[:, None]) & (grid <= ends[:, None])
-    inside &= inside.sum(axis=0) >= 2
-    count = inside.sum(axis=0)
-    if not count.any():
-        return float("inf")
-    values = np.where(inside, [np.interp(grid, x, y) for x, y in logs], 0.0)
-    mean = values.sum(axis=0) / np.maximum(count, 1)
-    return float(np.sqrt(np.sum(np.where(inside, values - mean, 0.0) ** 2) / count.sum()))
-
-
-@dataclass(frozen=True)
-class ScalingCollapse:
-    """x scale^a and y scale^b fall on one curve.
-
-    Attributes:
-        a, b: exponents.
-        spread: of the rescaled curves, see `collapse_spread`.
-        before: spread of the curves as they are.
-    """
-
-    a: float
-    b: float
-    spread: float
-    before: float
-
-    @property
-    def quality(self) -> float:
-        """1 - spread/before: 1 is perfect, 0 no gain."""
-        return 1 - self.spread / self.before
-
-
-def collapse_exponents(
-    scale: ArrayLike,
-    families: Sequence[Sequence[Curve]],
-    *,
-    a: float | None = None,
-    b: float | None = None,
-    start: tuple[float, float] = (0.0, 0.0),
-) -> ScalingCollapse:
-    """Exponents that bring curves of several sizes, or pressures, onto one, for each family of curves.
-
-    Args:
-        scale: (m,) positive, such as N or p.
-        families: each m curves, such as G' and G'' of every pressure; all families share the exponents.
-        a, b: fixed exponents; None is fitted.
-        start: where the fit starts.
-
-    Raises:
-        InputError: numbers of curves that differ from the number of scales; see `collapse_spread`.
-    """
-    s = np.asarray(scale, dtype=np.float64)
-    if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
-        raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")
-    free = [k for k, e in enumerate((a, b)) if e is None]
-    logs = [_logarithms(family) for family in families]
-    moves = np.log(s)
-
-    def spread(exponents: tuple[float, float]) -> float:
-        p, q = exponents
-        parts = [_spread([(x + p * m, y + q * m) for (x, y), m in zip(family, moves, strict=True)]) for family in logs]
-        return float(np.sqrt(np.mean(np.square(parts))))
-
-    def filled(values: Array) -> tuple[float, float]:
-        out = [0.0 if a is None else a, 0.0 if b is None else b]
-        for k, value in zip(free, values, strict=True):
-            out[k] = float(value)
-        return out[0], out[1]
-
-    best = filled(np.array([start[k] for k in free]))
-    if free:
-        found = minimize(
-            lambda v: spread(filled(v)) ** 2,
-            [start[k] for k in free],
-            method="Nelder-Mead",
-            options={"xatol": 1e-4, "fatol": 1e-10},
-        )
-        best = filled(found.x)
-    return ScalingCollapse(best[0], best[1], spread(best), spread((0.0, 0.0)))
-
-
-def _row(x: ArrayLike, y: ArrayLike) -> Curve:
+def _same_length(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     a, b = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape:
         raise InputError(f"x and y have shapes {a.shape} and {b.shape}: need two rows of the same length")
     return a, b
 
 
-def _points(x: ArrayLike, y: ArrayLike) -> Curve:
-    a, b = _row(x, y)
+def _finite_points(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
+    a, b = _same_length(x, y)
     kept = np.isfinite(a) & np.isfinite(b)
     return a[kept], b[kept]

@@ -1,4 +1,4 @@
-"""Published points, such as those of Boromand et al. fig 9, read from CSV to lay beside a simulation."""
+"""Read published points, such as those of Boromand et al. fig 9, from CSV to lay them beside a simulation."""
 
 import csv
 from pathlib import Path
@@ -19,14 +19,14 @@ def read_points(path: str | Path, columns: tuple[str, ...] = ()) -> dict[str, Ar
 
     Args:
         path: file, UTF-8, with commas.
-        columns: names that the file must have, such as ("rho", "z"); all columns of the file are returned.
+        columns: names that must be present, such as ("rho", "z"); all columns of the file are returned.
 
     Returns:
         Column name -> (m,) float64.
 
     Raises:
-        StorageError: if the file cannot be read, lacks a column, has a row of another length or a field that is no
-            number; names the file and the line.
+        StorageError: the file cannot be read, lacks a column, has a row of another length or a field that is not a
+            number; the message names the file and the line.
     """
     path = Path(path)
     try:

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from jamlab.benchmarks.other_codes.compare import compare, summary
-from jamlab.benchmarks.other_codes.tables import tables
+from jamlab.benchmarks.other_codes.page import comparison_tables
 
 SIZES = (64, 128)
 
@@ -19,7 +19,7 @@ SIZES = (64, 128)
 def test_disks_in_other_codes(n):
     """Differences below 1e-12 at the same coordinates; who is faster says why."""
     rows = compare(n)
-    for table in tables(rows, n, 0.88):
+    for table in comparison_tables(rows, n, 0.88):
         print("\n" + table.heading)
         for line in [table.columns, *table.rows]:
             print("  ".join(f"{cell:>18.30s}" for cell in line))

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.benchmarks.failure_maps import disks as disks
-from jamlab.benchmarks.failure_maps import droplets as droplets
-from jamlab.benchmarks.failure_maps import spectra as spectra
+from jamlab.benchmarks.failure_maps import disks, droplets, spectra
 from jamlab.benchmarks.failure_maps.map_figure import stability_figure
 from jamlab.benchmarks.failure_maps.page import MAPS, counts, stability
-from jamlab.benchmarks.failure_maps.verdict import Map, Run, judged, refusal, relaxed
+from jamlab.benchmarks.failure_maps.verdict import Map, Outcome, attempt, judge, try_relaxing
 from jamlab.protocols.model_choice import Way
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.scene import bring_to
@@ -19,7 +17,7 @@ from jamlab.protocols.scene import bring_to
 
 @pytest.fixture(scope="module")
 def jolted():
-    return disks.jolted(32, 0.95)
+    return disks.jolt_minimum(32, 0.95)
 
 
 @pytest.fixture(scope="module")
@@ -30,17 +28,17 @@ def jammed():
 
 
 def test_verdicts_of_minimisations():
-    assert judged(1e-13, 1e-12, 1.0, 1.1, 1.0) == "converged"
-    assert judged(1e-11, 1e-12, 1.0, 1.1, 1.0) == "stalled"
-    assert judged(1e-13, 1e-12, 0.9, 1.1, 1.0) == "wrong basin"
-    assert judged(np.nan, 1e-12, 1.0, 1.1, 1.0) == "blew up" == judged(1.0, 1e-12, 50.0, 1.1, 1.0)
+    assert judge(1e-13, 1e-12, 1.0, 1.1, 1.0) == "converged"
+    assert judge(1e-11, 1e-12, 1.0, 1.1, 1.0) == "stalled"
+    assert judge(1e-13, 1e-12, 0.9, 1.1, 1.0) == "wrong basin"
+    assert judge(np.nan, 1e-12, 1.0, 1.1, 1.0) == "blew up" == judge(1.0, 1e-12, 50.0, 1.1, 1.0)
 
 
 def test_fire_with_the_default_step_and_with_one_too_long(jolted):
     start, minimum = jolted
-    assert disks.fire(start, minimum, 0.1, 0.1)[0] == "converged"
-    assert disks.fire(start, minimum, 4.0, 0.1)[0] == "blew up"
-    assert disks.fire(start, minimum, 1e-3, 0.1)[0] == "stalled"
+    assert disks.try_fire(start, minimum, 0.1, 0.1)[0] == "converged"
+    assert disks.try_fire(start, minimum, 4.0, 0.1)[0] == "blew up"
+    assert disks.try_fire(start, minimum, 1e-3, 0.1)[0] == "stalled"
 
 
 def test_overdamped_step_beyond_the_stability_limit(jolted):
@@ -49,8 +47,8 @@ def test_overdamped_step_beyond_the_stability_limit(jolted):
     with jamlab.Session(start) as session:
         relax(session)
         largest = np.linalg.eigvalsh(jamlab.hessian(session.packing()).toarray())[-1]
-    assert disks.overdamped(start, minimum, 1.8 / largest, 5000)[0] == "converged"
-    assert disks.overdamped(start, minimum, 2.2 / largest, 5000)[0] != "converged"
+    assert disks.try_overdamped_steps(start, minimum, 1.8 / largest, 5000)[0] == "converged"
+    assert disks.try_overdamped_steps(start, minimum, 2.2 / largest, 5000)[0] != "converged"
 
 
 def test_force_tolerance_below_rounding_is_not_called_converged(jolted):
@@ -61,7 +59,7 @@ def test_force_tolerance_below_rounding_is_not_called_converged(jolted):
 
 def test_pressures_out_of_reach_are_refused():
     for pressure in (1e-9, 0.5):
-        run = refusal(16, pressure, lambda p=pressure: disks.at_pressure(16, p, True))
+        run = attempt(16, pressure, lambda p=pressure: disks.try_pressure(16, p, True))
         assert run.verdict == "refused" and f"{pressure}" in run.note
 
 
@@ -75,20 +73,20 @@ def test_negative_modes_of_prestress_are_refused():
 
 def test_strain_that_changes_contacts():
     p = jamlab.pack(16, 1e-3, 3, ensemble="shear-stabilized")
-    assert disks.strained(p, 1e-9)[0] == "converged"
-    assert disks.strained(p, 3e-2)[0] == "wrong basin"
+    assert disks.try_strain(p, 1e-9)[0] == "converged"
+    assert disks.try_strain(p, 3e-2)[0] == "wrong basin"
     # shear_modulus starts there too, and halves its strain until it is the linear one
     g, linear = jamlab.shear_modulus(p, "finite-strain", strain=3e-2), jamlab.shear_modulus(p)
     assert g == pytest.approx(linear, rel=1e-2)
 
 
 def test_droplets_squeezed_by_their_line_tension(jammed):
-    run = refusal("gamma", "ka", lambda: droplets.handed_over(jammed, gamma=10.0, ka=1.0))
+    run = attempt("gamma", "ka", lambda: droplets.try_hand_over(jammed, gamma=10.0, ka=1.0))
     assert run.verdict == "refused" and "gamma/ka" in run.note
 
 
 def test_rims_too_wide_for_the_droplets(jammed):
-    run = refusal("outline", 4.0, lambda: droplets.handed_over(jammed, delta=1.2))
+    run = attempt("outline", 4.0, lambda: droplets.try_hand_over(jammed, delta=1.2))
     assert run.verdict == "refused" and "delta" in run.note
 
 
@@ -112,7 +110,7 @@ def test_segment_form_is_not_called_converged():
 )
 def test_broken_shapes(name, verdict, said):
     shape, gap = droplets.shapes()[name]
-    run = refusal("outline", name, lambda: relaxed(droplets.pair_of(shape, droplets.ring(12), gap)))
+    run = attempt("outline", name, lambda: try_relaxing(droplets.place_pair(shape, droplets.ring(12), gap)))
     assert (run.verdict, said in run.note) == (verdict, True)
 
 
@@ -120,7 +118,7 @@ def test_spectra_of_packings_that_are_not_at_rest():
     states = spectra.states()
     assert jamlab.contacts(states["with rattlers"]).rattlers.any()
     for name in ("not at a minimum", "not jammed"):
-        run = refusal("dense", name, lambda p=states[name]: spectra.at_frequency(p, 1e-2, "dense"))
+        run = attempt("dense", name, lambda p=states[name]: spectra.try_frequency(p, 1e-2, "dense"))
         assert run.verdict == "refused", name
     kept, alone = (jamlab.complex_modulus(states[n], [1e-2]) for n in ("with rattlers", "backbone alone"))
     assert kept.storage == pytest.approx(alone.storage, rel=1e-9)
@@ -130,7 +128,7 @@ def test_spectra_of_packings_that_are_not_at_rest():
 def test_spectra_at_extreme_frequencies_and_without_sliding(method):
     packing = spectra.states()["backbone alone"]
     for omega, beta in ((1e-12, 1.0), (1e6, 1.0), (1e-2, 1e-12)):
-        assert spectra.at_frequency(packing, omega, method, beta)[0] == "converged"
+        assert spectra.try_frequency(packing, omega, method, beta)[0] == "converged"
 
 
 def test_a_map_is_written_and_drawn(tmp_path):
@@ -141,7 +139,7 @@ def test_a_map_is_written_and_drawn(tmp_path):
     assert counts(found)[0] == ["pressure", "2", "0", "0", "0", "2"]
     page = (tmp_path / "stability.html").read_text()
     assert "data:image/png" in page and "1e-08" in page
-    runs = [Run("a", 1.0, "converged"), Run("b", 100.0, "refused")]
+    runs = [Outcome("a", 1.0, "converged"), Outcome("b", 100.0, "refused")]
     axes = stability_figure(Map("t", "x", "y", lambda quick: runs, "m", (None, 10.0)), runs).axes[0]
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["a", "b"] and axes.get_yscale() == "log"
     with pytest.raises(jamlab.InputError, match="weather"):

@@ -10,9 +10,9 @@ import jamlab
 from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum
 from jamlab.benchmarks.other_codes.lammps_peer import Lammps
 from jamlab.benchmarks.other_codes.numpy_disks import all_pairs
+from jamlab.benchmarks.other_codes.page import comparison_tables
 from jamlab.benchmarks.other_codes.peer import Peer, mean_diameters
 from jamlab.benchmarks.other_codes.recipes import write_recipe
-from jamlab.benchmarks.other_codes.tables import tables
 
 
 class Absent(Peer):
@@ -54,7 +54,7 @@ def test_absent_peer_is_reported(rows):
     row = rows[-1]
     assert row.energy is None and row.warm is None
     assert row.note == "not installed: pip install 'jamlab[peers]'"
-    assert "-" in tables(rows, 32, 0.88)[0].rows[-1]
+    assert "-" in comparison_tables(rows, 32, 0.88)[0].rows[-1]
 
 
 def test_numpy_disks_at_an_analytic_point():

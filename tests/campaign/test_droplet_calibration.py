@@ -17,7 +17,7 @@ from jamlab.campaign.droplet_calibration import (
     sensitivity,
 )
 from jamlab.campaign.file import read_campaign_file
-from jamlab.statistics.published_tables import table_contacts, table_modulus
+from jamlab.statistics.published_numbers import table_contacts, table_modulus
 
 CENTRE = {"gamma": 0.2, "ka": 100.0, "delta": 0.3}
 BEST = {"gamma": 0.3, "ka": 150.0, "delta": 0.25}

@@ -17,9 +17,10 @@ from jamlab.cli.main import app
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import derive, ensemble, log_edges, near_onset, usual
-from jamlab.figures.papers.tables import Tables, count_voids, read_folder, reference_tables, save
+from jamlab.figures.papers.ensembles import add_distances, ensemble, log_edges, near_onset, select_usual
+from jamlab.figures.papers.tables import EnsembleTables, count_voids, read_folder, reference_tables, save
 from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.published_numbers import Published
 
 TABLES, states = paper_tables.TABLES, paper_tables.states
 
@@ -33,7 +34,7 @@ def tables():
             raise InputError(f"no table {name}")
         return made[name]
 
-    return Tables(read, {"campaign": "made up"})
+    return EnsembleTables(read, {"campaign": "made up"})
 
 
 @cache
@@ -93,7 +94,7 @@ def test_figures_measure_what_the_tables_hold(figure, quantity, value, tolerance
 
 
 def test_a_table_that_differs_is_told_from_the_paper():
-    other = Tables(lambda name: pd.concat([states(z0=5.0, c=0.9), states("dp")]) if name == "states" else None)
+    other = EnsembleTables(lambda name: pd.concat([states(z0=5.0, c=0.9), states("dp")]) if name == "states" else None)
     by_name = {c.quantity: c for c in gallery.draw("tables", other).claims}
     assert by_name["z_0, SP(φ)"].value == pytest.approx(5.0, abs=0.1)
     assert by_name["z_0, SP(φ)"].verdict == "differs: open"
@@ -138,40 +139,41 @@ def test_verdicts(low, high, relation, agrees):
 
 
 def test_a_value_without_interval_is_not_measured_rather_than_right():
-    c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), 1.0, how="one packing")
+    one = Published(1.0)
+    c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), one, how="one packing")
     assert not c.agrees and c.verdict == "not measured: too few packings for an interval"
-    assert claim("f", "q", None, 1.0, how="no packing").verdict == "not measured: no packing"
-    assert claim("f", "q", None, 1.0).verdict == "not measured: too few data"
+    assert claim("f", "q", None, one, how="no packing").verdict == "not measured: no packing"
+    assert claim("f", "q", None, one).verdict == "not measured: too few data"
 
 
 # ensembles ------------------------------------------------------------------------------------------------------------
 
 
 def test_distances_are_those_to_the_onset_of_each_packing():
-    d = derive(states())
+    d = add_distances(states())
     first = d[d["state"] == 0]
     assert (first[["d_rho", "d_phi", "d_z", "lost"]].abs().to_numpy() < 1e-12).all()
     # areas: all of the loss of rho against phi goes into the particles
     last = d[d["state"] == 30].iloc[0]
     assert last["lost"] == pytest.approx(1 - (last["rho"] / last["phi"]) / 1.0, abs=1e-12)
-    assert derive(d) is d
+    assert add_distances(d) is d
 
 
 def test_states_without_a_minimum_or_a_backbone_are_left_out():
     s = states()
     s.loc[5, "converged"] = False
     s.loc[7, "z"] = np.nan
-    assert len(derive(s)) == len(s) - 2
+    assert len(add_distances(s)) == len(s) - 2
 
 
 def test_only_the_usual_protocol_is_drawn():
     s = states()
     other = s[s["seed"] == 1].assign(units="k", ensemble="shear-stabilized")
-    assert len(usual(pd.concat([s, other]))) == len(s)
+    assert len(select_usual(pd.concat([s, other]))) == len(s)
 
 
 def test_bins_that_few_packings_reach_are_left_out():
-    d = derive(states(sizes=(32,)))
+    d = add_distances(states(sizes=(32,)))
     full = ensemble(d, "sp", 32, "d_phi", "z", near_onset())
     cut = ensemble(d[(d["d_phi"] < 0.1) | (d["seed"] <= 2)], "sp", 32, "d_phi", "z", near_onset())
     assert full.y.shape[0] == cut.y.shape[0] == 5
@@ -213,13 +215,13 @@ def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
             return TABLES["onset"]()
         raise InputError(f"no table {name}")
 
-    assert set(save(Tables(read), tmp_path, {})) == {"onset"}
+    assert set(save(EnsembleTables(read), tmp_path, {})) == {"onset"}
     back = read_folder(tmp_path)
     assert gallery.draw("boromand-10", back).claims
     with pytest.raises(StorageError, match=r"spectra.*cannot be read"):
         gallery.draw("baumgarten-1", back)
     with pytest.raises(InputError, match="no table has rows"):
-        save(Tables(lambda name: pd.DataFrame()), tmp_path, {})
+        save(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, {})
 
 
 def test_damaged_reference_tables_are_refused(tmp_path):
@@ -264,7 +266,7 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
         assert len(table) == len(drawings[names.index(name)].table)
         assert (tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
         assert (tmp_path / f"{name}.pdf").read_bytes()[:5] == b"%PDF-"
-    page = (tmp_path / gallery.REPORT).read_text()
+    page = (tmp_path / gallery.PAGE).read_text()
     assert page.count("data:image/png;base64,") == len(names)
     assert not re.search(r"(src|href)=\"(?!data:)", page)  # nothing from elsewhere
     claims = [c for d in drawings for c in d.claims]
@@ -274,10 +276,11 @@ def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
 
 
 def test_figures_that_the_tables_do_not_give_are_told(tmp_path):
-    some = Tables(lambda name: TABLES["quasistatic"]() if name == "quasistatic" else pd.DataFrame({"sliding": []}))
+    empty = pd.DataFrame({"sliding": []})
+    some = EnsembleTables(lambda name: TABLES[name]() if name == "quasistatic" else empty)
     drawings, failures = gallery.write_all(["baumgarten-5", "boromand-8"], some, tmp_path)
     assert [d.name for d in drawings] == ["baumgarten-5"] and [f.name for f in failures] == ["boromand-8"]
-    assert "Not drawn" in (tmp_path / gallery.REPORT).read_text()
+    assert "Not drawn" in (tmp_path / gallery.PAGE).read_text()
     with pytest.raises(InputError, match="no figure could be drawn"):
         gallery.write_all(["boromand-8"], some, tmp_path)
 

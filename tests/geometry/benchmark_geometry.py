@@ -17,9 +17,9 @@ from jamlab.geometry.tessellation import tessellation
 from jamlab.geometry.voids.void_statistics import void_statistics, without_rattlers
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.neighbors import periodic_pairs
+from jamlab.statistics.bootstrap import bootstrap
 
 pytestmark = pytest.mark.benchmark
-RNG = np.random.default_rng(0)
 
 
 def report(name, columns, rows, **more):
@@ -62,14 +62,14 @@ def seconds(function, packing, repeat):
     return best
 
 
-def interval(values, fit, resamples=300):
-    """Fit over all rows, and the 95 % interval of fits over rows drawn again by seed."""
-    seeds = np.unique(values[:, 0])
-    fits = []
-    for _ in range(resamples):
-        drawn = RNG.choice(seeds, len(seeds))
-        fits.append(fit(np.concatenate([values[values[:, 0] == seed] for seed in drawn])))
-    return [float(fit(values)), *np.percentile(fits, [2.5, 97.5]).tolist()]
+def interval(values, fit):
+    """Fit over all rows, and its 95 % interval over packings: all rows of a seed are drawn together."""
+    found = bootstrap(
+        [np.unique(values[:, 0])],
+        lambda g: fit(np.concatenate([values[values[:, 0] == seed] for seed in g[0]])),
+        resamples=300,
+    )
+    return [float(found.value), float(found.low), float(found.high)]
 
 
 def test_speed():

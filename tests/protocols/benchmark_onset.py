@@ -14,6 +14,8 @@ import pytest
 from scipy.stats import ks_2samp
 
 import jamlab
+from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.published_numbers import ONSET_LIMIT, THETA
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "200"))
 SIZES = (32, 64, 128, 256)
@@ -51,10 +53,6 @@ def onsets(folder, n, search):
     return [known[seed] for seed in range(1, SEEDS + 1)]
 
 
-def interval(values):
-    return [float(v) for v in np.percentile(values, [2.5, 97.5])]
-
-
 @pytest.mark.benchmark
 def test_onset_against_size(folder):
     """sigma ~ N^-theta, beside theta = 0.55; phi_J extrapolated with that exponent, beside 0.842 ([B] fig 10)."""
@@ -69,17 +67,15 @@ def test_onset_against_size(folder):
             f"{n:6d} {len(rows):6d} {len(rows) - len(good):7d} {isostatic:10d} {phi[n].mean():9.5f} "
             f"{phi[n].std(ddof=1):8.5f} {seconds:9.3f}"
         )
-    rng = np.random.default_rng(0)
-    log_n = np.log(SIZES)
-    draws = []
-    for _ in range(RESAMPLES):
-        sample = [rng.choice(values, len(values)) for values in phi.values()]
-        theta = -np.polyfit(log_n, np.log([s.std(ddof=1) for s in sample]), 1)[0]
-        limit = np.polyfit(np.array(SIZES) ** -theta, [s.mean() for s in sample], 1)[1]
-        draws.append((theta, limit))
-    theta, limit = np.array(draws).T
-    result = {"theta": float(theta.mean()), "theta_95": interval(theta), "theta_paper": 0.55}
-    result |= {"phi_limit": float(limit.mean()), "phi_limit_95": interval(limit), "phi_limit_paper": 0.842}
+
+    def theta_and_limit(groups):
+        theta = -np.polyfit(np.log(SIZES), np.log([g.std(ddof=1) for g in groups]), 1)[0]
+        return theta, np.polyfit(np.array(SIZES) ** -theta, [g.mean() for g in groups], 1)[1]
+
+    found = bootstrap(list(phi.values()), theta_and_limit, resamples=RESAMPLES)
+    result = {"theta": found.value[0], "theta_95": [found.low[0], found.high[0]], "theta_paper": THETA.value}
+    result |= {"phi_limit": found.value[1], "phi_limit_95": [found.low[1], found.high[1]]}
+    result |= {"phi_limit_paper": ONSET_LIMIT.value}
     print(json.dumps(result))
     assert all(len(values) >= 0.98 * SEEDS for values in phi.values())
 

@@ -1,7 +1,7 @@
 """What each number of the solvers costs: halved and doubled, work beside the default's and states that converge.
 
 pytest -m benchmark -s tests/protocols/benchmark_solver_settings.py; about 20 minutes. JAMLAB_RESULTS names a folder for
-the table. Work is counted, not timed: force evaluations by LAMMPS, and factorisations of a Hessian. Ratios within 1.1 both
+the table. Work is counted, not timed: force evaluations by LAMMPS, and factorisations of a Hessian. Ratios within 1.1
 ways and no state lost: the number lies on a plateau.
 """
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.bootstrap import SEED, bootstrap
 from jamlab.statistics.power_laws import power_law
 
 X = np.geomspace(1e-3, 0.1, 12)
@@ -94,3 +94,9 @@ def test_ensembles_without_a_value_take_no_part_unless_they_are_most():
 def test_impossible_samples_are_refused(groups, options, message):
     with pytest.raises(InputError, match=message):
         bootstrap(groups, lambda g: 0.0, **options)
+
+
+def test_the_same_seed_is_used_everywhere_unless_another_is_given():
+    values = np.random.default_rng(5).normal(size=12)
+    first, again, other = (bootstrap([values], lambda g: g[0].mean(), **seed) for seed in ({}, {}, {"seed": SEED + 1}))
+    assert (first.low, first.high) == (again.low, again.high) != (other.low, other.high)

@@ -1,10 +1,10 @@
-"""Power laws, windows, finite size and collapse against data of known exponents; what must be refused."""
+"""Power laws, windows and finite-size limits against data of known exponents; what must be refused."""
 
 import numpy as np
 import pytest
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.power_laws import collapse_exponents, collapse_spread, finite_size, power_law, widest_window
+from jamlab.statistics.power_laws import finite_size, power_law, widest_window
 
 X = np.geomspace(1e-4, 0.3, 25)
 
@@ -125,43 +125,3 @@ def test_the_large_system_limit_is_recovered():
 def test_impossible_extrapolations_are_refused(n, error, message):
     with pytest.raises(InputError, match=message):
         finite_size(n, np.ones(len(n)), error)
-
-
-def master(x):
-    return x / (1 + x**0.5)  # x for small x, sqrt(x) for large
-
-
-def sized(n, a, b):
-    """Curve of a system of size n that collapses as x n^a, y n^b."""
-    x = np.geomspace(1e-5, 0.1, 40)
-    return x, master(x * n**a) / n**b
-
-
-@pytest.mark.parametrize(("a", "b"), [(2.0, 1.0), (1.2, 0.3)])
-def test_finite_size_exponents_of_a_collapse(a, b):
-    n = np.array([32.0, 64.0, 128.0, 256.0])
-    found = collapse_exponents(n, [[sized(m, a, b) for m in n]], start=(1.5, 0.7))
-    # interpolation between 40 points bends the master curve a little
-    assert found.a == pytest.approx(a, abs=0.01) and found.b == pytest.approx(b, abs=0.01)
-    assert found.spread < 2e-3 < found.before and found.quality > 0.98
-    fixed = collapse_exponents(n, [[sized(m, a, b) for m in n]], b=b, start=(1.0, 0.0))
-    assert fixed.b == b and fixed.a == pytest.approx(a, abs=0.01)
-
-
-def test_spread_is_the_distance_from_the_mean_curve():
-    x = np.geomspace(1e-3, 1, 30)
-    assert collapse_spread([(x, x), (x, x)]) == pytest.approx(0, abs=1e-12)
-    # two curves a factor e apart: each half a unit from their mean
-    assert collapse_spread([(x, x), (x, np.e * x)]) == pytest.approx(0.5)
-    assert collapse_spread([(3 * x, 7 * x), (3 * x, 7 * np.e * x)]) == pytest.approx(0.5)
-    assert collapse_spread([(x, x), (1e6 * x, x)]) == float("inf")
-
-
-def test_impossible_collapses_are_refused():
-    x = np.geomspace(1e-3, 1, 5)
-    with pytest.raises(InputError, match="two or more"):
-        collapse_spread([(x, x)])
-    with pytest.raises(InputError, match="positive"):
-        collapse_spread([(x, x), (x, -x)])
-    with pytest.raises(InputError, match="scales"):
-        collapse_exponents([1.0, 2.0], [[(x, x)]])

@@ -1,4 +1,4 @@
-"""Maps of failure as pictures: one mark for each run, its colour and shape the verdict."""
+"""Draw maps of failure: one mark for each run, whose colour and shape give the verdict."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from jamlab.benchmarks.failure_maps.verdict import VERDICTS, Map, Run
+from jamlab.benchmarks.failure_maps.verdict import VERDICTS, Map, Outcome
 
 # Okabe & Ito; filled is good, crosses are bad
 _STYLE = {
@@ -18,13 +18,11 @@ _STYLE = {
     "blew up": ("X", "#D55E00"),
     "refused": ("P", "#000000"),
 }
+_MOST_TICKS = 10  # with their own labels; more would overlap
 
 
-_MOST_TICKS = 10
-
-
-def stability_figure(chart: Map, runs: Sequence[Run]) -> Figure:
-    """One map; a dashed line marks jamlab's default on the axis that it belongs to."""
+def stability_figure(chart: Map, runs: Sequence[Outcome]) -> Figure:
+    """Draw one map; a dashed line marks jamlab's default on its axis."""
     figure = Figure(figsize=(7.2, 4.8), layout="constrained")
     axes = figure.subplots()
     x, x_names = _places([run.x for run in runs])
@@ -33,8 +31,8 @@ def stability_figure(chart: Map, runs: Sequence[Run]) -> Figure:
         here = np.array([run.verdict == verdict for run in runs])
         marker, colour = _STYLE[verdict]
         axes.plot(x[here], y[here], marker, color=colour, markersize=12, linestyle="")
-    _scale(axes.xaxis, axes.set_xscale, x, x_names)
-    _scale(axes.yaxis, axes.set_yscale, y, y_names)
+    _set_scale(axes.xaxis, axes.set_xscale, x, x_names)
+    _set_scale(axes.yaxis, axes.set_yscale, y, y_names)
     axes.margins(0.12)
     for value, line in ((chart.mark[0], axes.axvline), (chart.mark[1], axes.axhline)):
         if isinstance(value, int | float):
@@ -55,14 +53,14 @@ def stability_figure(chart: Map, runs: Sequence[Run]) -> Figure:
 
 
 def _places(values: list[float | str]) -> tuple[np.ndarray, list[str]]:
-    """Numbers as they are, or the ranks of names."""
+    """Places on an axis: numbers as they are, or the ranks of names, with the names."""
     if not any(isinstance(value, str) for value in values):
         return np.array(values, dtype=np.float64), []
     names = list(dict.fromkeys(str(value) for value in values))
     return np.array([names.index(str(value)) for value in values], dtype=np.float64), names
 
 
-def _scale(axis: Any, set_scale: Any, places: np.ndarray, names: list[str]) -> None:
+def _set_scale(axis: Any, set_scale: Any, places: np.ndarray, names: list[str]) -> None:
     if names:
         axis.set_ticks(range(len(names)), names)
         return

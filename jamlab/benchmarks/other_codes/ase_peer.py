@@ -1,4 +1,4 @@
-"""ASE: its FIRE over a numpy force field, which is how a new force law comes into ASE."""
+"""Run ASE: its FIRE over a force field in numpy, the usual way to bring a new force law into ASE."""
 
 from typing import Any
 
@@ -17,6 +17,7 @@ class ASE(Peer):
     method = "FIRE"
 
     def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress from an ASE calculator."""
         atoms = _atoms(packing)
         voigt = -atoms.get_stress() * atoms.get_volume() / packing.area  # ASE: positive in tension, per volume
         stress = np.array([[voigt[0], voigt[5]], [voigt[5], voigt[1]]])
@@ -25,6 +26,7 @@ class ASE(Peer):
         )
 
     def descent(self, packing: Packing, force: float) -> Descent:
+        """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
         from ase.optimize import FIRE
 
         def run() -> np.ndarray:
@@ -42,6 +44,8 @@ def _atoms(packing: Packing) -> Any:
     law = all_pairs(packing)
 
     class Disks(Calculator):  # type: ignore[misc]
+        """The numpy force field as an ASE calculator."""
+
         implemented_properties = ("energy", "forces", "stress")
 
         def calculate(

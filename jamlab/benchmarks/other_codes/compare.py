@@ -1,9 +1,10 @@
-"""jamlab beside its peers in one run on one core: one point, one minimum, and the time that it takes."""
+"""Compare jamlab with its peers in one run on one core: one point, one minimum, and the time it takes."""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
+from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -38,16 +39,18 @@ _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt 
 
 @dataclass(frozen=True)
 class Row:
-    """One code.
+    """One code of the comparison.
 
     Attributes:
-        name: of the code; method: its minimiser.
-        version: installed, or None: then all else is None, and `note` says what to install.
+        name: of the code.
+        method: its minimiser.
+        version: as installed; None if it is not, and then `note` says what to install and all else is None.
         energy, forces, stress, pressure: largest difference from jamlab at the same coordinates, over the largest
             value; stress is None where the code has none.
         minimum: relative difference of the energy at its minimum from jamlab's; z, g: differences there.
-        max_force: left at its minimum, worked out in numpy.
-        cold: s, first minimisation with set-up and compiling; warm: s, shortest of those that follow.
+        max_force: left at its minimum, computed in numpy.
+        cold: s, first minimisation with set-up and compiling.
+        warm: s, shortest of those that follow.
         cold_ratio, warm_ratio: over jamlab's.
         note: what a reader must know.
     """
@@ -78,12 +81,12 @@ def compare(
     peers: Sequence[Peer] = PEERS,
     progress: Callable[[str], None] | None = None,
 ) -> list[Row]:
-    """jamlab and its peers on one packing of disks in units "eps".
+    """Compare jamlab and its peers on one packing of disks in units "eps".
 
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
 
     Args:
-        n: even number of disks; the peers work through all n^2 pairs or a cutoff, whatever they do by default.
+        n: even number of disks; each peer searches neighbours as it does by default, some over all n^2 pairs.
         seed: of the start.
         phi: nominal packing fraction, above onset.
         peers: which codes.
@@ -96,66 +99,74 @@ def compare(
         ConvergenceError: no stable minimum was found to start from.
     """
     start, minimum = jolted_minimum(n, seed, phi)
-    tolerance = force_tolerance("sp")
-    at_start, at_end = evaluate(start), measure(minimum)
-    here = Point(at_start.energy, at_start.forces, at_start.stress, at_start.pressure)
-    reference = all_pairs(start)
+    target = measure(minimum)
     with one_core():
         if progress is not None:
             progress("jamlab")
-        cold, warm, _ = _timed(partial(_jamlab_descent, start))
-        forces = reference(minimum.positions).forces
-        rows = [
-            Row(
-                "jamlab",
-                "relax",
-                _jamlab_version(),
-                **_differences(reference(start.positions), here),
-                minimum=0.0,
-                z=0.0,
-                g=0.0,
-                max_force=float(np.hypot(*forces.T).max()),
-                cold=cold,
-                warm=warm,
-                cold_ratio=1.0,
-                warm_ratio=1.0,
-                note="its point beside all pairs in numpy",
-            )
-        ]
+        rows = [_jamlab_row(start)]
         for peer in peers:
             if progress is not None:
                 progress(peer.name)
-            if peer.version is None:
-                rows.append(Row(peer.name, peer.method, note=f"not installed: {EXTRA}"))
-                continue
-            differences = _differences(peer.evaluate(start), here)
-            cold_peer, warm_peer, positions = _timed(partial(peer.descent, start, tolerance))
-            point = reference(positions)
-            left = float(np.hypot(*point.forces.T).max())
-            end = measure(start.with_state(positions=positions))
-            notes = []
-            if left > tolerance:
-                notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
-            if warm_peer < warm:
-                notes.append(_FASTER)
-            rows.append(
-                Row(
-                    peer.name,
-                    peer.method,
-                    peer.version,
-                    **differences,
-                    minimum=abs(point.energy / at_end["energy"] - 1),
-                    z=end["z"] - at_end["z"],
-                    g=end["g"] - at_end["g"],
-                    max_force=left,
-                    cold=cold_peer,
-                    warm=warm_peer,
-                    cold_ratio=cold_peer / cold,
-                    warm_ratio=warm_peer / warm,
-                    note="; ".join(notes),
-                )
-            )
+            rows.append(_peer_row(peer, start, target, rows[0]))
     return rows
+
+
+def _jamlab_row(start: Packing) -> Row:
+    """jamlab itself: its point beside all pairs in numpy, its time."""
+    reference = all_pairs(start)
+    cold, warm, positions = _time_descent(partial(_jamlab_descent, start))
+    return Row(
+        "jamlab",
+        "relax",
+        metadata.version("jamlab"),
+        **_differences(reference(start.positions), _jamlab_point(start)),
+        minimum=0.0,
+        z=0.0,
+        g=0.0,
+        max_force=_largest_force(reference(positions)),
+        cold=cold,
+        warm=warm,
+        cold_ratio=1.0,
+        warm_ratio=1.0,
+        note="its point beside all pairs in numpy",
+    )
+
+
+def _peer_row(peer: Peer, start: Packing, target: dict[str, float], jamlab: Row) -> Row:
+    """A peer: its point, its minimum and its time beside jamlab's.
+
+    Args:
+        target: what `measure` gives at jamlab's minimum.
+        jamlab: row of jamlab, for the ratios of times.
+    """
+    if peer.version is None:
+        return Row(peer.name, peer.method, note=f"not installed: {EXTRA}")
+    assert jamlab.cold is not None and jamlab.warm is not None
+    tolerance = force_tolerance("sp")
+    differences = _differences(peer.evaluate(start), _jamlab_point(start))
+    cold, warm, positions = _time_descent(partial(peer.descent, start, tolerance))
+    point = all_pairs(start)(positions)
+    left, end = _largest_force(point), measure(start.with_state(positions=positions))
+    notes = []
+    if left > tolerance:
+        notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
+    if warm < jamlab.warm:
+        notes.append(_FASTER)
+    return Row(
+        peer.name,
+        peer.method,
+        peer.version,
+        **differences,
+        minimum=abs(point.energy / target["energy"] - 1),
+        z=end["z"] - target["z"],
+        g=end["g"] - target["g"],
+        max_force=left,
+        cold=cold,
+        warm=warm,
+        cold_ratio=cold / jamlab.cold,
+        warm_ratio=warm / jamlab.warm,
+        note="; ".join(notes),
+    )
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
@@ -164,10 +175,13 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def jolted_minimum(n: int, seed: int, phi: float) -> tuple[Packing, Packing]:
-    """A start, and the minimum that jamlab finds from it: of a jammed packing without negative modes.
+    """Find a jammed packing without negative modes, and move its disks a little.
+
+    Returns:
+        The moved disks, and the minimum that jamlab finds from them.
 
     Raises:
-        ConvergenceError: none was found.
+        ConvergenceError: no such packing was found.
     """
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])
@@ -182,6 +196,11 @@ def jolted_minimum(n: int, seed: int, phi: float) -> tuple[Packing, Packing]:
     raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
 
 
+def _jamlab_point(start: Packing) -> Point:
+    found = evaluate(start)
+    return Point(found.energy, found.forces, found.stress, found.pressure)
+
+
 def _jamlab_descent(start: Packing) -> Descent:
     session = Session(start)
 
@@ -193,8 +212,8 @@ def _jamlab_descent(start: Packing) -> Descent:
     return run
 
 
-def _timed(make: Callable[[], Descent]) -> tuple[float, float, Array]:
-    """Seconds of the first run, with what goes before, shortest of the next, and the positions reached."""
+def _time_descent(make: Callable[[], Descent]) -> tuple[float, float, Array]:
+    """Time the first run, preparation included, and the shortest of the next; also returns the positions reached."""
     began = time.process_time()
     run = make()
     run()
@@ -204,6 +223,7 @@ def _timed(make: Callable[[], Descent]) -> tuple[float, float, Array]:
 
 
 def _differences(point: Point, here: Point) -> dict[str, Any]:
+    """Differences between two codes at the same coordinates, over the largest value."""
     return {
         "energy": abs(point.energy / here.energy - 1),
         "forces": float(np.abs(point.forces - here.forces).max() / np.abs(here.forces).max()),
@@ -212,11 +232,9 @@ def _differences(point: Point, here: Point) -> dict[str, Any]:
     }
 
 
+def _largest_force(point: Point) -> float:
+    return float(np.hypot(*point.forces.T).max())
+
+
 def _over_largest(difference: Array, values: Any) -> float:
     return float(np.abs(difference).max() / np.abs(values).max())
-
-
-def _jamlab_version() -> str:
-    from importlib import metadata
-
-    return metadata.version("jamlab")

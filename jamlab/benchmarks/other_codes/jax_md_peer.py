@@ -1,4 +1,4 @@
-"""jax-md: soft spheres by automatic differentiation, FIRE compiled into one loop."""
+"""Run jax-md: soft spheres by automatic differentiation, FIRE compiled into one loop."""
 
 from typing import Any
 
@@ -16,6 +16,7 @@ class JaxMD(Peer):
     method = "fire_descent, jit"
 
     def evaluate(self, packing: Packing) -> Point:
+        """Energy, and its derivatives by automatic differentiation."""
         jax = _double_precision()
         from jax_md import quantity
 
@@ -26,6 +27,7 @@ class JaxMD(Peer):
         return Point(float(energy(x)), -np.asarray(slope), stress, 0.5 * float(np.trace(stress)))
 
     def descent(self, packing: Packing, force: float) -> Descent:
+        """Prepare `fire_descent` as one compiled loop, with the time steps of jamlab's FIRE."""
         jax = _double_precision()
         from jax_md import minimize
 

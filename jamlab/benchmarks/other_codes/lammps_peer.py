@@ -1,4 +1,4 @@
-"""LAMMPS with its own styles and defaults: the law as an expression (pair_style lepton), its own minimisers."""
+"""Run LAMMPS with its own styles and defaults: the law as an expression (pair_style lepton), its own minimisers."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from jamlab.packing.packing import Packing
 
 
 class Lammps(Peer):
-    """LAMMPS without jamlab's force and minimiser settings.
+    """LAMMPS by itself: the law from its formula at one point, its own minimisers with their defaults.
 
     Args:
         style: of `min_style`, with LAMMPS' defaults.
@@ -22,12 +22,14 @@ class Lammps(Peer):
         self._style = style
 
     def evaluate(self, packing: Packing) -> Point:
+        """A single point with the law worked out from its formula."""
         with Session(packing) as session:
             _lepton(session, packing)
             e = session.evaluate()
         return Point(e.energy, e.forces, e.stress, e.pressure)
 
     def descent(self, packing: Packing, force: float) -> Descent:
+        """Prepare LAMMPS' `minimize` with jamlab's force and LAMMPS' own settings."""
         session = Session(packing)
         session.command("timestep 0.1")  # LAMMPS' default of 0.005 is meant for other units
         session.command(f"min_style {self._style}")
@@ -41,7 +43,7 @@ class Lammps(Peer):
 
 
 def _lepton(session: Session, packing: Packing) -> None:
-    """Replace the pair style by one that works the law out from its formula."""
+    """Replace the pair style by one that evaluates the formula of the law."""
     _, s = mean_diameters(packing)
     session.command(f"pair_style lepton {float(s.max()):.17g}")
     for i, row in enumerate(s):

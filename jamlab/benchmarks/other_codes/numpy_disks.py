@@ -1,4 +1,4 @@
-"""Soft disks in plain numpy, every pair: the independent reference, and the force field that ASE is given."""
+"""Evaluate soft disks in plain numpy, every pair: the independent reference, and the force field given to ASE."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def all_pairs(packing: Packing) -> Callable[[Array], Point]:
-    """Function of (n, 2) positions: energy, forces and stress of Boromand et al. eqs 5 and 6 from all n^2 pairs."""
+    """Function of positions (n, 2): energy, forces and stress of Boromand et al. eqs 5 and 6 from all n^2 pairs."""
     species, table = mean_diameters(packing)
     s = table[species[:, None], species]
     sides, eps = np.diag(packing.box), float(packing.params["eps"])

@@ -1,4 +1,4 @@
-"""OpenMM: a custom force on its Reference platform, the one in double precision, and its L-BFGS."""
+"""Run OpenMM: a custom force on its Reference platform, the one in double precision, and its L-BFGS."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ class OpenMM(Peer):
     method = "LocalEnergyMinimizer (L-BFGS)"
 
     def evaluate(self, packing: Packing) -> Point:
-        """The tensor of stress is not to be had; the pressure is -(1/2A) dU/d(stretch) of all distances."""
+        """Energy, forces and pressure, -(1/2A) dU/d(stretch) of all distances; OpenMM gives no stress tensor."""
         context = _context(packing)
         state = context.getState(energy=True, forces=True, parameterDerivatives=True)
         forces = np.array(state.getForces(asNumpy=True)._value)[:, :2]
@@ -27,6 +27,7 @@ class OpenMM(Peer):
         return Point(energy, forces, None, -0.5 * float(stretch) / packing.area)
 
     def descent(self, packing: Packing, force: float) -> Descent:
+        """Prepare `LocalEnergyMinimizer`."""
         import openmm
 
         context = _context(packing)

@@ -1,4 +1,4 @@
-"""What a peer must do: one point, one minimisation, and say whether it is installed."""
+"""Define a peer: a code that evaluates one point, minimises, and knows whether it is installed."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -14,13 +14,13 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 Descent = Callable[[], Array]
 
-MOST_STEPS = 200_000
+MOST_STEPS = 200_000  # of a minimisation, so that one that never meets its force ends too
 EXTRA = "pip install 'jamlab[peers]'"
 
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a peer, in the units of the packing.
+    """What a peer gives at one point, in the units of the packing.
 
     Attributes:
         energy: total.
@@ -50,7 +50,7 @@ class Peer(ABC):
 
     @property
     def version(self) -> str | None:
-        """Version installed, None if it is not."""
+        """Installed version, None if the package is missing."""
         try:
             return metadata.version(self.package)
         except metadata.PackageNotFoundError:
@@ -62,19 +62,22 @@ class Peer(ABC):
 
     @abstractmethod
     def descent(self, packing: Packing, force: float) -> Descent:
-        """Make ready a minimisation; what is returned runs it from the start and gives (n, 2) positions.
+        """Prepare a minimisation.
 
         Args:
             packing: the start.
             force: largest force at which to stop.
+
+        Returns:
+            Function that runs it from the start and returns positions (n, 2).
         """
 
 
 def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
-    """Species of each disk, (n,), and contact distance s_ij of two species, (species, species).
+    """Species of each disk (n,) and the contact distances s_ij of species (species, species).
 
     Raises:
-        InputError: the packing is none that every peer can take.
+        InputError: some peer cannot take the packing: droplets, units "k", or a tilted box.
     """
     if packing.model != "sp" or packing.units != "eps" or packing.diameters is None:
         raise InputError(f"peers take disks in units 'eps', not model {packing.model} in units {packing.units!r}")

@@ -1,4 +1,4 @@
-"""Recipes for codes without wheels: a packing with jamlab's own answer, and a script that asks the other code."""
+"""Write recipes for codes without wheels: a packing with jamlab's own answer, and a script that runs the other code."""
 
 from importlib import resources
 from pathlib import Path
@@ -18,13 +18,13 @@ RECIPES = {
 
 
 def write_recipe(name: str, folder: Path, packing: Packing) -> str:
-    """Write `packing.npz` and `NAME_check.py` to a folder, and say how to run them.
+    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them.
 
     The file holds positions (n, 2), diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these
     positions. The script prints how far the other code is from them, then minimises.
 
     Raises:
-        InputError: there is no such recipe, or the packing is none that it can take.
+        InputError: there is no such recipe, or the other code cannot take the packing.
         StorageError: the folder cannot be written.
     """
     check_choice("recipe", name, RECIPES)

@@ -1,4 +1,4 @@
-"""Topics: contact form and number of vertices of droplets; disks as a model of droplets."""
+"""Compare contact forms and numbers of vertices of droplets, and disks as a model of droplets."""
 
 import time
 
@@ -17,18 +17,20 @@ from jamlab.protocols.model_choice import Way
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.scene import bring_to, default_way, quantities
+from jamlab.statistics.published_numbers import MODELS_PART
 
-_RHO = 0.88
+_RHO = MODELS_PART.value  # from here on disks no longer stand for droplets
 _COUNTS = (6, 8, 12, 16, 24, 32, 64)  # vertices of a small droplet; the finest that converges is the reference
 _QUICK_COUNTS = (6, 12, 24)
 _UNLOADED = 2e-4  # step of relative packing fraction that no longer matters
-_LARGEST_STEP = 0.03
-_DECOMPRESSIONS = 12
+_LARGEST_STEP = 0.03  # of relative packing fraction, however far the bulk modulus reaches
+_DECOMPRESSIONS = 12  # at most
+_STRIDE = 0.7  # fraction of the expected distance to zero pressure that a step takes
 _PANELS = {"rho_J": "rho_J", "z": "z", "g": "G, relative", "a": "A - A_J"}
 
 
-def trials(quick: bool) -> list[Trial]:
-    """One packing handed over from disks at rho = 0.88 and, unless quick, decompressed until it unjams."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Hand one packing over from disks at rho = 0.88 and, unless quick, decompress it until it unjams."""
     counts = _QUICK_COUNTS if quick else _COUNTS
     onset = jam("sp", 10 if quick else 16, 1)
     usual = default_way()
@@ -44,7 +46,7 @@ def trials(quick: bool) -> list[Trial]:
             note, seconds = "", float("nan")
             values = dict.fromkeys(panels, float("nan"))
             try:
-                values, seconds = _measured(onset, contact, count, ratio, not quick)
+                values, seconds = _measure_droplets(onset, contact, count, ratio, not quick)
             except JamlabError as error:
                 note = str(error)
             if reference is None and not note:
@@ -57,24 +59,26 @@ def trials(quick: bool) -> list[Trial]:
     return found
 
 
-def _measured(onset: Packing, contact: str, count: int, ratio: float, unjams: bool) -> tuple[dict[str, float], float]:
+def _measure_droplets(
+    onset: Packing, contact: str, count: int, ratio: float, unjams: bool
+) -> tuple[dict[str, float], float]:
     began = time.process_time()
     packing = bring_to(Way("dp", contact, (count, round(ratio * count))), onset, _RHO)
     values = quantities(packing)
     seconds = time.process_time() - began
-    return values | ({"rho_J": unjamming(packing)} if unjams else {}), seconds
+    return values | ({"rho_J": find_unjamming(packing)} if unjams else {}), seconds
 
 
-def unjamming(packing: Packing) -> float:
-    """True packing fraction at which a packing loses its pressure when decompressed, to about 2e-4.
+def find_unjamming(packing: Packing) -> float:
+    """Find the true packing fraction, to about 2e-4, at which a packing loses its pressure when decompressed.
 
-    Where it comes loose in one step, half of the step is tried from the last jammed state; from a state that is almost
-    unloaded the bulk modulus tells the rest.
+    If it unjams in one step, half of the step is tried from the last jammed state; from a state that is almost unloaded
+    the bulk modulus extrapolates the rest.
 
     Raises:
         ConvergenceError: the packing given is not jammed.
     """
-    jammed, share = packing, 0.7
+    jammed, share = packing, _STRIDE
     with Session(packing) as session:
         for _ in range(_DECOMPRESSIONS):
             pressure = 0.5 * float(np.trace(stress(jammed)))
@@ -84,22 +88,22 @@ def unjamming(packing: Packing) -> float:
             if share * rest <= _UNLOADED:
                 return rho * (1 - rest) if share > 0.5 else rho
             session.load(at_phi(jammed, jammed.phi * (1 - share * rest)))
-            if relax(session).converged and _bears(session.packing()):
-                jammed, share = session.packing(), 0.7
+            if relax(session).converged and _bears_load(session.packing()):
+                jammed, share = session.packing(), _STRIDE
             else:
                 share *= 0.5
     return packing_fraction(jammed)
 
 
-def _bears(packing: Packing) -> bool:
+def _bears_load(packing: Packing) -> bool:
     try:
         return compression_modulus(elastic_tensor(packing).relaxed, 0.0) > 0
     except ConvergenceError:
         return False
 
 
-def model_trials(quick: bool) -> list[Trial]:
-    """Every way to model droplets against the finest polygons, at growing rho; means over a few packings."""
+def measure_disks_as_droplets(quick: bool) -> list[Trial]:
+    """Measure every way to model droplets against the finest polygons, at growing rho; means over a few packings."""
     levels = (0.86, 0.9) if quick else (0.86, 0.88, 0.92, 0.96)
     table = make_table(
         None,
@@ -131,12 +135,12 @@ TOPIC = Topic(
     "Contact form and vertices of droplets",
     "error",
     "as many as converge of 64, 32, .. (quick: 24) vertices on a small droplet, default contact form, same packing",
-    trials,
+    measure_trials,
     "The default number of vertices is that of Boromand et al., by which their tables are met; fewer cost less.",
 )
 MODELS = Topic(
     "Disks as a model of droplets",
     "mean error",
     "polygons with twice the default number of vertices on the same packings; time from the random start on",
-    model_trials,
+    measure_disks_as_droplets,
 )

@@ -1,4 +1,4 @@
-"""Topic: minimisers. LAMMPS' own and jamlab's, from one half-relaxed start, by the force that is left."""
+"""Compare minimisers, LAMMPS' own and jamlab's, from one half-relaxed start by the force that is left."""
 
 import numpy as np
 
@@ -20,34 +20,34 @@ _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE
     "sd": ("min_style sd", "min_modify norm max line forcezero dmax 0.1"),
 }
 _PHI = {"near onset, phi = 0.85": 0.85, "far from onset, phi = 1.0": 1.0}
-_STEPS = {64: 20_000, 1024: 4_000, 8192: 1_000}
-_QUICKEST = 4  # of _SETTINGS, which large packings are left to
+_STEPS = {64: 20_000, 1024: 4_000, 8192: 1_000}  # bound by size, so that slow minimisers end too
+_QUICKEST = 4  # the first of _SETTINGS; large packings are left to them
 _TOLERANCES = (1e-4, 1e-8, 1e-12)
 
 
-def trials(quick: bool) -> list[Trial]:
-    """Every minimiser at three tolerances; steps are bounded, so that slow ones end above their tolerance."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure every minimiser at three tolerances; steps are bounded, so that slow ones end above their tolerance."""
     found = []
     for n in (64, 1024) if quick else (64, 1024, 8192):
         for place, phi in _PHI.items():
-            start = _start(n, phi)
+            start = _half_relax(n, phi)
             tolerances = _TOLERANCES[-1:] if quick or n > 1024 else _TOLERANCES
             for tolerance in tolerances:
                 panel = f"N = {n}, {place}"
                 names = list(_SETTINGS)[: None if n == 64 or (n == 1024 and not quick) else _QUICKEST]
-                found += [_lammps(panel, start, name, tolerance) for name in names]
-                found.append(_jamlab(panel, start, tolerance))
+                found += [_measure_lammps(panel, start, name, tolerance) for name in names]
+                found.append(_measure_jamlab(panel, start, tolerance))
     return found
 
 
-def _start(n: int, phi: float) -> Packing:
-    """Random disks after a few hundred steps of FIRE."""
+def _half_relax(n: int, phi: float) -> Packing:
+    """Relax random disks by a few hundred steps of FIRE."""
     with Session(random_disks(n, 1, phi=phi)) as session:
         session.minimize(1e-6, style="fire", steps=300)
         return session.packing()
 
 
-def _lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
+def _measure_lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
     steps = _STEPS[len(start.positions)]
     with Session(start) as session:
         for line in _SETTINGS[name]:
@@ -66,7 +66,7 @@ def _lammps(panel: str, start: Packing, name: str, tolerance: float) -> Trial:
     return Trial(panel, name, f"{tolerance:g}", seconds, left, note=_note(left, tolerance))
 
 
-def _jamlab(panel: str, start: Packing, tolerance: float) -> Trial:
+def _measure_jamlab(panel: str, start: Packing, tolerance: float) -> Trial:
     with Session(start) as session:
 
         def run() -> float:
@@ -86,5 +86,5 @@ TOPIC = Topic(
     "Minimisers of disks",
     "largest force left, eps/d",
     "0; one random start after 300 steps of FIRE; labels are tolerances",
-    trials,
+    measure_trials,
 )

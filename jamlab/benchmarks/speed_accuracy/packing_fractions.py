@@ -1,4 +1,4 @@
-"""Topic: ways to the true packing fraction, against phi."""
+"""Compare methods for the true packing fraction, against phi."""
 
 from jamlab.benchmarks.cpu_time import shortest
 from jamlab.benchmarks.speed_accuracy.trial import Topic, Trial
@@ -10,11 +10,11 @@ from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import relax
 
 
-def trials(quick: bool) -> list[Trial]:
-    """All methods on one packing at three phi; the reference is 1 minus the voids, found without any overlap areas."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure all methods on one packing at three phi, against 1 minus the voids, which needs no overlap areas."""
     found = []
     for phi in (0.86, 1.0, 1.2):
-        packing = _packing(64 if quick else 256, phi)
+        packing = _relax_disks(64 if quick else 256, phi)
         reference = 1.0 - float(voids(packing).area.sum()) / packing.area
         for method in METHODS["sp"]:
             seconds, rho = shortest(lambda p=packing, m=method: packing_fraction(p, m), runs=5, budget=0.3)  # type: ignore[misc]
@@ -23,7 +23,7 @@ def trials(quick: bool) -> list[Trial]:
     return found
 
 
-def _packing(n: int, phi: float) -> Packing:
+def _relax_disks(n: int, phi: float) -> Packing:
     with Session(random_disks(n, 1, phi=phi)) as session:
         relax(session)
         return session.packing()
@@ -33,7 +33,7 @@ TOPIC = Topic(
     "True packing fraction of disks",
     "|rho - reference|",
     "1 minus the area of the voids from their exact boundaries",
-    trials,
+    measure_trials,
     "The default, exact, first asks whether pairs are enough, which costs what pairs saves; cells is as exact and a "
     "little slower where pairs are enough, which they are in most packings.",
 )

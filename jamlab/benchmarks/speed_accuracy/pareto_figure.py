@@ -1,4 +1,4 @@
-"""Speed-accuracy charts: seconds along x, error along y, dominated points grey, jamlab's default in a ring."""
+"""Draw speed-accuracy charts: seconds along x, error along y, dominated points grey, jamlab's default in a ring."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,12 @@ from jamlab.benchmarks.speed_accuracy.trial import FLOOR, Topic, Trial, dominate
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
 _MARKERS = "osD^vP*X"
 _GREY = "#B8B8B8"
-_COLUMNS = 3
-_CROWDED = 12  # points of a panel from which on dominated ones have no label
+_COLUMNS = 3  # of panels; four where they fill the rows of more than eight
+_CROWDED = 12  # points of a panel above which dominated ones have no label
 
 
 def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
-    """One panel for each `Trial.panel`; points without a number are counted in a line under the panel's title."""
+    """Draw one panel for each `Trial.panel`; its title counts the points that gave no number."""
     panels = list(dict.fromkeys(t.panel for t in trials))
     methods = list(dict.fromkeys(t.method for t in trials))
     style = {m: (_COLOURS[k % 8], _MARKERS[k % 8]) for k, m in enumerate(methods)}
@@ -49,8 +49,8 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
         axes.set_xlabel("CPU time on one core, s", fontsize=11)
         axes.set_ylabel(topic.error, fontsize=11)
         axes.margins(0.16)
-        for limits, widen in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
-            widen(_at_least_a_decade(*limits()))
+        for limits, set_limits in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
+            set_limits(_widen(*limits()))
         axes.grid(alpha=0.3, which="major")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_formatter(NullFormatter())
@@ -62,8 +62,8 @@ def pareto_figure(topic: Topic, trials: Sequence[Trial]) -> Figure:
     return figure
 
 
-def _at_least_a_decade(low: float, high: float) -> tuple[float, float]:
-    """Limits of a logarithmic axis that hold one power of ten with its label, better two."""
+def _widen(low: float, high: float) -> tuple[float, float]:
+    """Widen the limits of a logarithmic axis until a labelled power of ten surely lies within."""
     spare = max(0.0, 1.5 - np.log10(high / low)) / 2
     return low / 10**spare, high * 10**spare
 

@@ -1,4 +1,4 @@
-"""Topic: the static shear modulus by linear response, finite strain and without relaxation."""
+"""Compare methods for the static shear modulus: linear response, finite strain, and without relaxation."""
 
 from functools import partial
 
@@ -16,14 +16,14 @@ _TIGHT = 1e-14  # largest force of the packing that the reference is taken from
 _STRAINS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 
 
-def trials(quick: bool) -> list[Trial]:
-    """One stable packing near onset, one far from it."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure one stable packing near onset and one far from it."""
     found = []
     onset = jam("sp", 32 if quick else 64, 1, ensemble="shear-stabilized")
     for above in (1e-4, 0.1):
         *_, packing = compress(onset, onset.phi + above, above / 2, by="phi")
         panel = f"phi - phi_J = {above:g}"
-        reference = shear_modulus(_tightened(packing))
+        reference = shear_modulus(_tighten(packing))
         settings: list[tuple[str, float | None]] = [("affine", None), ("linear-response", None)]
         settings += [("finite-strain", s) for s in (_STRAINS[::2] if quick else _STRAINS)]
         for method, strain in settings:
@@ -38,7 +38,7 @@ def trials(quick: bool) -> list[Trial]:
     return found
 
 
-def _tightened(packing: Packing) -> Packing:
+def _tighten(packing: Packing) -> Packing:
     with Session(packing) as session:
         relax(session, _TIGHT, near=True)
         return session.packing()
@@ -49,5 +49,5 @@ TOPIC = Topic(
     "relative error of G",
     "linear response of the same packing relaxed to forces of 1e-14; labels are the first strain tried, which is "
     "halved while contacts change",
-    trials,
+    measure_trials,
 )

@@ -1,4 +1,4 @@
-"""Topic: G*(omega) by three solvers."""
+"""Compare three solvers for G*(omega)."""
 
 from functools import partial
 
@@ -10,8 +10,8 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 
 
-def trials(quick: bool) -> list[Trial]:
-    """Contact damping at p = 1e-3; frequencies over ten decades."""
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure contact damping at p = 1e-3, frequencies over ten decades."""
     omega = np.geomspace(1e-8, 1e2, 31)
     found = []
     for n in (64, 256) if quick else (64, 256, 1024):
@@ -34,5 +34,5 @@ TOPIC = Topic(
     "Complex shear modulus at 31 frequencies",
     "largest relative error of G' or G''",
     "one complex factorisation a frequency (direct); for that one, the whole spectrum (dense)",
-    trials,
+    measure_trials,
 )

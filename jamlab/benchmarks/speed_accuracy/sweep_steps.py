@@ -1,4 +1,4 @@
-"""Topic: the step of the search for onset, and of a sweep above it."""
+"""Compare steps of the search for onset, and of a sweep above it."""
 
 import time
 
@@ -15,12 +15,12 @@ from jamlab.protocols.onset import jam
 _TO = 0.92
 
 
-def trials(quick: bool) -> list[Trial]:
-    """phi_J of the same seeds against the paper's steps of 1e-4; z and G of one sweep against steps of 5e-4."""
-    return _onsets(quick) + _sweeps(quick)
+def measure_trials(quick: bool) -> list[Trial]:
+    """Measure phi_J of the same seeds against the paper's steps of 1e-4; z and G of a sweep against steps of 5e-4."""
+    return _measure_onsets(quick) + _measure_sweeps(quick)
 
 
-def _onsets(quick: bool) -> list[Trial]:
+def _measure_onsets(quick: bool) -> list[Trial]:
     n, seeds = (16, range(1, 3)) if quick else (32, range(1, 11))
     first = float(defaults("protocol")["step"])
     ways = [("bisection", step) for step in (5e-2, first, 2e-3, 5e-4)]
@@ -28,7 +28,7 @@ def _onsets(quick: bool) -> list[Trial]:
     phi, seconds, failed = {}, {}, {}
     for way in ways:
         began = time.process_time()
-        values = [_phi(n, seed, *way) for seed in seeds]
+        values = [_find_phi_j(n, seed, *way) for seed in seeds]
         seconds[way] = (time.process_time() - began) / len(seeds)
         phi[way], failed[way] = np.array(values), int(np.isnan(values).sum())
     reference = np.nanmean(phi[ways[-1]])
@@ -43,22 +43,22 @@ def _onsets(quick: bool) -> list[Trial]:
     return found
 
 
-def _phi(n: int, seed: int, search: str, step: float) -> float:
+def _find_phi_j(n: int, seed: int, search: str, step: float) -> float:
     try:
         return jam("sp", n, seed, search=search, step=step).phi
     except ConvergenceError:
         return float("nan")
 
 
-def _sweeps(quick: bool) -> list[Trial]:
+def _measure_sweeps(quick: bool) -> list[Trial]:
     steps = (0.05, 0.01) if quick else (0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3)
     onsets = [
         jam("sp", 32 if quick else 64, seed, ensemble="shear-stabilized") for seed in ((1,) if quick else (1, 2, 3))
     ]
-    references = [_swept(onset, 2e-3 if quick else 5e-4)[1] for onset in onsets]
+    references = [_sweep(onset, 2e-3 if quick else 5e-4)[1] for onset in onsets]
     found = []
     for step in steps:
-        runs = [_swept(onset, step) for onset in onsets]
+        runs = [_sweep(onset, step) for onset in onsets]
         seconds = float(np.mean([took for took, _ in runs]))
         for name, key in (("z", "z"), ("G", "g")):
             off = [abs(row[key] - ref[key]) for (_, row), ref in zip(runs, references, strict=True)]
@@ -68,7 +68,7 @@ def _sweeps(quick: bool) -> list[Trial]:
     return found
 
 
-def _swept(onset: Packing, step: float) -> tuple[float, dict[str, float]]:
+def _sweep(onset: Packing, step: float) -> tuple[float, dict[str, float]]:
     began = time.process_time()
     for packing in compress(onset, _TO, step):
         last = packing
@@ -79,7 +79,7 @@ TOPIC = Topic(
     "Steps of compression",
     "mean error",
     "phi_J: search='paper', steps of 1e-4 all the way, same seeds; z, G: a sweep in steps of 5e-4 (quick: 2e-3)",
-    trials,
+    measure_trials,
     "The default step of a sweep, 1e-3, is the spacing of the states wanted, not a matter of accuracy: where only the "
     "last state counts, larger steps do as well until the packing rearranges.",
 )

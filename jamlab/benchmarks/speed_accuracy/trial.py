@@ -1,4 +1,4 @@
-"""One point of a speed-accuracy chart, and which points no other one beats."""
+"""Define the points of a speed-accuracy chart, and find those that no other point beats."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ class Trial:
 
     Attributes:
         panel: which chart of the topic.
-        method: name; setting: its parameter, as text.
+        method: name.
+        setting: its parameter, as text.
         seconds: CPU time on one core.
         error: against the reference of the topic; nan if the method gave no number, and `note` says why.
         default: whether jamlab does this by default.
@@ -35,25 +36,25 @@ class Trial:
 
 @dataclass(frozen=True)
 class Topic:
-    """A set of trials of one kind.
+    """A set of trials of one kind, before they are made.
 
     Attributes:
         title: of the chart.
         error: label of the axis of errors.
         reference: what the error is measured against.
-        trials: function of `quick` that runs the measurement.
-        verdict: what the chart says about jamlab's default, where that is not plain from the marks.
+        measure: function of `quick` that makes the trials.
+        verdict: what the chart says about jamlab's default, unless the marks show it.
     """
 
     title: str
     error: str
     reference: str
-    trials: Callable[[bool], list[Trial]]
+    measure: Callable[[bool], list[Trial]]
     verdict: str = ""
 
 
 def dominated(trials: Sequence[Trial]) -> NDArray[np.bool_]:
-    """(m,) whether another trial of the same panel is as good and faster, or better and as fast.
+    """Mark the trials (m,) for which another one of the same panel is as good and faster, or better and as fast.
 
     Times within 20 % of each other count as equal, and errors within 5 %. Trials without a number count as dominated.
     """

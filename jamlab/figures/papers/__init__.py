@@ -1,1 +1,1 @@
-"""Every figure of both papers from tables of an ensemble, with a verdict on each number."""
+"""Redraw every figure of both papers from tables of an ensemble, with a verdict on each number."""

@@ -1,4 +1,4 @@
-"""Spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
+"""Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,19 +10,20 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average
-from jamlab.figures.papers.panels import Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.panels import BLACK, BLUE, GREEN, RED, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
-    by_pressure,
-    chosen,
-    large,
-    power_text,
-    same_frequencies,
-    spectral,
+    cut_to_shared_frequencies,
+    format_power,
+    group_by_pressure,
+    select_large,
+    select_law,
+    select_spectra,
 )
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.rheology.critical_scaling import collapse
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.power_laws import power_law
 
@@ -30,19 +31,19 @@ Array = NDArray[np.float64]
 
 MODULUS = r"[$k$]"
 FREQUENCY = r"frequency $\omega\,\tau_1$"
-_COLLAPSE_RESAMPLES = 60
+_COLLAPSE_RESAMPLES = 60  # each is a fit: seconds for a figure
 _CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
 
 
 def nearest(values: Sequence[float], wanted: float) -> float:
-    """The value nearest by ratio."""
+    """Pick the value nearest by ratio."""
     return min(values, key=lambda v: abs(np.log(v / wanted)))
 
 
 def draw(
     out: Drawing, axes: Any, group: Group, name: str, look: dict[str, Any], x: float = 1.0, y: float = 1.0
 ) -> None:
-    """G' (filled) and G'' (open) over omega, each times a factor."""
+    """Draw G' (filled) and G'' (open) over omega, each times a factor."""
     for part, values, more in (
         ("G'", group.storage, {"linestyle": "-"}),
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
@@ -69,14 +70,14 @@ def _slope(values: Array, omega: Array, low: float, high: float) -> float:
     return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
 
 
-def figure_1(tables: Tables) -> Drawing:
+def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
-    groups = by_pressure(spectral(chosen(tables.spectra, "contact", prestress=True, beta=1.0)))
+    groups = group_by_pressure(select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0)))
     p = nearest(list(groups), 1e-4)
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
-    draw(out, axes, group, f"$p = {power_text(p)}$", {"color": "#009E73", "marker": "o"})
+    draw(out, axes, group, f"$p = {format_power(p)}$", {"color": GREEN, "marker": "o"})
     low, high = _CRITICAL[0] * p, _CRITICAL[1]
     out.window(axes, low, high)
     w = group.omega
@@ -87,15 +88,15 @@ def figure_1(tables: Tables) -> Drawing:
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
     count = f"{len(group.g0)} packings, p = {p:g}"
     for text, part, a, b, paper in (
-        ("slope of G'', slow", 1, w[0], 0.01 * p, 1.0),
-        ("slope of G', critical", 0, low, high, 0.5),
-        ("slope of G'', critical", 1, low, high, 0.5),
-        ("slope of G'', fast", 1, 10.0, w[-1], 1.0),
+        ("slope of G'', slow", 1, w[0], 0.01 * p, published.KELVIN_VOIGT_SLOPE),
+        ("slope of G', critical", 0, low, high, published.CRITICAL_SLOPE),
+        ("slope of G'', critical", 1, low, high, published.CRITICAL_SLOPE),
+        ("slope of G'', fast", 1, 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
     ):
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
         how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        out.claims.append(claim(out.name, text, found, paper, 0.05, how=how))
+        out.claims.append(claim(out.name, text, found, paper, how=how))
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
         "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
@@ -103,11 +104,11 @@ def figure_1(tables: Tables) -> Drawing:
     return out
 
 
-def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
-    """Spectra of all pressures, as they are and over p^0.5 against omega/p."""
+def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
+    """Draw spectra of all pressures, as they are (unless `plain` is None) and over p^0.5 against omega/p."""
     for index, (p, group) in enumerate(groups.items()):
         look = sequence(index, len(groups))
-        name = f"$p = {power_text(p)}$"
+        name = f"$p = {format_power(p)}$"
         if plain is not None:
             draw(out, plain, group, name, look)
         kept = group.omega <= _CRITICAL[1]
@@ -123,14 +124,14 @@ def _collapsed(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="upper left")
 
 
-def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
-    """mu, lambda and Delta with what `jamlab.collapse` gives as half-widths."""
+def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
+    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives."""
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
-    groups = large(groups, n)
+    groups = select_large(groups, n)
     how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
         try:
-            members = [g.members() for g in same_frequencies(groups).values()]
+            members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
             fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
             how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
@@ -138,64 +139,64 @@ def _exponents(name: str, groups: dict[float, Group], law: str, n: int) -> list[
             how = str(error)
     names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
     return [
-        Claim(name, f"{text}, {law}", v, v - e, v + e, paper, 0.05, how=how)
-        for text, (v, e), paper in zip(names, values, (0.5, 1.0, 0.5), strict=True)
+        Claim(name, f"{text}, {law}", v, v - e, v + e, *paper, how=how)
+        for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
     ]
 
 
-def figure_3(tables: Tables) -> Drawing:
+def figure_3(tables: EnsembleTables) -> Drawing:
     """G* of balanced contact damping for a range of pressures, and its collapse."""
-    every = chosen(tables.spectra, "contact", prestress=True, beta=1.0)
-    table = spectral(every)
-    groups = by_pressure(table)
+    every = select_law(tables.spectra, "contact", prestress=True, beta=1.0)
+    table = select_spectra(every)
+    groups = group_by_pressure(table)
     out, (a, b) = drawing("baumgarten-3", 1, 2, 5.6, 4.6)
     scale(a)
     scale(b)
-    _collapsed(out, a, b, groups)
+    _draw_collapse(out, a, b, groups)
     w = next(iter(groups.values())).omega
     lowest = list(groups.values())[-1]
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
-    _largest(out, a, b, every)
+    _draw_largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left")
-    out.claims = _exponents(out.name, groups, "contact damping", int(table["n"].iloc[0]))
+    out.claims = _exponent_claims(out.name, groups, "contact damping", int(table["n"].iloc[0]))
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
     return out
 
 
-def _largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
-    """The largest packing of all as a black line, if it stands alone and has a whole spectrum."""
+def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
+    """Draw the largest packing of all as a black line, if it stands alone and has a whole spectrum."""
     n = int(table["n"].max())
     part = table[table["n"] == n]
-    if n == int(spectral(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
+    if n == int(select_spectra(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
         return
-    for p, group in by_pressure(part).items():
+    for p, group in group_by_pressure(part).items():
         kept = group.omega <= _CRITICAL[1]
         for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
             series = f"{name} N = {n}, p = {p:g}"
-            text = rf"$N = {n}$, $p = {power_text(p)}$" if name == "G'" else None
-            out.curve(plain, series, group.omega, values, label=text, color="#222222")
-            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color="#222222")
+            text = rf"$N = {n}$, $p = {format_power(p)}$" if name == "G'" else None
+            out.curve(plain, series, group.omega, values, label=text, color=BLACK)
+            out.curve(scaled, series, group.omega[kept] / p, values[kept] / p**0.5, label=None, color=BLACK)
 
 
-def figure_4(tables: Tables) -> Drawing:
+def figure_4(tables: EnsembleTables) -> Drawing:
     """Sliding that is damped less, or not at all."""
     out, (a, b) = drawing("baumgarten-4", 1, 2, 5.8, 4.8)
     scale(a)
     scale(b)
-    table = spectral(chosen(tables.spectra, "contact"))
-    undamped = chosen(table, "contact", beta=0.0)
+    table = select_spectra(select_law(tables.spectra, "contact"))
+    undamped = select_law(table, "contact", beta=0.0)
     gap: Interval | None = None
     loose: dict[float, Group] = {}
     for prestress in (True, False):
         part = undamped[undamped["prestress"].astype(bool) == prestress]
-        groups = by_pressure(part) if len(part) else {}
+        groups = group_by_pressure(part) if len(part) else {}
         if not prestress:
             loose = groups
         for index, (p, group) in enumerate(groups.items()):
             look = sequence(index, len(groups)) | ({} if prestress else {"marker": "+", "linewidth": 0.6})
-            name = f"$p = {power_text(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
+            name = f"$p = {format_power(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
             draw(out, a, group, name, look, 1.0, p**-0.5)
     if loose:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
@@ -207,13 +208,12 @@ def figure_4(tables: Tables) -> Drawing:
             out.name,
             "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)",
             gap,
-            0.0,
-            1e-6,
+            published.UNDAMPED_LOSS,
             how="all frequencies",
         )
     )
-    out.claims += _undamped_claims(out.name, large(loose, int(table["n"].iloc[0])))
-    _beta_sweep(out, b, table)
+    out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
+    _draw_beta_sweep(out, b, table)
     out.caption = (
         "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (crosses); the frequency is not "
         "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
@@ -228,11 +228,11 @@ def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
     if len(p) > 1:
         how = f"{len(p)} pressures, no pre-stress"
         found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
-    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, 0.5, 0.05, how=how)]
+    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, published.UNDAMPED_VISCOSITY, how=how)]
 
 
-def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
-    """G* at one pressure for every beta, its viscosities in an inset, and the claim on their growth."""
+def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
+    """Draw G* at one pressure for every beta, viscosities in an inset, and add the claim on their growth."""
     stressed = table[table["prestress"].astype(bool)]
     count = stressed.groupby("target_pressure")["beta"].nunique()
     p = float(count.index[int(count.argmax())])
@@ -240,10 +240,10 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     betas = sorted(part["beta"].unique())
     ends: dict[float, Group] = {}
     for index, beta in enumerate(betas):
-        groups = by_pressure(part[part["beta"] == beta])
+        groups = group_by_pressure(part[part["beta"] == beta])
         if p in groups:
             ends[beta] = groups[p]
-            text = rf"$\beta = {power_text(beta) if beta else 0}$"
+            text = rf"$\beta = {format_power(beta) if beta else 0}$"
             draw(out, axes, groups[p], text, sequence(index, len(betas)))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5, ncols=2)
     axes.set_ylim(axes.get_ylim()[0], 1e3 * axes.get_ylim()[1])
@@ -251,7 +251,7 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     inset.set_gid("b-inset")
     scale(inset)
     known = [beta for beta in ends if beta > 0]
-    for name, colour in (("eta0", "#0072B2"), ("eta_inf", "#D55E00")):
+    for name, colour in (("eta0", BLUE), ("eta_inf", RED)):
         values = [float(getattr(ends[beta], name).mean()) for beta in known]
         out.curve(inset, name, known, values, color=colour, marker="o", markersize=3)
     inset.set_title(r"$\eta_0$ (blue), $\eta_\infty$ (red) over $\beta$", fontsize=7.5, pad=3)
@@ -263,29 +263,29 @@ def _beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         eta = np.column_stack([ends[beta].eta0[:seeds] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
-    out.claims.append(claim(out.name, text, found, 1.0, 0.01, how=how))
+    out.claims.append(claim(out.name, text, found, published.SLIDING_VISCOSITY, how=how))
 
 
-def figure_6(tables: Tables) -> Drawing:
+def figure_6(tables: EnsembleTables) -> Drawing:
     """Stokes drag: collapse for eta_F = 1, and what the viscosity of the fluid adds."""
-    stokes = spectral(chosen(tables.spectra, "stokes", prestress=True))
-    groups = by_pressure(chosen(stokes, "stokes", eta_f=1.0))
+    stokes = select_spectra(select_law(tables.spectra, "stokes", prestress=True))
+    groups = group_by_pressure(select_law(stokes, "stokes", eta_f=1.0))
     out, (a, b) = drawing("baumgarten-6", 1, 2, 5.8, 4.8)
     scale(a)
     scale(b)
-    _collapsed(out, None, a, groups)
+    _draw_collapse(out, None, a, groups)
     count = stokes.groupby("target_pressure")["eta_f"].nunique()
     p = float(count.index[int(count.argmax())])
     part = stokes[stokes["target_pressure"] == p]
     viscosity: dict[float, Array] = {}
     for index, eta_f in enumerate(sorted(part["eta_f"].unique())):
-        found = by_pressure(part[part["eta_f"] == eta_f])
+        found = group_by_pressure(part[part["eta_f"] == eta_f])
         if p in found:
             viscosity[eta_f] = found[p].eta0
-            text = rf"$\eta_F = {power_text(eta_f) if eta_f else 0}$"
+            text = rf"$\eta_F = {format_power(eta_f) if eta_f else 0}$"
             draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
-    out.claims = _exponents(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
+    out.claims = _exponent_claims(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)
@@ -293,7 +293,7 @@ def figure_6(tables: Tables) -> Drawing:
         size = min(len(viscosity[low]), len(viscosity[high]))
         rise = (viscosity[high][:size] - viscosity[low][:size]) / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
-    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, 1.0, 1e-3, how=how))
+    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, how=how))
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
     )

@@ -1,4 +1,4 @@
-"""Motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8. Spectra are in baumgarten.py."""
+"""Draw motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8. Spectra are in baumgarten.py."""
 
 from typing import Any
 
@@ -9,18 +9,20 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average, groups_by
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
-from jamlab.figures.papers.spectral_groups import LARGE, chosen, largest_ensemble, limits_of, power_text
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.spectral_groups import LARGE, format_power, select_largest, select_law, select_limits
+from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import bootstrap
-from jamlab.statistics.power_laws import collapse_exponents, power_law
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
-_PLATEAU = 0.2  # of the box, below which a length counts as not cut off by it
+_PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
 _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 
 
-def figure_5(tables: Tables) -> Drawing:
+def figure_5(tables: EnsembleTables) -> Drawing:
     """Medians of approach, sliding and non-affine motion in slow shear against pressure."""
     table = tables.quasistatic
     loose = table[~table["prestress"].astype(bool)]
@@ -31,17 +33,19 @@ def figure_5(tables: Tables) -> Drawing:
     fitted = [k for k, q in enumerate(p) if q * n**2 >= LARGE]
     out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
     scale(axes)
-    for index, (name, text, paper) in enumerate(
+    for index, (name, text) in enumerate(
         (
-            ("approach", r"approach $|\Delta u^\parallel|$", 0.25),
-            ("sliding", r"sliding $|\Delta u^\perp|$", -0.25),
-            ("nonaffine", r"non-affine $|u_{na}|$", -0.25),
+            ("approach", r"approach $|\Delta u^\parallel|$"),
+            ("sliding", r"sliding $|\Delta u^\perp|$"),
+            ("nonaffine", r"non-affine $|u_{na}|$"),
         )
     ):
+        paper = published.SLOW_SHEAR[name]
         groups = groups_by(part, "pressure", name, p)
         band = bootstrap(groups, lambda g: [float(v.mean()) for v in g], resamples=RESAMPLES)
         out.curve(axes, text, p, band.value, band.low, band.high, **style(index))
-        out.slope(axes, paper, (p[0], p[-1]), float(band.value[0]) * (1.4 if paper < 0 else 0.6), f"{paper:+g}")
+        beside = 1.4 if paper.value < 0 else 0.6
+        out.slope(axes, paper.value, (p[0], p[-1]), beside * float(band.value[0]), f"{paper.value:+g}")
         found = None
         if len(fitted) > 1:
             found = bootstrap(
@@ -51,7 +55,7 @@ def figure_5(tables: Tables) -> Drawing:
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
-        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, 0.03, how=how))
+        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, how=how))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -61,16 +65,16 @@ def figure_5(tables: Tables) -> Drawing:
     return out
 
 
-def figure_7(tables: Tables) -> Drawing:
+def figure_7(tables: EnsembleTables) -> Drawing:
     """Correlation of transverse displacements under both laws, and its length."""
     table = tables.correlation
     stressed = table["prestress"].astype(bool)
     table = table[stressed] if stressed.any() else table
     out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
-    balanced = chosen(table, "contact", beta=1.0)
-    contact, stokes = largest(balanced), largest(chosen(table, "stokes", eta_f=1.0))
-    _contact_correlation(out, a, balanced)
-    _stokes_correlation(out, b, stokes)
+    balanced = select_law(table, "contact", beta=1.0)
+    contact, stokes = select_largest(balanced), select_largest(select_law(table, "stokes", eta_f=1.0))
+    _draw_contact_correlation(out, a, balanced)
+    _draw_stokes_correlation(out, b, stokes)
     scale(c)
     scale(d)
     n, side = int(stokes["n"].iloc[0]), float(stokes["box"].mean())
@@ -80,22 +84,22 @@ def figure_7(tables: Tables) -> Drawing:
         part = stokes[stokes["pressure"] == p]
         omega = np.sort(part["omega"].unique())
         cubes = [correlations(part[part["omega"] == w]) for w in omega]
-        found = [bootstrap([cube], lambda g: first_zero(g[0]), resamples=RESAMPLES) for cube in cubes]
+        found = [bootstrap([cube], lambda g: find_first_zero(g[0]), resamples=RESAMPLES) for cube in cubes]
         y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
-        look, name = sequence(index, len(pressures)), f"$p = {power_text(p)}$"
+        look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
         out.curve(c, name, omega, *y, **look)
-        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** 0.65 for v in y), **look)
+        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** published.LOG_EXPONENT.value for v in y), **look)
         family.append((omega / p**0.5, cubes))
     ends = [stokes["omega"].min(), stokes["omega"].max()]
-    out.curve(c, "paper: plateau $L/4$", ends, [side / 4] * 2, **PAPER)
+    out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
     label(c, FREQUENCY, r"length $l$  [$d$]")
-    label(d, r"$\omega\,\tau_1 / p^{1/2}$", r"$l\,(-\ln p)^{0.65}$")
+    label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
         slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
         scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
-        share = bootstrap([scaled], lambda g: first_zero(g[0]), resamples=RESAMPLES)
+        share = bootstrap([scaled], lambda g: find_first_zero(g[0]), resamples=RESAMPLES)
         how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
-        out.claims.append(claim(out.name, text, share, 0.25, 0.03, how=how))
+        out.claims.append(claim(out.name, text, share, published.CORRELATION_LENGTH, how=how))
     _log_claim(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
@@ -104,21 +108,16 @@ def figure_7(tables: Tables) -> Drawing:
     return out
 
 
-def largest(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the largest size with more than one packing."""
-    return table.loc[table["n"] == largest_ensemble(table)]
-
-
 def correlations(part: pd.DataFrame) -> Array:
-    """(packings, bins, 2) distance and C; bins are counted in steps of each packing, whose box differs a little."""
+    """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
     step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
     numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
     wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
     return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
 
 
-def first_zero(cube: Array) -> float:
-    """Distance at which the mean C first falls through zero, by straight lines; nan without one."""
+def find_first_zero(cube: Array) -> float:
+    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
     x, c = average(cube[..., 0]), average(cube[..., 1])
     below = np.flatnonzero(c <= 0)
     if not len(below) or below[0] == 0:
@@ -130,7 +129,7 @@ def first_zero(cube: Array) -> float:
 FREQUENCY = r"frequency $\omega\,\tau_1$"
 
 
-def _contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
     count = part.groupby("pressure")["n"].nunique()
     p = float(count.index[count == count.max()].min())
     part = part[part["pressure"] == p]
@@ -143,25 +142,27 @@ def _contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
             if rows.empty:
                 continue
             look = style(index) | {"fillstyle": fill}
-            name = rf"$N = {n}$, $\omega = {power_text(float(omega))}$"
-            _correlation(out, axes, name, rows, float(rows["box"].mean()), look)
+            name = rf"$N = {n}$, $\omega = {format_power(float(omega))}$"
+            _draw_correlation(out, axes, name, rows, float(rows["box"].mean()), look)
     axes.axhline(0, color="#888888", linewidth=0.8)
-    label(axes, rf"contact damping, $p = {power_text(p)}$: $\delta / L$", r"$C$")
+    label(axes, rf"contact damping, $p = {format_power(p)}$: $\delta / L$", r"$C$")
 
 
-def _stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
     p = part["pressure"].min()
     part = part[part["pressure"] == p]
     omegas = np.sort(part["omega"].unique())
     omegas = omegas[np.unique(np.linspace(0, len(omegas) - 1, 7).round().astype(int))]
     for index, omega in enumerate(omegas):
-        name = rf"$\omega = {power_text(float(omega))}$"
-        _correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
+        name = rf"$\omega = {format_power(float(omega))}$"
+        _draw_correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
     axes.axhline(0, color="#888888", linewidth=0.8)
-    label(axes, rf"Stokes drag, $p = {power_text(p)}$: distance $\delta$  [$d$]", r"$C$")
+    label(axes, rf"Stokes drag, $p = {format_power(p)}$: distance $\delta$  [$d$]", r"$C$")
 
 
-def _correlation(out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]) -> None:
+def _draw_correlation(
+    out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
+) -> None:
     cube = correlations(rows)
     band = bootstrap([cube[..., 1]], lambda g: average(g[0]), resamples=RESAMPLES)
     out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
@@ -170,19 +171,19 @@ def _correlation(out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: f
 def _log_claim(
     out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, list[Array]]]
 ) -> None:
-    """Exponent of -ln p that collapses the lengths which the box does not cut off."""
+    """Claim the exponent of -ln p that collapses the lengths below the cut-off of the box."""
     flat = [cube for _, cubes in family for cube in cubes]
     places = np.cumsum([0, *(len(cubes) for _, cubes in family)])
 
     def fit(drawn: list[Array]) -> float:
         curves = []
         for (x, _), first, last in zip(family, places[:-1], places[1:], strict=True):
-            lengths = np.array([first_zero(cube) for cube in drawn[first:last]])
+            lengths = np.array([find_first_zero(cube) for cube in drawn[first:last]])
             short = np.isfinite(lengths) & (lengths < _PLATEAU * side)
             curves.append((x[short], lengths[short]))
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
-        return collapse_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, 0.65)).b
+        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
     found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(pressures) > 1 else None
     usable = found is not None and np.isfinite(found.value)
@@ -192,20 +193,23 @@ def _log_claim(
         else f"needs two pressures with two lengths each below {_PLATEAU} L"
     )
     why = f"lengths span {np.log10(_PLATEAU * side):.1f} decades between a disk and the box"
-    out.claims.append(claim(out.name, "exponent of -ln p in the collapse of l", found, 0.65, 0.1, how=how, reason=why))
+    out.claims.append(
+        claim(out.name, "exponent of -ln p in the collapse of l", found, published.LOG_EXPONENT, how=how, reason=why)
+    )
 
 
-def figure_8(tables: Tables) -> Drawing:
+def figure_8(tables: EnsembleTables) -> Drawing:
     """Viscosity against pressure for several sizes: one curve in p N^2."""
-    limits = limits_of(tables.spectra)
+    limits = select_limits(tables.spectra)
     out, panels = drawing("baumgarten-8", 1, 2, 5.6, 4.6)
-    for axes, law, parameters, a in (
-        (panels[0], "contact", {"beta": 1.0}, 1.0),
-        (panels[1], "stokes", {"eta_f": 1.0}, 1.09),
+    for axes, law, parameters in (
+        (panels[0], "contact", {"beta": 1.0}),
+        (panels[1], "stokes", {"eta_f": 1.0}),
     ):
+        a = published.SIZE_EXPONENT[law].value
         scale(axes)
         for prestress in (True, False):
-            part = chosen(limits, law, prestress=prestress, **parameters)
+            part = select_law(limits, law, prestress=prestress, **parameters)
             sizes = sorted(int(n) for n in part["n"].unique())
             p = sorted(part["target_pressure"].unique())
             groups = [groups_by(part[part["n"] == n], "target_pressure", "eta0", p) for n in sizes]
@@ -220,7 +224,7 @@ def figure_8(tables: Tables) -> Drawing:
                 out.curve(axes, series, x * n**2, *y, band=False, label=None if prestress else name, **look)
             several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
             kept_sizes = [sizes[k] for k in several]
-            _size_claims(out, law, a, prestress, kept_sizes, p, [groups[k] for k in several])
+            _size_claims(out, law, prestress, kept_sizes, p, [groups[k] for k in several])
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
         out.slope(axes, -a / 2, (x0, x1), 1.6 * y0, rf"$-a/2$, $a = {a:g}$")
@@ -234,14 +238,14 @@ def figure_8(tables: Tables) -> Drawing:
 
 
 def _height(out: Drawing, axes: Any, x0: float) -> float:
-    """Median of what is drawn near x0."""
+    """Median y of the points drawn near x0."""
     t = out.table
     t = t[(t["panel"] == axes.get_gid()) & (t["x"] > x0 / 10) & (t["x"] < x0 * 10)]
     return float(t["y"].median()) if len(t) else 1.0
 
 
 def _size_claims(
-    out: Drawing, law: str, a: float, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
+    out: Drawing, law: str, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
 ) -> None:
     flat = [v for values in groups for v in values if len(v)]
     place = [(i, j) for i, values in enumerate(groups) for j, v in enumerate(values) if len(v)]
@@ -253,7 +257,9 @@ def _size_claims(
         return [(np.array([x for x, _ in points]), np.array([y for _, y in points])) for points in family]
 
     def exponent(drawn: list[Array]) -> float:
-        return -collapse_exponents(np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -a)).b
+        return -fit_scaling_exponents(
+            np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -published.SIZE_EXPONENT[law].value)
+        ).b
 
     def tail(drawn: list[Array]) -> float:
         points = np.array(
@@ -269,6 +275,10 @@ def _size_claims(
             slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
     how = f"N = {', '.join(map(str, sizes))}"
     why = "pre-stress makes the crossover gradual" if prestress else ""
-    out.claims.append(claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, a, 0.05, how=how, reason=why))
+    out.claims.append(
+        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, published.SIZE_EXPONENT[law], how=how, reason=why)
+    )
     if not prestress:
-        out.claims.append(claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, -0.5, 0.05, how=how))
+        out.claims.append(
+            claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)
+        )

@@ -1,4 +1,4 @@
-"""Contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. The other figures are in boromand_*.py."""
+"""Draw contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. Other figures are in boromand_*.py."""
 
 from typing import Any
 
@@ -10,27 +10,28 @@ from jamlab.errors import InputError
 from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, average, ensemble, log_edges, sizes
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.panels import GREEN, PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
-from jamlab.statistics.power_laws import collapse_exponents, power_law
-from jamlab.statistics.published_tables import TABLE_1, TABLE_2
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 NEAR = log_edges(10**-6.1, 10**0.1)
 LINEAR = np.arange(0.80, 1.30, 0.01)
-REGIME = (1e-3, 0.2)  # where the paper sees the square root, fig 6
+REGIME = {"sp": (1e-3, 0.2), "dp": (1e-2, 0.16)}  # where the paper sees a power law, fig 6
 DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"
 DP_CONTACTS = "no parameter moves z by 0.1 (README, DP parameters); the fit of table 1 passes 6 before confluence"
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """The size at hand that is nearest to the paper's, by ratio.
+    """Pick the size at hand that is nearest to the paper's, by ratio.
 
     Raises:
-        InputError: no packing of the model.
+        InputError: there is no packing of the model.
     """
     found = sizes(table, model)
     if not found:
@@ -45,7 +46,7 @@ def has(table: pd.DataFrame, model: str) -> bool:
     return bool((table["model"] == model).any())
 
 
-def figure_5(tables: Tables) -> Drawing:
+def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
     states = tables.states
     out, (top, bottom) = drawing("boromand-5", 1, 2, 5.4, 4.4)
@@ -65,25 +66,24 @@ def figure_5(tables: Tables) -> Drawing:
                 e = ensemble(states, model, n, by, column, LINEAR)
                 x, y = e.band()
                 series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
-                look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else "#009E73"}
+                look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
                 out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
                 curves[f"{model}-{by}"] = e
-        _table_lines(out, axes, column)
+        _draw_table_lines(out, axes, column)
         # far beyond confluence phi says little, and the paper's panel ends near there
         label(axes, r"packing fraction $\rho$ or $\phi$", name)
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
         if "sp-rho" in curves and "dp-rho" in curves:
-            departures[column] = _departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
+            departures[column] = _find_departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
     for column, share in (("z", "2"), ("g", "10")):
         out.claims.append(
             claim(
                 out.name,
                 f"rho from which {column} of DP exceeds SP by {share} %",
                 departures.get(column),
-                0.88,
-                0.005,
+                published.MODELS_PART,
                 how=(
                     "last crossing of the mean curves, if DP ends above"
                     if column in departures
@@ -99,18 +99,17 @@ def figure_5(tables: Tables) -> Drawing:
     return out
 
 
-def _table_lines(out: Drawing, axes: Any, column: str) -> None:
-    """The paper's fits."""
+def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
+    """Draw the paper's fits of z or G, tables 1 and 2."""
     d = np.linspace(1e-4, 0.2, 60)
-    for name, (z_j, onset, z0, z1) in TABLE_1.items():
-        g0, g1 = TABLE_2[name]
-        y = z_j + z0 * d**0.5 + z1 * d if column == "z" else g0 * d**0.5 + g1 * d
-        colour = {"SP(φ)": "#009E73", "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
+    for name, (_, onset, *_) in published.TABLE_1.items():
+        y = published.table_contacts(name, d) if column == "z" else published.table_modulus(name, d)
+        colour = {"SP(φ)": GREEN, "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
 
-def _departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
-    """rho above which the mean of DP stays beyond that of SP by a share."""
+def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
+    """Find the rho above which the mean of DP exceeds that of SP by a given share."""
 
     def crossing(groups: list[Array]) -> float:
         (x, y), (u, v) = [(average(g[..., 0]), average(g[..., 1])) for g in groups]
@@ -125,7 +124,7 @@ def _departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
     return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing, resamples=RESAMPLES)
 
 
-def figure_6(tables: Tables) -> Drawing:
+def figure_6(tables: EnsembleTables) -> Drawing:
     """z - z_J and G against the distance to onset, log-log, one curve per size."""
     states = tables.states
     out, axes = drawing("boromand-6", 2, 3, 4.4, 3.9)
@@ -137,15 +136,15 @@ def figure_6(tables: Tables) -> Drawing:
             x, y = ensemble(states, model, n, by, column, NEAR).band()
             out.curve(part, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
-        c0, c1 = TABLE_1[series][2:] if column == "d_z" else TABLE_2[series]
-        out.curve(part, "paper: table fit", d, c0 * d**0.5 + c1 * d, **PAPER)
+        coefficients = published.TABLE_1[series][2:] if column == "d_z" else published.TABLE_2[series]
+        out.curve(part, "paper: table fit", d, published.table_law(coefficients, d), **PAPER)
         if column == "d_z":
             out.slope(part, 1.0, (3e-5, 3e-4), 1.5e-3)
         elif model == "dp":
-            out.slope(part, 0.8, (1e-3, 1e-1), 2e-3)
+            out.slope(part, published.DROPLET_EXPONENT.value, (1e-3, 1e-1), 2e-3)
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
-        out.window(part, *(REGIME if model == "sp" else (1e-2, 0.16)))
+        out.window(part, *(REGIME[model]))
         label(
             part,
             f"{series[:2]}: {name}",
@@ -154,7 +153,7 @@ def figure_6(tables: Tables) -> Drawing:
         )
         part.set_xlim(5e-7, 0.7)
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
-    out.claims = _exponents_6(states, out.name)
+    out.claims = _exponent_claims(states, out.name)
     out.caption = (
         "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits "
         "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset "
@@ -163,28 +162,33 @@ def figure_6(tables: Tables) -> Drawing:
     return out
 
 
-def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
+def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     claims = []
-    for column, series, window, paper, text, reason in (
-        ("d_z", "SP(φ)", REGIME, 0.5, "alpha_0: z - z_J ~ dphi^alpha_0", "small systems cross over at dphi ~ 1/N^2"),
-        ("g", "SP(φ)", REGIME, 0.5, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
-        ("d_z", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of z - z_J in drho", DP_CONTACTS),
-        ("g", "DP(ρ)", (1e-2, 0.16), 0.8, "single exponent of G in drho", DP_UNKNOWN),
+    for column, series, paper, text, reason in (
+        (
+            "d_z",
+            "SP(φ)",
+            published.ALPHA_0,
+            "alpha_0: z - z_J ~ dphi^alpha_0",
+            "small systems cross over at dphi ~ 1/N^2",
+        ),
+        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
+        ("d_z", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho", DP_CONTACTS),
+        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho", DP_UNKNOWN),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
         if has(states, model):
-            n = sizes(states, model)[-1]
+            n, window = sizes(states, model)[-1], REGIME[model]
             how = f"N = {n}, {window[0]:g} < d < {window[1]:g}"
             found = ensemble(states, model, n, by, column, NEAR).interval(_exponent(*window))
-        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, 0.05, how=how, reason=reason))
+        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, how=how, reason=reason))
     claims.append(
         claim(
             name,
             "a: (z - z_J) N against dphi N^a, SP",
             _size_exponent(states),
-            2.0,
-            0.0,
+            published.CROSSOVER_EXPONENT,
             how="best collapse, dphi < 0.2",
         )
     )
@@ -192,13 +196,13 @@ def _exponents_6(states: pd.DataFrame, name: str) -> list[Claim]:
 
 
 def _exponent(low: float, high: float) -> Statistic:
-    """The single power of a mean curve in a window."""
+    """Statistic: the single exponent of a mean curve in a window."""
     return lambda x, y: power_law(x, y, low=low, high=high).exponents[0]
 
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
-    """a of the crossover dphi* ~ N^-a, from the collapse of all sizes."""
-    n = [m for m in sizes(states, "sp")]
+    """Fit a of the crossover dphi* ~ N^-a by the collapse of all sizes."""
+    n = sizes(states, "sp")
     if len(n) < 2:
         return None
     curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]
@@ -208,14 +212,14 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
         family = []
         for g in drawn:
             x, y = average(g[..., 0]), average(g[..., 1])
-            kept = (y > 0) & (x < REGIME[1])
+            kept = (y > 0) & (x < REGIME["sp"][1])
             family.append((x[kept], y[kept]))
-        return collapse_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
+        return fit_scaling_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
     return bootstrap(groups, exponent, resamples=RESAMPLES // 4)
 
 
-def figure_7(tables: Tables) -> Drawing:
+def figure_7(tables: EnsembleTables) -> Drawing:
     """z_conf - z against rho* - rho, and both times N."""
     states = tables.states
     out, axes = drawing("boromand-7", 2, 2, 5.0, 3.9)
@@ -224,7 +228,7 @@ def figure_7(tables: Tables) -> Drawing:
         scale(scaled)
         last: tuple[int, Ensemble] | None = None
         for n in sizes(states, model):
-            part = below_confluence(states[(states["model"] == model) & (states["n"] == n)])
+            part = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)])
             if part.empty:
                 continue
             e = ensemble(part, model, n, "to_confluence", "missing", log_edges(10**-4.1, 0.2, 5))
@@ -235,9 +239,10 @@ def figure_7(tables: Tables) -> Drawing:
             )
             last = n, e
         if model == "sp":
-            out.curve(scaled, "paper: limit 2", [1e-2, 30], [2, 2], **PAPER)
+            limit = published.MISSING_CONTACTS_LIMIT["sp"].value
+            out.curve(scaled, f"paper: limit {limit:g}", [1e-2, 30], [limit, limit], **PAPER)
         else:
-            out.slope(plain, 1.0, (1e-3, 1e-1), 0.02)
+            out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
         name = model.upper()
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
         label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
@@ -249,8 +254,8 @@ def figure_7(tables: Tables) -> Drawing:
     return out
 
 
-def below_confluence(states: pd.DataFrame) -> pd.DataFrame:
-    """States below the first one with z >= 6, with to_confluence = rho* - rho and missing = 6 - z."""
+def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
+    """Select states below the first one with z >= 6; adds to_confluence = rho* - rho and missing = 6 - z."""
     full = states[states["z"] >= 6].groupby("seed")["rho"].min().rename("rho_star")
     s = states.join(full, on="seed").dropna(subset=["rho_star"])
     s = s[(s["rho"] < s["rho_star"]) & (s["z"] < 6)]
@@ -268,8 +273,7 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
         name,
         f"(z_conf - z) N nearest to rho*, {model.upper()}",
         found,
-        2.0 if model == "sp" else 0.0,
-        0.05,
+        published.MISSING_CONTACTS_LIMIT[model],
         how=f"N = {last[0]}" if last else nothing,
         reason="a packing one contact short of z = 6 has (6 - z) N = 2: with rho* of each packing the limit is 2 by "
         "counting, and 0 only if rho* is read off the mean curve"
@@ -279,4 +283,7 @@ def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None)
     if model == "sp":
         return [limit]
     how = "3e-3 < rho* - rho < 0.1" if last else nothing
-    return [limit, claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, 1.0, 0.05, how=how)]
+    return [
+        limit,
+        claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, how=how),
+    ]

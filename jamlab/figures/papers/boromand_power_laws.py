@@ -1,88 +1,57 @@
-"""Power laws between packing fractions, energy, area and shape in Boromand et al., fig 11."""
+"""Draw the power laws between packing fractions, energy, area and shape in Boromand et al., fig 11."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.figures.papers.boromand import DP_UNKNOWN, NEAR, has, nearest_size
-from jamlab.figures.papers.boromand_geometry import C_REASON, C, eq_11, model_look
+from jamlab.figures.papers.boromand_geometry import C_REASON, eq_11
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_edges, near_onset
-from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, scale
-from jamlab.figures.papers.tables import Tables
-from jamlab.statistics.power_laws import power_law, widest_window
+from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
+from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
 
 Array = NDArray[np.float64]
 
 SQUARE = "a regular polygon has the least A of its area, so A - A_J grows as the square of small displacements"
+_STRAIGHT = 0.1  # relative residual up to which bins count as one power law
 
 
-def figure_11(tables: Tables) -> Drawing:
+class Law(NamedTuple):
+    """A power law of the paper.
+
+    Attributes:
+        name: of its claim.
+        paper: exponent of y in x, or of x in y if `inverse`.
+        low, high: x between which the widest straight window is searched.
+        inverse: whether the paper gives x as a power of y.
+        reason: why ours may differ.
+    """
+
+    name: str
+    paper: published.Published
+    low: float
+    high: float
+    inverse: bool = False
+    reason: str = ""
+
+
+def figure_11(tables: EnsembleTables) -> Drawing:
     """Five power laws that tie packing fractions, energy, area and shape together."""
     states = tables.states
-    out, axes = drawing("boromand-11", 2, 3, 4.6, 3.9)
+    out, (a, b, c, d, e, f) = drawing("boromand-11", 2, 3, 4.6, 3.9)
     n = nearest_size(states, "sp", 32)
-    a, b, c, d, e, rest = axes
-    _power(
-        out,
-        a,
-        states,
-        ("sp", n, "u", "overlap"),
-        log_edges(10**-15.1, 0.1),
-        [(0.75, 0, 1e-2, "kappa: phi - rho ~ (U/N)^kappa", False, "")],
-    )
-    label(a, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
-    scale(b)
-    curve = ensemble(states, "sp", n, "d_phi", "d_rho", NEAR)
-    x, y = curve.band()
-    out.curve(b, f"SP, N = {n}", x, y.value, y.low, y.high, **model_look("sp"))
-    line = np.geomspace(1e-6, 0.4, 60)
-    out.curve(b, rf"paper: eq 11, $C$ = {C}", line, C * eq_11(line), **PAPER)
-    label(b, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
-    near = curve.interval(lambda x, y: power_law(x, y, (1.0,), high=1e-2).coefficients[0])
-    out.claims.append(claim(out.name, "C of eq 11 for dphi < 0.01", near, C, 0.005, how=f"N = {n}", reason=C_REASON))
-    small, large = "1 - <a>/a_J ~ drho^zeta, small drho", "1 - <a>/a_J ~ drho^zeta, large drho"
-    _power(
-        out,
-        c,
-        states,
-        ("sp", n, "d_rho", "lost"),
-        near_onset(),
-        [
-            (1.5, 0, 0.03, small, False, ""),
-            (2.5, 0.04, 0.2, large, False, "the local slope rises all the way to confluence: no single power"),
-        ],
-    )
-    label(c, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
-    for axes_, model, low_paper in ((d, "sp", 0.66), (e, "dp", 1.0)):
-        if not has(states, model):
-            axes_.text(0.5, 0.5, f"no {model.upper()} packings", ha="center", transform=axes_.transAxes)
-            label(axes_, "", "", legend=False)
-            continue
-        size = nearest_size(states, model, 32)
-        dp = model == "dp"
-        why = DP_UNKNOWN if dp else "the local slope falls all the way to confluence: no single power"
-        laws = [
-            (
-                low_paper,
-                0,
-                0.02,
-                f"omega: drho ~ (A - 1)^omega, small A, {model.upper()}",
-                True,
-                SQUARE if dp else "",
-            ),
-            (0.3, 0.05, 0.2, f"omega: drho ~ (A - 1)^omega, large A, {model.upper()}", True, why),
-        ]
-        _power(out, axes_, states, (model, size, "d_rho", "excess"), near_onset(), laws, swap=True)
-        label(
-            axes_,
-            r"$\mathcal{A} - \mathcal{A}_J$" if dp else r"$\mathcal{A} - 1$",
-            r"$\rho - \rho_J$",
-            loc="lower right",
-        )
-    _local_slopes(out, rest, states, n)
+    _draw_energy(out, a, states, n)
+    _draw_eq_11(out, b, states, n)
+    _draw_areas(out, c, states, n)
+    _draw_shapes(out, d, states, "sp", "the local slope falls all the way to confluence: no single power")
+    _draw_shapes(out, e, states, "dp", DP_UNKNOWN, SQUARE)
+    _draw_local_slopes(out, f, states, n)
     out.caption = (
         "Black: our fit over the widest run of bins that lies within 10 % of a power law (grey), searched on each side "
         "of the paper's change of slope; dashed: the paper's slopes. (f), not in the paper: local slopes of c, d and e."
@@ -90,13 +59,71 @@ def figure_11(tables: Tables) -> Drawing:
     return out
 
 
-def _local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
-    """zeta and omega between neighbouring bins, which show where a single power holds."""
+def _draw_energy(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
+    """Draw overlap against energy."""
+    e = ensemble(states, "sp", n, "u", "overlap", log_edges(10**-15.1, 0.1))
+    _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", published.KAPPA, 0, 1e-2)])
+    label(axes, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
+
+
+def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
+    """Draw true against nominal packing fraction; C at its limit near onset."""
+    scale(axes)
+    curve = ensemble(states, "sp", n, "d_phi", "d_rho", NEAR)
+    x, y = curve.band()
+    out.curve(axes, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
+    line = np.geomspace(1e-6, 0.4, 60)
+    out.curve(
+        axes, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", line, published.EQ_11_C.value * eq_11(line), **PAPER
+    )
+    label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
+    near = curve.interval(lambda x, y: power_law(x, y, (1.0,), high=1e-2).coefficients[0])
+    out.claims.append(
+        claim(out.name, "C of eq 11 for dphi < 0.01", near, published.EQ_11_C, how=f"N = {n}", reason=C_REASON)
+    )
+
+
+def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
+    """Draw the area that disks lose."""
+    small, large = published.ZETA
+    rises = "the local slope rises all the way to confluence: no single power"
+    laws = [
+        Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03),
+        Law("1 - <a>/a_J ~ drho^zeta, large drho", large, 0.04, 0.2, reason=rises),
+    ]
+    e = ensemble(states, "sp", n, "d_rho", "lost", near_onset())
+    _draw_laws(out, axes, e, ("sp", n, "d_rho"), laws)
+    label(axes, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
+
+
+def _draw_shapes(
+    out: Drawing, axes: Any, states: pd.DataFrame, model: str, large_reason: str, small_reason: str = ""
+) -> None:
+    """Draw packing fraction against shape factor."""
+    big = model.upper()
+    if not has(states, model):
+        axes.text(0.5, 0.5, f"no {big} packings", ha="center", transform=axes.transAxes)
+        label(axes, "", "", legend=False)
+        return
+    n = nearest_size(states, model, 32)
+    small, large = published.OMEGA[model]
+    laws = [
+        Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True, small_reason),
+        Law(f"omega: drho ~ (A - 1)^omega, large A, {big}", large, 0.05, 0.2, True, large_reason),
+    ]
+    e = ensemble(states, model, n, "d_rho", "excess", near_onset())
+    _draw_laws(out, axes, e, (model, n, "d_rho"), laws, swap=True)
+    shape = r"$\mathcal{A} - \mathcal{A}_J$" if model == "dp" else r"$\mathcal{A} - 1$"
+    label(axes, shape, r"$\rho - \rho_J$", loc="lower right")
+
+
+def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
+    """Draw zeta and omega between neighbouring bins, which show where a single power holds."""
     scale(axes, "log", "linear")
     curves: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
         ("sp", "lost", r"$\zeta$, SP", {"color": GREEN, "marker": "s"}),
-        ("sp", "excess", r"$\omega$, SP", model_look("sp")),
-        ("dp", "excess", r"$\omega$, DP", model_look("dp")),
+        ("sp", "excess", r"$\omega$, SP", model_style("sp")),
+        ("dp", "excess", r"$\omega$, DP", model_style("dp")),
     )
     for model, column, name, look in curves:
         if not has(states, model):
@@ -108,66 +135,55 @@ def _local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None
         rise = np.diff(np.log(y)) / np.diff(np.log(x))
         slope = rise if column == "lost" else 1 / rise
         out.curve(axes, name, np.sqrt(x[1:] * x[:-1]), slope, **look | {"linestyle": "-"})
-    for value in (0.3, 0.66, 1.0, 1.5, 2.5):
+    for value in sorted({law.value for law in (*published.OMEGA["sp"], *published.OMEGA["dp"], *published.ZETA)}):
         axes.axhline(value, **PAPER | {"linewidth": 0.7})
     axes.set_ylim(0, 3.5)
     label(axes, r"$\rho - \rho_J$", "local slope (dashed: the paper's)", loc="upper left")
 
 
-Law = tuple[float, float, float, str, bool, str]
+def _draw_laws(
+    out: Drawing, axes: Any, e: Ensemble, what: tuple[str, int, str], laws: list[Law], swap: bool = False
+) -> None:
+    """Draw a log-log curve with the paper's slopes and our fits, and claim the exponents.
 
-
-def _power(
-    out: Drawing,
-    axes: Any,
-    states: pd.DataFrame,
-    what: tuple[str, int, str, str],
-    edges: Array,
-    laws: list[Law],
-    swap: bool = False,
-) -> Ensemble:
-    """A log-log curve with the paper's slopes and our fits; each law: paper, low, high, name, inverse, reason.
-
-    swap: draw x upwards; the exponent of x in y is then the inverse of the fitted one.
+    Args:
+        what: model, number of particles, name of x.
+        swap: draw x upwards.
     """
     scale(axes)
-    model, n, column, value = what
-    e = ensemble(states, model, n, column, value, edges)
+    model, n, column = what
     x, y = e.band()
     series = f"{model.upper()}, N = {n}"
     if swap:
-        out.curve(axes, series, y.value, x, **model_look(model))
+        out.curve(axes, series, y.value, x, **model_style(model))
     else:
-        out.curve(axes, series, x, y.value, y.low, y.high, **model_look(model))
-    for paper, low, high, name, inverse, reason in laws:
+        out.curve(axes, series, x, y.value, y.low, y.high, **model_style(model))
+    for law in laws:
         try:
-            fit = widest_window(x, y.value, tolerance=0.1, low=low, high=high)
-        except (ValueError, RuntimeError) as error:
-            out.claims.append(claim(out.name, name, None, paper, how=str(error)))
+            fit = widest_window(x, y.value, tolerance=_STRAIGHT, low=law.low, high=law.high)
+        except (InputError, ConvergenceError) as error:
+            out.claims.append(claim(out.name, law.name, None, law.paper, how=str(error)))
             continue
-        ends = (fit.low, fit.high)
 
-        def exponent(x: Array, y: Array, ends: tuple[float, float] = ends, inverse: bool = inverse) -> float:
-            found = float(power_law(x, y, low=ends[0] * 0.99, high=ends[1] * 1.01).exponents[0])
+        def exponent(x: Array, y: Array, fit: PowerLaw = fit, inverse: bool = law.inverse) -> float:
+            found = float(power_law(x, y, low=fit.low * 0.99, high=fit.high * 1.01).exponents[0])
             return 1 / found if inverse else found
 
-        how = f"N = {n}, {ends[0]:.2g} < {column} < {ends[1]:.2g}"
-        margin = 0.05 if paper < 1.5 else 0.1
-        out.claims.append(
-            claim(
-                out.name, name, e.interval(exponent), paper, margin if paper != 0.75 else 0.005, how=how, reason=reason
-            )
-        )
-        line = np.geomspace(*ends, 20)
-        own = out.claims[-1].value
-        slope = 1 / paper if inverse else paper
-        middle = (ends[0] * ends[1]) ** 0.5
-        theirs = float(fit(middle)) * 0.4 * (line / middle) ** slope
-        pairs = [(f"fit: {own:.3g}", fit(line), FIT), (f"paper: {paper:g}", theirs, PAPER)]
-        for text, values, look in pairs:
-            out.curve(axes, text, *((values, line) if swap else (line, values)), **look)
-        if swap:
-            axes.axhspan(*ends, color="#999999", alpha=0.13, linewidth=0, zorder=0)
-        else:
-            out.window(axes, *ends)
-    return e
+        how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}"
+        out.claims.append(claim(out.name, law.name, e.interval(exponent), law.paper, how=how, reason=law.reason))
+        _draw_fit(out, axes, law, fit, out.claims[-1].value, swap)
+
+
+def _draw_fit(out: Drawing, axes: Any, law: Law, fit: PowerLaw, own: float, swap: bool) -> None:
+    """Draw our fit and the paper's slope in the window of the fit, which is shaded."""
+    line = np.geomspace(fit.low, fit.high, 20)
+    slope = 1 / law.paper.value if law.inverse else law.paper.value
+    middle = (fit.low * fit.high) ** 0.5
+    theirs = float(fit(middle)) * 0.4 * (line / middle) ** slope
+    pairs = [(f"fit: {own:.3g}", fit(line), FIT), (f"paper: {law.paper.value:g}", theirs, PAPER)]
+    for text, values, look in pairs:
+        out.curve(axes, text, *((values, line) if swap else (line, values)), **look)
+    if swap:
+        axes.axhspan(fit.low, fit.high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
+    else:
+        out.window(axes, fit.low, fit.high)

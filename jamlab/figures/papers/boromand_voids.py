@@ -1,4 +1,6 @@
-"""Voids in Boromand et al., fig 8."""
+"""Draw the voids in Boromand et al., fig 8."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
@@ -6,28 +8,31 @@ from numpy.typing import NDArray
 
 from jamlab.figures.geometry_pictures import SIDE_COLOURS
 from jamlab.figures.papers.boromand import DP_UNKNOWN, has, nearest_size
-from jamlab.figures.papers.boromand_geometry import model_look
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 
 Array = NDArray[np.float64]
 
 
-def figure_8(tables: Tables) -> Drawing:
+Statistic = Callable[[Array], float]
+
+
+def figure_8(tables: EnsembleTables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
-    sides = (3, 4, 5, 6)
+    sides = tuple(published.VOID_SHARES)
     for model in ("sp", "dp"):
         if not has(counts, model):
             continue
         n = nearest_size(counts, model, 64)
         part = counts[(counts["model"] == model) & (counts["n"] == n)]
-        x, cube = _sums(part[~part["onset"].astype(bool)])
+        x, cube = _sum_voids(part[~part["onset"].astype(bool)])
         share = bootstrap([cube], lambda g: _share(g[0], sides), resamples=RESAMPLES)
         look = (
             {"linestyle": "none", "marker": "v"}
@@ -40,10 +45,10 @@ def figure_8(tables: Tables) -> Drawing:
             out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
         mean = bootstrap([cube], lambda g: _means(g[0]), resamples=RESAMPLES)
         name = f"{model.upper()}, N = {n}"
-        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_look(model, linestyle="-"))
-        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_look(model, linestyle="-"))
+        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
+        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
         out.claims += _void_claims(out.name, model, n, part, x, cube)
-    out.curve(b, "paper: Plateau border, 4.87", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
     label(b, r"true packing fraction $\rho$", r"shape factor $\mathcal{A}$ of 3-sided voids")
@@ -56,8 +61,8 @@ def figure_8(tables: Tables) -> Drawing:
     return out
 
 
-def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
-    """Bins of rho, and (packings, bins, sides 0 to 7+, 3) sums: voids, areas, shape factors."""
+def _sum_voids(part: pd.DataFrame) -> tuple[Array, Array]:
+    """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
     seeds = np.sort(part["seed"].unique())
     held = part.groupby("rho")["seed"].nunique()
     rho = np.sort(held.index[held >= SHARE * len(seeds)])
@@ -72,75 +77,64 @@ def _sums(part: pd.DataFrame) -> tuple[Array, Array]:
     return np.asarray(rho, dtype=np.float64), cube
 
 
-def _ratio(above: Array, below: Array) -> Array:
+def _divide(above: Array, below: Array) -> Array:
     return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
 
 
 def _share(cube: Array, sides: tuple[int, ...]) -> Array:
-    """(bins, sides) P_l."""
+    """P_l (bins, sides): share of the voids that have l sides."""
     voids = cube[..., 0].sum(axis=0)
     total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
-    return _ratio(voids[:, list(sides)], total)
+    return _divide(voids[:, list(sides)], total)
 
 
 def _means(cube: Array) -> Array:
-    """(bins, 2): mean shape factor of voids with three sides, mean area of all."""
+    """Means (bins, 2): shape factor of voids with three sides, area of all."""
     total = cube.sum(axis=0)
-    return np.column_stack([_ratio(total[:, 3, 2], total[:, 3, 0]), _ratio(total[..., 1].sum(1), total[..., 0].sum(1))])
+    return np.column_stack(
+        [_divide(total[:, 3, 2], total[:, 3, 0]), _divide(total[..., 1].sum(1), total[..., 0].sum(1))]
+    )
 
 
 def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
+    """Claims on shares at onset, and on voids with three sides in dense packings (of disks near onset too)."""
     big, how = model.upper(), f"N = {n}"
     claims = []
     if part["onset"].astype(bool).any():
-        _, first = _sums(part[part["onset"].astype(bool)].assign(rho=0.0))
-        share = bootstrap([first], lambda g: _share(g[0], (3, 4, 5, 6))[0], resamples=RESAMPLES)
-        for k, (side, paper, margin) in enumerate(((3, 0.4, 0.05), (4, 0.4, 0.05), (5, 0.18, 0.005), (6, 0.02, 0.005))):
-            claims.append(
-                claim(name, f"P_{side} at onset, {big}", share[k], paper, margin, how=f"{how}, states at onset")
-            )
-
-    def pooled(low: float, high: float, column: int) -> Interval | None:
-        inside = (x > low) & (x < high)
-        if not inside.any():
-            return None
-
-        def value(groups: list[Array]) -> float:
-            total = groups[0][:, inside].sum(axis=(0, 1))
-            if column == 0:
-                return float(_ratio(total[3:4, 0], total[:, 0].sum(keepdims=True))[0])
-            return float(_ratio(total[3:4, 2], total[3:4, 0])[0])
-
-        return bootstrap([cube], value, resamples=RESAMPLES)
-
-    if model == "dp":
-        claims.append(
-            claim(name, "P_3 for rho > 0.97, DP", pooled(0.97, 1.0, 0), 1.0, 0.005, how=how, reason=DP_UNKNOWN)
-        )
-        claims.append(
-            claim(
-                name,
-                "A of 3-sided voids, rho > 0.97, DP",
-                pooled(0.97, 1.0, 1),
-                4.87,
-                0.05,
-                how=how,
-                reason=f"rims of width delta round the corners; {DP_UNKNOWN}",
-            )
-        )
-    else:
-        claims.append(
-            claim(
-                name,
-                "A of 3-sided voids, rho < 0.86, SP",
-                pooled(0.8, 0.86, 1),
-                4.87,
-                0.05,
-                how=how,
-                reason="the paper's is that of three equal disks; sizes differ here, and near onset gaps are open",
-            )
-        )
-        claims.append(
-            claim(name, "A of 3-sided voids, rho > 0.98, SP", pooled(0.98, 1.0, 1), 2.0, 0.0, relation="<", how=how)
-        )
+        _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
+        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0], resamples=RESAMPLES)
+        for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
+            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
+    equal = "the paper's is that of three equal disks; sizes differ here, and near onset gaps are open"
+    rims = f"rims of width delta round the corners; {DP_UNKNOWN}"
+    dense: dict[str, list[tuple[str, float, float, Statistic, published.Published, str]]] = {
+        "sp": [
+            ("A of 3-sided voids, rho < 0.86, SP", 0.8, 0.86, _triangle_shape, published.PLATEAU_SHAPE, equal),
+            ("A of 3-sided voids, rho > 0.98, SP", 0.98, 1, _triangle_shape, published.DENSE_DISK_TRIANGLES_SHAPE, ""),
+        ],
+        "dp": [
+            ("P_3 for rho > 0.97, DP", 0.97, 1, _triangle_share, published.DENSE_DROPLET_TRIANGLES, DP_UNKNOWN),
+            ("A of 3-sided voids, rho > 0.97, DP", 0.97, 1, _triangle_shape, published.PLATEAU_SHAPE, rims),
+        ],
+    }
+    for text, low, high, statistic, paper, reason in dense[model]:
+        found = _pool(cube[:, (x > low) & (x < high)], statistic)
+        claims.append(claim(name, text, found, paper, how=how, reason=reason))
     return claims
+
+
+def _pool(cube: Array, statistic: Statistic) -> Interval | None:
+    """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
+    if not cube.shape[1]:
+        return None
+    return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))), resamples=RESAMPLES)
+
+
+def _triangle_share(total: Array) -> float:
+    """P_3."""
+    return float(_divide(total[3, 0], total[:, 0].sum()))
+
+
+def _triangle_shape(total: Array) -> float:
+    """Mean shape factor of voids with three sides."""
+    return float(_divide(total[3, 2], total[3, 0]))

@@ -1,4 +1,4 @@
-"""What a paper states, what our packings give, and whether the two agree."""
+"""Set a number of a paper beside ours and say whether the two agree."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.published_numbers import Published
 
 
 @dataclass(frozen=True)
@@ -16,9 +17,7 @@ class Claim:
         figure: name, such as "boromand-6".
         quantity: in plain words.
         value, low, high: measured, with the ends of its 95 % interval; nan where the data do not give it.
-        paper: what the paper states.
-        margin: its error, else half a unit of its last digit.
-        relation: "=", or ">" and "<" where the paper gives a bound only.
+        paper, margin, relation: see `jamlab.statistics.published_numbers.Published`.
         how: window or rule of the measurement.
         reason: why ours differs, where that is known.
     """
@@ -47,7 +46,7 @@ class Claim:
 
     @property
     def verdict(self) -> str:
-        """Agrees; differs, with the reason or "open"; or not measured."""
+        """One of: agrees; differs, with the reason or "open"; not measured, with the cause."""
         if np.isfinite(self.value) and not self.measured:
             return "not measured: too few packings for an interval"
         if not self.measured:
@@ -73,7 +72,9 @@ class Claim:
         return asdict(self) | {"verdict": self.verdict}
 
 
-def claim(figure: str, quantity: str, found: Interval | None, paper: float, margin: float = 0.0, **more: str) -> Claim:
-    """A claim from an interval; None where the data do not give it."""
+def claim(
+    figure: str, quantity: str, found: Interval | None, paper: Published, *, how: str = "", reason: str = ""
+) -> Claim:
+    """Make a claim from an interval, None where the data do not give one."""
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
-    return Claim(figure, quantity, value, low, high, paper, margin, **more)
+    return Claim(figure, quantity, value, low, high, *paper, how=how, reason=reason)

@@ -1,4 +1,4 @@
-"""From rows of states to packings x bins, the form that bands and fits with intervals are made of."""
+"""Arrange rows of states as packings x bins, from which bands and fits with intervals are made."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ Array = NDArray[np.float64]
 Statistic = Callable[[Array, Array], ArrayLike]
 
 PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "contact")
-RESAMPLES = 200
+RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 _PACKING = ["model", "n", "seed"]
-SHARE = 0.5  # of the packings that a bin must hold
+SHARE = 0.5  # of the packings must reach a bin, else its mean is that of a selection
 
 
-def derive(states: pd.DataFrame) -> pd.DataFrame:
-    """States with distances from the onset of their own packing; states that are no jammed minimum are left out.
+def add_distances(states: pd.DataFrame) -> pd.DataFrame:
+    """Add distances from the onset of its own packing to each state; leave out states that are not jammed minima.
 
-    Added: d_rho, d_phi, d_z: rho, phi and z less their values at onset; overlap: phi - rho; lost: 1 - <a>/a_J, the
-    part of their area that particles lose, from rho/phi since phi times the cell's area is constant; excess: A - 1 for
-    disks, A - A_J for polygons; u: energy per particle. Tables that hold these columns are returned as they are.
+    Columns added: d_rho, d_phi, d_z: rho, phi and z minus their values at onset; overlap: phi - rho; lost: 1 - <a>/a_J,
+    the fraction of their area that particles lose, from rho/phi since phi times the cell's area is constant; excess:
+    A - 1 for disks, A - A_J for polygons; u: energy per particle. Tables with these columns are returned unchanged.
     """
     if "lost" in states:
         return states
-    s = usual(states)
+    s = select_usual(states)
     first = s[s["state"] == 0].set_index(_PACKING)[["z", "shape"]].add_suffix("_J")
     s = s.join(first, on=_PACKING)
     s = s[s["converged"].astype(bool) & s["z"].notna()]
@@ -43,8 +43,8 @@ def derive(states: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def usual(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the protocol (units, ensemble, parameters) that most rows of each model have; others are left out."""
+def select_usual(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the rows of the protocol (units, ensemble, parameters) that is most frequent for each model."""
     names = [name for name in PROTOCOL if name in table]
     if not names or table.empty:
         return table
@@ -83,7 +83,7 @@ class Ensemble:
 
     @property
     def error(self) -> Array:
-        """(bins,) standard error of the mean of y; of the smallest spread seen where one packing stands alone."""
+        """Standard error (bins,) of the mean of y; a bin with one packing takes the smallest spread of all bins."""
         known = np.isfinite(self.y)
         centred = np.where(known, self.y - average(self.y), 0.0)
         count = known.sum(axis=0)
@@ -94,7 +94,7 @@ class Ensemble:
         )
 
     def interval(self, statistic: Statistic) -> Interval | None:
-        """Statistic of the mean curve (x, y) with its interval; None where the data do not give it."""
+        """Statistic of the mean curve (x, y) with its interval; None if there are too few points or no law fits."""
         both = np.stack([self.x, self.y], axis=-1)
 
         def of(groups: list[Array]) -> ArrayLike:
@@ -102,12 +102,12 @@ class Ensemble:
 
         try:
             return bootstrap([both], of, resamples=RESAMPLES)
-        except (ConvergenceError, InputError):  # too few points, or no law fits
+        except (ConvergenceError, InputError):
             return None
 
 
 def average(values: Array) -> Array:
-    """(bins,) mean over packings (axis 0), nan where none has a value."""
+    """Average (bins,) over packings (axis 0); nan where no packing has a value."""
     known = np.isfinite(values)
     count = known.sum(axis=0)
     total = np.where(known, values, 0.0).sum(axis=0)
@@ -115,7 +115,7 @@ def average(values: Array) -> Array:
 
 
 def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, edges: ArrayLike) -> Ensemble:
-    """Packings x bins of one model and size; bins that fewer than half of the packings reach are left out.
+    """Arrange packings x bins of one model and size; bins that fewer than half of the packings reach are left out.
 
     Args:
         states: see `derive`.

@@ -1,4 +1,4 @@
-"""All figures by name: draw, write as PNG, PDF and CSV, and gather in one HTML page with the verdicts."""
+"""Draw figures by name, write them as PNG, PDF and CSV, and gather them with their verdicts in one HTML page."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,8 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
-from jamlab.figures.html_page import Table, write_page
-from jamlab.figures.html_page import save as save_png
+from jamlab.figures.html_page import TextTable, save_png, write_csv, write_page
 from jamlab.figures.papers import (
     baumgarten,
     baumgarten_motion,
@@ -17,15 +16,16 @@ from jamlab.figures.papers import (
     boromand_geometry,
     boromand_onset,
     boromand_power_laws,
+    boromand_tables,
     boromand_voids,
 )
 from jamlab.figures.papers.claims import Claim
 from jamlab.figures.papers.panels import Drawing
-from jamlab.figures.papers.tables import Tables
+from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.packing.versions import versions
 
-FIGURES: dict[str, Callable[[Tables], Drawing]] = {
+FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-4": boromand_geometry.figure_4,
     "boromand-5": boromand.figure_5,
     "boromand-6": boromand.figure_6,
@@ -34,7 +34,7 @@ FIGURES: dict[str, Callable[[Tables], Drawing]] = {
     "boromand-9": boromand_geometry.figure_9,
     "boromand-10": boromand_onset.figure_10,
     "boromand-11": boromand_power_laws.figure_11,
-    "tables": boromand_onset.tables_1_2,
+    "tables": boromand_tables.tables_1_2,
     "baumgarten-1": baumgarten.figure_1,
     "baumgarten-3": baumgarten.figure_3,
     "baumgarten-4": baumgarten.figure_4,
@@ -43,17 +43,17 @@ FIGURES: dict[str, Callable[[Tables], Drawing]] = {
     "baumgarten-7": baumgarten_motion.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
 }
-REPORT = "figures.html"
+PAGE = "figures.html"
 VERDICTS = "verdicts.csv"
 
 
 def titles() -> dict[str, str]:
-    """Name -> one line."""
+    """Name of each figure -> what it shows, in one line."""
     return {name: (function.__doc__ or "").splitlines()[0].rstrip(".") for name, function in FIGURES.items()}
 
 
 def check_names(names: Sequence[str]) -> list[str]:
-    """The figures asked for; "all" stands for every one.
+    """Names of the figures asked for; "all" stands for every one.
 
     Raises:
         InputError: an unknown name.
@@ -66,17 +66,17 @@ def check_names(names: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Failure:
-    """A figure that the tables do not give."""
+    """A figure that could not be drawn from the tables."""
 
     name: str
     reason: str
 
 
-def draw(name: str, tables: Tables) -> Drawing:
-    """One figure.
+def draw(name: str, tables: EnsembleTables) -> Drawing:
+    """Draw one figure.
 
     Raises:
-        InputError: the tables lack what it shows.
+        InputError: the tables lack the data of the figure.
         StorageError: a table cannot be read.
     """
     try:
@@ -90,7 +90,7 @@ def draw(name: str, tables: Tables) -> Drawing:
 
 
 def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
-    """PNG, PDF and CSV of what is drawn; returns their paths and the PNG itself.
+    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself.
 
     Raises:
         StorageError: the folder cannot be written.
@@ -103,29 +103,23 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
     drawing.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     with atomic_file(paths[1]) as temporary:
         temporary.write_bytes(buffer.getvalue())
-    write_csv(drawing.table, paths[2])
+    write_csv(paths[2], drawing.table)
     return paths, png
 
 
-def write_csv(table: pd.DataFrame, path: Path) -> None:
-    """CSV, 8 significant digits."""
-    with atomic_file(path) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.8g")
-
-
 def write_all(
-    names: Sequence[str], tables: Tables, folder: Path, tell: Callable[[str], None] = lambda name: None
+    names: Sequence[str], tables: EnsembleTables, folder: Path, progress: Callable[[str], None] = lambda name: None
 ) -> tuple[list[Drawing], list[Failure]]:
     """Write figures, the table of verdicts and one self-contained HTML page.
 
     Args:
-        names: figures.
+        names: of figures.
         tables: to draw from.
         folder: made if it is not there.
-        tell: called with each name before it is drawn.
+        progress: called with each name before it is drawn.
 
     Returns:
-        What was drawn, and what the tables do not give.
+        What was drawn, and what could not be.
 
     Raises:
         StorageError: the folder cannot be written.
@@ -134,7 +128,7 @@ def write_all(
     make_folder(folder)
     drawings, failures, pictures = [], [], {}
     for name in names:
-        tell(name)
+        progress(name)
         try:
             drawing = draw(name, tables)
         except JamlabError as error:
@@ -146,14 +140,15 @@ def write_all(
     if not drawings:
         raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
     claims = [c for d in drawings for c in d.claims]
-    write_csv(pd.DataFrame([c.row() for c in claims]), folder / VERDICTS)
-    _report(claims, failures, pictures, tables, folder / REPORT)
+    write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
+    _write_verdicts(folder / PAGE, claims, failures, pictures, tables.facts)
     return drawings, failures
 
 
-def _report(
-    claims: list[Claim], failures: list[Failure], pictures: dict[str, bytes], tables: Tables, path: Path
+def _write_verdicts(
+    path: Path, claims: list[Claim], failures: list[Failure], pictures: dict[str, bytes], facts: dict[str, str]
 ) -> None:
+    """Write the page: verdicts, what could not be drawn, pictures."""
     columns = ("figure", "quantity", "measured", "95 % interval", "paper", "verdict", "how")
     rows = [
         (c.figure, c.quantity, f"{c.value:.4g}", f"{c.low:.4g} to {c.high:.4g}", c.paper_text, c.verdict, c.how)
@@ -161,10 +156,10 @@ def _report(
         else (c.figure, c.quantity, "–", "–", c.paper_text, c.verdict, "")
         for c in claims
     ]
-    parts = [Table("Verdicts", columns, rows, [not c.agrees for c in claims])]
+    parts = [TextTable("Verdicts", columns, rows, [not c.agrees for c in claims])]
     if failures:
         lines = [(f.name, f.reason) for f in failures]
-        parts.append(Table("Not drawn", ("figure", "reason"), lines, [True] * len(lines)))
+        parts.append(TextTable("Not drawn", ("figure", "reason"), lines, [True] * len(lines)))
     good = sum(c.agrees for c in claims)
     missing = sum(not c.measured for c in claims)
     lead = (
@@ -174,4 +169,4 @@ def _report(
         "the paper's own margin: the error it states, half a unit of its last digit, or what its words allow. Red: "
         "differs, with the reason if one is known, else open."
     )
-    write_page(path, "Figures of both papers", lead, parts, pictures, tables.facts | versions())
+    write_page(path, "Figures of both papers", lead, parts, pictures, facts | versions())

@@ -1,4 +1,4 @@
-"""A figure that keeps the numbers behind every curve it draws."""
+"""Draw panels of a figure that keeps the numbers behind every curve."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim
 
 matplotlib.use("Agg")
@@ -35,8 +36,14 @@ def style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
 
 
+def model_style(model: str, **more: Any) -> dict[str, Any]:
+    """Colour and marker of a model, without a line unless one is asked for."""
+    look = MODEL_STYLE[model]
+    return {"color": look["color"], "marker": look["marker"], "linestyle": "none"} | more
+
+
 def sequence(index: int, count: int) -> dict[str, Any]:
-    """Colour and marker of the index-th of an ordered series; many are told apart by shade."""
+    """Colour and marker of the index-th of an ordered series; more than five differ by shade."""
     if count <= 5:
         return style(index)
     return {
@@ -58,7 +65,7 @@ class Drawing:
         name: such as "boromand-6".
         figure: matplotlib.
         claims: numbers of the paper beside ours.
-        caption: what is drawn, and what the paper has and this has not.
+        caption: what is drawn, and what of the paper's figure is missing.
         rows: one dict per point drawn.
     """
 
@@ -70,7 +77,7 @@ class Drawing:
 
     @property
     def table(self) -> pd.DataFrame:
-        """All points drawn: panel, series, x, y, low, high; lines of the paper are series that begin with "paper"."""
+        """All points drawn: panel, series, x, y, low, high; series of the paper begin with "paper"."""
         return pd.concat(self.rows, ignore_index=True)
 
     def curve(
@@ -86,10 +93,10 @@ class Drawing:
         band: bool = True,
         **look: Any,
     ) -> None:
-        """Draw and keep a curve with its interval, as a band or as bars; points that are nan are left out.
+        """Draw a curve with its interval, as a band or as bars, and keep its points; nan are left out.
 
         Args:
-            label: of the legend; "" stands for the series, None for no entry.
+            label: in the legend; "" takes the name of the series, None leaves the curve out of it.
         """
         px, py = _row(x), _row(y)
         bottom, top = (np.full(py.shape, np.nan) if e is None else _row(e) for e in (low, high))
@@ -118,7 +125,7 @@ class Drawing:
     def slope(
         self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None, above: bool = False
     ) -> None:
-        """A line of the paper's slope from (x[0], y) to x[1], dashed, with its exponent below it or above."""
+        """Draw a dashed line of the paper's slope from (x[0], y) to x[1], with its exponent below or above."""
         ends = np.asarray(x, dtype=float)
         values = y * (ends / ends[0]) ** exponent
         self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
@@ -138,7 +145,7 @@ class Drawing:
 
 
 def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: float = 3.8) -> tuple[Drawing, list[Any]]:
-    """An empty figure and its axes, row by row, called a, b, c, ..."""
+    """Make an empty figure and its axes, named a, b, c, ... row by row."""
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False).flat)
     for index, part in enumerate(axes):
@@ -146,8 +153,8 @@ def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: floa
     return Drawing(name, figure), axes
 
 
-def label(axes: Any, x: str, y: str, *, log: str = "", legend: bool = True, **place: Any) -> None:
-    """Labels, panel letter, grid and legend; call it when everything is drawn, `scale` before."""
+def label(axes: Any, x: str, y: str, *, legend: bool = True, **place: Any) -> None:
+    """Add labels, panel letter, grid and legend; call it when everything is drawn, and `scale` before."""
     axes.set_xlabel(x, fontsize=11)
     axes.set_ylabel(y, fontsize=11)
     axes.tick_params(labelsize=9.5)
@@ -155,7 +162,7 @@ def label(axes: Any, x: str, y: str, *, log: str = "", legend: bool = True, **pl
     if len(axes.figure.axes) > 1:
         axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
     for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
-        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap, or there are none
+        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap or are missing
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
             axis.set_minor_formatter(NullFormatter())
@@ -164,7 +171,7 @@ def label(axes: Any, x: str, y: str, *, log: str = "", legend: bool = True, **pl
 
 
 def scale(axes: Any, x: str = "log", y: str = "log") -> None:
-    """Set the scales before curves are drawn, so that what a logarithm cannot show is left out."""
+    """Set the scales before curves are drawn, so that points that a logarithm cannot show are left out."""
     axes.set_xscale(x)
     axes.set_yscale(y)
 

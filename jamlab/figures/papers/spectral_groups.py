@@ -1,4 +1,4 @@
-"""From rows of spectra to packings of one law and pressure."""
+"""Group rows of spectra into packings of one law and pressure."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Group:
     eta_inf: Array
 
     def members(self) -> list[ComplexModulus]:
-        """As `jamlab.collapse` takes them."""
+        """Spectra of single packings, the form that `jamlab.collapse` takes."""
         none = np.full(self.omega.shape, np.nan)
         return [
             ComplexModulus(self.omega, storage, loss, float(g0), float(eta0), float(eta_inf), "table", none)
@@ -51,8 +51,8 @@ class Group:
         return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]), resamples=RESAMPLES)
 
 
-def same_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
-    """The groups at the frequencies that all of them have."""
+def cut_to_shared_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
+    """Cut all groups to the frequencies that they share."""
     shared = set.intersection(*(set(g.omega) for g in groups.values()))
     out = {}
     for p, g in groups.items():
@@ -61,17 +61,17 @@ def same_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
     return out
 
 
-def limits_of(table: pd.DataFrame) -> pd.DataFrame:
-    """One row per packing and law, without the frequencies; only packings whose moduli are positive."""
+def select_limits(table: pd.DataFrame) -> pd.DataFrame:
+    """Reduce a table to one row per packing and law, without frequencies; packings with G_0 <= 0 are left out."""
     keys = ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"]
     return table[table["g0"] > 0].drop_duplicates(keys)[[*keys, "g0", "eta0", "eta_inf"]]
 
 
-def chosen(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **parameters: float) -> pd.DataFrame:
-    """Rows of one law.
+def select_law(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **parameters: float) -> pd.DataFrame:
+    """Select the rows of one law.
 
     Raises:
-        InputError: there are none.
+        InputError: there is no such row.
     """
     found = table[table["law"] == law]
     if prestress is not None:
@@ -84,24 +84,29 @@ def chosen(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **pa
     return found
 
 
-def spectral(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the size that has many frequencies and more than one packing; of such the largest."""
+def select_spectra(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the rows of the largest size with many frequencies and more than one packing.
+
+    Raises:
+        InputError: no spectrum has three frequencies.
+    """
     count = table.groupby("n")["omega"].nunique()
     full = count.index[count >= max(0.5 * count.max(), 3)]
     if full.empty:
         raise InputError("no spectrum has three frequencies: run a campaign with more")
-    return table.loc[table["n"] == largest_ensemble(table.loc[table["n"].isin(full)])]
+    return select_largest(table.loc[table["n"].isin(full)])
 
 
-def largest_ensemble(table: pd.DataFrame) -> int:
-    """The largest size with more than one packing; the largest of all if there is none."""
+def select_largest(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the rows of the largest size with more than one packing, else of the largest of all."""
     packings = table.groupby("n")["seed"].nunique()
     several = packings.loc[packings > 1]
-    return int((several if len(several) else packings).index.max())
+    largest = int((several if len(several) else packings).index.max())
+    return table.loc[table["n"] == largest]
 
 
-def by_pressure(table: pd.DataFrame) -> dict[float, Group]:
-    """Pressure -> packings, of the one law that the rows hold; those with a modulus that is not positive left out."""
+def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:
+    """Group rows of one law by pressure, descending; packings with a modulus that is not positive are left out."""
     out = {}
     for p in table["target_pressure"].unique():
         part = table.loc[table["target_pressure"] == p]
@@ -118,13 +123,13 @@ def by_pressure(table: pd.DataFrame) -> dict[float, Group]:
     return dict(sorted(out.items(), reverse=True))
 
 
-def large(groups: dict[float, Group], n: int) -> dict[float, Group]:
-    """Those whose p N^2 is large."""
+def select_large(groups: dict[float, Group], n: int) -> dict[float, Group]:
+    """Select the groups in which p N^2 is large enough for fits of exponents."""
     return {p: g for p, g in groups.items() if p * n**2 >= LARGE}
 
 
-def power_text(p: float) -> str:
-    """10^n, or a x 10^n, as mathtext."""
+def format_power(p: float) -> str:
+    """Format a number as 10^n, or a x 10^n, in mathtext."""
     exponent = int(np.floor(np.log10(p) + 1e-9))
     if exponent in (-1, 0, 1):
         return f"{p:.2g}"

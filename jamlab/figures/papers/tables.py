@@ -1,4 +1,4 @@
-"""The tables that figures are drawn from: those of a campaign, or the reference data packed with jamlab."""
+"""Prepare the tables that figures are drawn from: those of a campaign, or the reference data shipped with jamlab."""
 
 import gzip
 import json
@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import InputError, StorageError
-from jamlab.figures.papers.ensembles import derive, usual
+from jamlab.figures.papers.ensembles import add_distances, select_usual
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
 NAMES = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
-RHO_BIN = 0.01
+RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
@@ -36,12 +36,12 @@ _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 
 
-class Tables:
-    """Tables by name, prepared once: what did not converge is left out of states, spectra and onsets.
+class EnsembleTables:
+    """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
 
     Args:
         read: gives a table by its name, such as `jamlab.open_campaign(path).table`.
-        facts: what the report says about where the tables come from.
+        facts: what the page says about the origin of the tables.
     """
 
     def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
@@ -50,56 +50,56 @@ class Tables:
 
     @cached_property
     def states(self) -> pd.DataFrame:
-        """See `jamlab.figures.papers.ensembles.derive`."""
-        return _filled("states", derive(self._read("states")))
+        """See `jamlab.figures.papers.ensembles.add_distances`."""
+        return _require_rows("states", add_distances(self._read("states")))
 
     @cached_property
     def onset(self) -> pd.DataFrame:
         """One row per packing at onset, of the usual protocol."""
-        table = usual(self._read("onset"))
-        return _filled("onset", table[table["converged"].astype(bool)])
+        table = select_usual(self._read("onset"))
+        return _require_rows("onset", table[table["converged"].astype(bool)])
 
     @cached_property
     def void_counts(self) -> pd.DataFrame:
-        """See `count_voids`; the reference data hold it, of a campaign it is made from its table of voids."""
+        """See `count_voids`; shipped with the reference data, counted from the voids of a campaign."""
         try:
-            return _filled("void_counts", self._read("void_counts"))
+            return _require_rows("void_counts", self._read("void_counts"))
         except (StorageError, InputError, KeyError):
-            return _filled("voids", count_voids(self._read("voids")))
+            return _require_rows("voids", count_voids(self._read("voids")))
 
     @cached_property
     def spectra(self) -> pd.DataFrame:
         """One row per packing, law and frequency."""
         table = self._read("spectra")
-        return _filled("spectra", table[table["converged"].astype(bool)])
+        return _require_rows("spectra", table[table["converged"].astype(bool)])
 
     @cached_property
     def quasistatic(self) -> pd.DataFrame:
-        """One row per packing."""
-        return _filled("quasistatic", _at_target(self._read("quasistatic").dropna(subset=["sliding"])))
+        """One row per packing sheared slowly."""
+        return _require_rows("quasistatic", _replace_pressure(self._read("quasistatic").dropna(subset=["sliding"])))
 
     @cached_property
     def correlation(self) -> pd.DataFrame:
         """One row per packing, law, frequency and distance."""
-        return _filled("correlation", _at_target(self._read("correlation")))
+        return _require_rows("correlation", _replace_pressure(self._read("correlation")))
 
 
-def _at_target(table: pd.DataFrame) -> pd.DataFrame:
-    """The target pressure, which packings share to the last digit, in place of the measured one."""
+def _replace_pressure(table: pd.DataFrame) -> pd.DataFrame:
+    """Replace the measured pressure by the target, which packings share to the last digit."""
     return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
-def _filled(name: str, table: pd.DataFrame) -> pd.DataFrame:
+def _require_rows(name: str, table: pd.DataFrame) -> pd.DataFrame:
     if table.empty:
         raise InputError(f"the table {name} has no usable row: run a campaign that measures it, or use another source")
     return table
 
 
 def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
-    """Sums over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
+    """Sum over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
 
     Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
-    can still be drawn as a whole from these.
+    can still be resampled as a whole from these.
     """
     at_onset = voids["state"] == 0
     rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
@@ -108,20 +108,20 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
 
 
-def reference_tables() -> Tables:
-    """The reference data packed with jamlab.
+def reference_tables() -> EnsembleTables:
+    """Tables of the reference data shipped with jamlab.
 
     Raises:
-        StorageError: they are not there.
+        StorageError: the data are missing.
     """
     return read_folder(Path(str(resources.files("jamlab.figures.papers").joinpath("reference"))))
 
 
-def read_folder(folder: Path) -> Tables:
-    """Tables from a folder that `save` wrote.
+def read_folder(folder: Path) -> EnsembleTables:
+    """Read tables from a folder that `save` wrote.
 
     Raises:
-        StorageError: no such folder; later, when a table is used that is not there or cannot be read.
+        StorageError: no such folder; later, on use, a table that is missing or cannot be read.
     """
     record = folder / "reference.json"
     try:
@@ -140,24 +140,24 @@ def read_folder(folder: Path) -> Tables:
                 f"{path} cannot be read ({error}): make it with a campaign that measures {name}"
             ) from None
 
-    return Tables(read, {name: str(value) for name, value in facts["facts"].items()})
+    return EnsembleTables(read, {name: str(value) for name, value in facts["facts"].items()})
 
 
-def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:
+def save(tables: EnsembleTables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:
     """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
 
     Args:
         tables: of a campaign.
-        folder: made if it is not there; its tables are replaced.
-        facts: versions, commit, anything worth showing in a report; kept in reference.json.
+        folder: created if missing; its tables are replaced.
+        facts: versions, commit and other entries for the page; kept in reference.json.
         campaign: text of the campaign file, kept there too.
 
     Returns:
-        Table -> bytes written. A table that the campaign has no rows of is left out.
+        Name of each table -> bytes written. Tables without rows are left out.
 
     Raises:
         StorageError: the folder cannot be written.
-        InputError: no table at all.
+        InputError: no table has rows.
     """
     make_folder(folder)
     written: dict[str, int] = {}
@@ -169,7 +169,7 @@ def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = ""
         except (InputError, StorageError, KeyError):
             path.unlink(missing_ok=True)
             continue
-        kept = _thinned(table[[c for c in _COLUMNS[name] if c in table]])
+        kept = _round_floats(table[[c for c in _COLUMNS[name] if c in table]])
         with atomic_file(path) as temporary:
             temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
         written[name], rows[name] = path.stat().st_size, len(kept)
@@ -181,8 +181,8 @@ def save(tables: Tables, folder: Path, facts: dict[str, Any], campaign: str = ""
     return written
 
 
-def _thinned(table: pd.DataFrame) -> pd.DataFrame:
-    """Floats rounded to significant digits."""
+def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
+    """Round floats to significant digits."""
     out = table.copy()
     for name in out.select_dtypes("float").columns:
         digits = _EXACT.get(name, _DIGITS.get(name, 6))

@@ -1,24 +1,26 @@
-"""The comparison as tables, CSV and one HTML page."""
+"""Write the comparison with other codes as tables, CSV, JSON and one HTML page."""
 
-import csv
 import json
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+import pandas as pd
+
 from jamlab.benchmarks.other_codes.compare import Row, summary
-from jamlab.figures.html_page import Table, write_page
+from jamlab.figures.html_page import TextTable, write_csv, write_page
 from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.packing.versions import versions
 
 
-def tables(rows: Sequence[Row], n: int, phi: float) -> list[Table]:
-    """Three tables of text: same coordinates, same basin, speed."""
+def comparison_tables(rows: Sequence[Row], n: int, phi: float) -> list[TextTable]:
+    """Tables for the reader: same coordinates, same basin, speed."""
 
-    def table(heading: str, columns: dict[str, str]) -> Table:
+    def table(heading: str, columns: dict[str, str]) -> TextTable:
+        """Columns of the rows, each with its format."""
         lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in rows]
-        return Table(heading, [name.replace("_", " ") for name in columns], lines)
+        return TextTable(heading, [name.replace("_", " ") for name in columns], lines)
 
     small = ".1e"
     return [
@@ -37,17 +39,14 @@ def tables(rows: Sequence[Row], n: int, phi: float) -> list[Table]:
     ]
 
 
-def write(folder: Path, rows: Sequence[Row], n: int, phi: float) -> None:
+def write_comparison(folder: Path, rows: Sequence[Row], n: int, phi: float) -> None:
     """Write comparison.csv, comparison.json and index.html.
 
     Raises:
         StorageError: the folder cannot be written.
     """
     make_folder(folder)
-    with atomic_file(folder / "comparison.csv") as temporary, temporary.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(asdict(rows[0])))
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
+    write_csv(folder / "comparison.csv", pd.DataFrame([asdict(row) for row in rows]))
     with atomic_file(folder / "comparison.json") as temporary:
         temporary.write_text(json.dumps(summary(rows)) + "\n")
     facts = {row.name: row.note for row in rows if row.note} | {"machine": platform.machine(), **versions()}
@@ -55,7 +54,7 @@ def write(folder: Path, rows: Sequence[Row], n: int, phi: float) -> None:
         "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
         "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
     )
-    write_page(folder / "index.html", "jamlab beside other codes", lead, tables(rows, n, phi), {}, facts)
+    write_page(folder / "index.html", "jamlab beside other codes", lead, comparison_tables(rows, n, phi), {}, facts)
 
 
 def _text(value: object, form: str) -> str:

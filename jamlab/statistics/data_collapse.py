@@ -1,0 +1,123 @@
+"""Collapse data: rescale curves of several sizes or pressures until they fall on one, and say how well they do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize
+
+from jamlab.errors import InputError
+
+Array = NDArray[np.float64]
+Curve = tuple[Array, Array]
+
+_GRID = 60  # points at which curves are compared
+
+
+def measure_spread(curves: Sequence[Curve]) -> float:
+    """Measure how far curves lie apart: root mean square distance from their mean, in ln y, where two or more overlap.
+
+    0 is a perfect collapse; compare with the spread of the curves before they are rescaled.
+
+    Args:
+        curves: (x, y), each (m,) ascending and positive.
+
+    Raises:
+        InputError: fewer than two curves; values that are not positive.
+    """
+    return _spread_of_logarithms(_take_logarithms(curves))
+
+
+def _take_logarithms(curves: Sequence[Curve]) -> list[Curve]:
+    if len(curves) < 2:
+        raise InputError(f"{len(curves)} curve(s): a collapse needs two or more")
+    if not all(np.all(x > 0) and np.all(y > 0) for x, y in curves):
+        raise InputError("a collapse is measured in logarithms: x and y must be positive")
+    return [(np.log(x), np.log(y)) for x, y in curves]
+
+
+def _spread_of_logarithms(logs: list[Curve]) -> float:
+    starts, ends = np.array([[x[0], x[-1]] for x, _ in logs]).T
+    grid = np.linspace(np.sort(starts)[1], np.sort(ends)[-2], _GRID)
+    inside = (grid >= starts[:, None]) & (grid <= ends[:, None])
+    inside &= inside.sum(axis=0) >= 2
+    count = inside.sum(axis=0)
+    if not count.any():
+        return float("inf")
+    values = np.where(inside, [np.interp(grid, x, y) for x, y in logs], 0.0)
+    mean = values.sum(axis=0) / np.maximum(count, 1)
+    return float(np.sqrt(np.sum(np.where(inside, values - mean, 0.0) ** 2) / count.sum()))
+
+
+@dataclass(frozen=True)
+class ScalingExponents:
+    """Exponents for which x scale^a and y scale^b of all curves fall on one.
+
+    Attributes:
+        a, b: exponents.
+        spread: of the rescaled curves, see `measure_spread`; inf if no two of them overlap.
+        before: spread of the curves before rescaling.
+    """
+
+    a: float
+    b: float
+    spread: float
+    before: float
+
+    @property
+    def quality(self) -> float:
+        """1 - spread/before: 1 for a perfect collapse, 0 if rescaling gains nothing."""
+        return 1 - self.spread / self.before
+
+
+def fit_scaling_exponents(
+    scale: ArrayLike,
+    families: Sequence[Sequence[Curve]],
+    *,
+    a: float | None = None,
+    b: float | None = None,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> ScalingExponents:
+    """Fit the exponents that bring curves of several sizes, or pressures, onto one curve in each family.
+
+    Args:
+        scale: (m,) positive, such as N or p.
+        families: each m curves, such as G' and G'' of every pressure; all families share the exponents.
+        a, b: exponents to hold fixed; None is fitted.
+        start: first guess of (a, b).
+
+    Raises:
+        InputError: a family without one curve for each scale; see `measure_spread`.
+    """
+    s = np.asarray(scale, dtype=np.float64)
+    if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
+        raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")
+    free = [k for k, e in enumerate((a, b)) if e is None]
+    logs = [_take_logarithms(family) for family in families]
+    moves = np.log(s)
+
+    def spread(exponents: tuple[float, float]) -> float:
+        p, q = exponents
+        parts = [
+            _spread_of_logarithms([(x + p * m, y + q * m) for (x, y), m in zip(family, moves, strict=True)])
+            for family in logs
+        ]
+        return float(np.sqrt(np.mean(np.square(parts))))
+
+    def fill_in(values: Array) -> tuple[float, float]:
+        out = [0.0 if a is None else a, 0.0 if b is None else b]
+        for k, value in zip(free, values, strict=True):
+            out[k] = float(value)
+        return out[0], out[1]
+
+    best = fill_in(np.array([start[k] for k in free]))
+    if free:
+        found = minimize(
+            lambda v: spread(fill_in(v)) ** 2,
+            [start[k] for k in free],
+            method="Nelder-Mead",
+            options={"xatol": 1e-4, "fatol": 1e-10},
+        )
+        best = fill_in(found.x)
+    return ScalingExponents(best[0], best[1], spread(best), spread((0.0, 0.0)))

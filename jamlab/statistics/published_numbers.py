@@ -1,0 +1,123 @@
+"""Hold the numbers of the two papers that jamlab is compared with, each with its margin.
+
+[B]: Boromand et al.; [T]: Baumgarten & Tighe. Lengths, energies and moduli in the units of each paper.
+"""
+
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Distance = TypeVar("Distance", float, NDArray[np.float64])
+
+
+class Published(NamedTuple):
+    """A number as printed.
+
+    Attributes:
+        value: the number.
+        margin: the error that the paper states, else half a unit of its last digit, or what its words allow.
+        relation: "=", or ">" and "<" where the paper gives a bound only.
+    """
+
+    value: float
+    margin: float = 0.0
+    relation: str = "="
+
+
+# [B] tables 1 and 2, fits of eqs 13 and 14: z = z_J + z_0 d^0.5 + z_1 d and G = G_0 d^0.5 + G_1 d, d the distance from
+# onset in phi or rho; G of SP in eps/s_LS^2, of DP in eps_r/l^2. Table 1: z_J, onset, z_0, z_1; table 2: G_0, G_1
+TABLE_1 = {"SP(φ)": (3.97, 0.84, 3.7, 0.0), "SP(ρ)": (3.97, 0.84, 2.6, 4.0), "DP(ρ)": (3.97, 0.835, 3.3, 7.1)}
+TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
+
+
+def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
+    """c_0 d^0.5 + c_1 d at a distance d from onset, [B] eqs 13 and 14."""
+    c_0, c_1 = coefficients
+    value: Distance = c_0 * distance**0.5 + c_1 * distance
+    return value
+
+
+def table_contacts(series: str, distance: Distance) -> Distance:
+    """z at a distance from onset, by the fit of table 1, which is not valid above z = 6, the most there can be."""
+    z_j, _, *coefficients = TABLE_1[series]
+    return z_j + table_law(tuple(coefficients), distance)
+
+
+def table_modulus(series: str, distance: Distance) -> Distance:
+    """G at a distance from onset, by the fit of table 2."""
+    return table_law(TABLE_2[series], distance)
+
+
+def table_entry(value: float) -> Published:
+    """A coefficient z_k or G_k of the tables, which print one decimal from 1 on and two below."""
+    return Published(value, 0.5 * 10.0 ** -(1 if value >= 1 else 2))
+
+
+def table_onset(value: float) -> Published:
+    """z_J, phi_J or rho_J of table 1, known to 0.005."""
+    return Published(value, 0.005)
+
+
+# [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
+EQ_11_C = Published(1.21, 0.005)
+LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
+SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
+SHAPE_AT_UNIT_PHI = Published(1.03, 0.005)
+SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">")
+SHAPE_AT_CONFLUENCE = Published(1.07, 0.005)
+AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01)
+
+# [B] figs 5 to 7
+MODELS_PART = Published(0.88, 0.005)  # rho
+ALPHA_0 = Published(0.5, 0.05)  # z - z_J ~ dphi^alpha_0
+BETA_0 = Published(0.5, 0.05)  # G ~ dphi^beta_0
+DROPLET_EXPONENT = Published(0.8, 0.05)  # of z - z_J and of G in drho
+CROSSOVER_EXPONENT = Published(2.0)  # a of the crossover at dphi N^a
+MISSING_CONTACTS_LIMIT = {"sp": Published(2.0, 0.05), "dp": Published(0.0, 0.05)}  # (z_conf - z) N at confluence
+MISSING_CONTACTS_EXPONENT = Published(1.0, 0.05)  # of z_conf - z in rho* - rho, droplets; fig 9 again
+
+# [B] fig 8
+VOID_SHARES = {3: Published(0.4, 0.05), 4: Published(0.4, 0.05), 5: Published(0.18, 0.005), 6: Published(0.02, 0.005)}
+DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005)  # P_3 for rho > 0.97
+PLATEAU_SHAPE = Published(4.87, 0.05)
+DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<")
+
+# [B] fig 10
+THETA = Published(0.55, 0.005)  # sigma ~ N^-theta
+ONSET_LIMIT = Published(0.842, 0.0005)
+
+# [B] fig 11
+KAPPA = Published(0.75, 0.005)  # phi - rho ~ (U/N)^kappa
+ZETA = (Published(1.5, 0.1), Published(LOST_AREA_EXPONENT, 0.1))  # 1 - <a>/a_J ~ drho^zeta, small and large drho
+OMEGA = {  # drho ~ (A - A_J)^omega, small and large A
+    "sp": (Published(0.66, 0.05), Published(0.3, 0.05)),
+    "dp": (Published(1.0, 0.05), Published(0.3, 0.05)),
+}
+
+# O'Hern et al., Phys. Rev. E 68, 011306 (2003): correction N^-0.7 of the mean onset
+ONSET_CORRECTION = 0.7
+
+# [T] figs 1, 3 and 6
+KELVIN_VOIGT_SLOPE = Published(1.0, 0.05)  # of G'' at both ends of the spectrum
+CRITICAL_SLOPE = Published(0.5, 0.05)  # of G' and G'' between them
+MU = Published(0.5, 0.05)  # G_0 ~ p^mu
+LAMBDA = Published(1.0, 0.05)  # tau* ~ p^-lambda
+DELTA = Published(0.5, 0.05)  # G* ~ omega^Delta
+FLUID_VISCOSITY = Published(1.0, 1e-3)  # d eta_0 / d eta_F
+
+# [T] fig 4
+UNDAMPED_LOSS = Published(0.0, 1e-6)  # G''/(omega G_0) - 1 without damping of sliding, eq 18
+UNDAMPED_VISCOSITY = Published(0.5, 0.05)  # exponent of eta_0 in p, eq 22
+SLIDING_VISCOSITY = Published(1.0, 0.01)  # exponent of eta_0(beta) - eta_0(0) in beta, eq 22
+
+# [T] figs 5, 7 and 8
+SLOW_SHEAR = {  # exponents in p of displacements per strain
+    "approach": Published(0.25, 0.03),
+    "sliding": Published(-0.25, 0.03),
+    "nonaffine": Published(-0.25, 0.03),
+}
+CORRELATION_LENGTH = Published(0.25, 0.03)  # l/L, where the box cuts it off
+LOG_EXPONENT = Published(0.65, 0.1)  # l (-ln p)^0.65
+SIZE_EXPONENT = {"contact": Published(1.0, 0.05), "stokes": Published(1.09, 0.05)}  # a: eta_0/N^a against p N^2
+VISCOSITY_TAIL = Published(-0.5, 0.05)  # slope of eta_0/N for large p N^2

@@ -1,0 +1,22 @@
+"""Fits of the paper's tables: one formula for numbers and arrays, margins from the digits printed."""
+
+import numpy as np
+import pytest
+
+from jamlab.statistics.published_numbers import TABLE_1, TABLE_2, table_contacts, table_entry, table_law, table_modulus
+
+
+@pytest.mark.parametrize("series", list(TABLE_1))
+def test_fits_of_the_tables(series):
+    d = np.array([0.0, 0.01, 0.09])
+    z_j, _, z_0, z_1 = TABLE_1[series]
+    g_0, g_1 = TABLE_2[series]
+    # d = 0.01 and 0.09 have roots without rounding to speak of: 0.1 and 0.3
+    assert table_contacts(series, d) == pytest.approx([z_j, z_j + 0.1 * z_0 + 0.01 * z_1, z_j + 0.3 * z_0 + 0.09 * z_1])
+    assert table_modulus(series, d) == pytest.approx([0, 0.1 * g_0 + 0.01 * g_1, 0.3 * g_0 + 0.09 * g_1])
+    assert [table_law((g_0, g_1), float(x)) for x in d] == table_modulus(series, d).tolist()
+
+
+@pytest.mark.parametrize(("value", "margin"), [(3.7, 0.05), (0.42, 0.005), (1.7, 0.05), (0.07, 0.005)])
+def test_margins_are_half_a_unit_of_the_last_digit(value, margin):
+    assert table_entry(value) == (value, pytest.approx(margin), "=")
