@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.errors import InputError
+from jamlab.geometry.edge_rings import edge_rings
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
@@ -22,7 +22,6 @@ Indices = NDArray[np.int64]
 Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians
-SHORTEST = 1e-12  # an edge shorter than this fraction of the perimeter has no direction and is left out
 
 
 @dataclass(frozen=True)
@@ -67,22 +66,11 @@ def rims(packing: Packing) -> Rims:
     Raises:
         InputError: for an SP packing.
     """
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have rims; this packing has model sp")
-    n, w = packing.n, 0.5 * packing.params["delta"]
-    length = np.hypot(*packing.edges.T)
-    particle = packing.particle
-    kept = length > SHORTEST * packing.perimeters[particle]
-    particle = particle[kept]
-    corner = (packing.positions - packing.centroids[packing.particle])[kept]
-    edge = packing.edges[kept]
-
-    first = np.searchsorted(particle, np.arange(n + 1))
-    before = np.arange(-1, len(corner) - 1)
-    before[first[:-1]] = first[1:] - 1
-    arrival = edge[before]
-    turn = np.arctan2(arrival[:, 0] * edge[:, 1] - arrival[:, 1] * edge[:, 0], np.einsum("ij,ij->i", arrival, edge))
-    normal = np.arctan2(-arrival[:, 0], arrival[:, 1])  # direction of the outward normal of the edge that arrives
+    rings, n = edge_rings(packing), packing.n
+    particle, turn, w = rings.particle, rings.turn, rings.rim
+    corner = rings.tail - packing.centroids[particle]
+    arrival = rings.normal[rings.before]
+    normal = np.arctan2(arrival[:, 1], arrival[:, 0])  # direction of the outward normal of the edge that arrives
     convex = turn > 0
     steps, lift = _arc(np.where(convex, turn, 0.0))
     lift[~convex] = 0.0

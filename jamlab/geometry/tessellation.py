@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from jamlab.errors import InputError
+from jamlab.geometry.cross_product import cross
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
-from jamlab.packing.neighbors import periodic_copies
+from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
         radius = np.zeros(len(points))
     walls = _power_walls(points, radius, packing.box)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
-    return _joined(packing, owner, area, walls)
+    return _merge_cells(packing, owner, area, walls)
 
 
 def local_packing_fraction(packing: Packing) -> Array:
@@ -131,14 +132,14 @@ def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Wall
     lifted = np.einsum("ij,ij->i", x - middle, x - middle) - r**2
     hull = ConvexHull(np.column_stack([x - middle, lifted / np.sqrt(np.abs(box).max())]))
     below = hull.simplices[hull.equations[:, 2] < -1e-12]
-    ccw = _cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
+    ccw = cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
     below = np.where(ccw[:, None], below, below[:, ::-1])
 
     a, b, c = np.concatenate([below, np.roll(below, -1, axis=1), np.roll(below, -2, axis=1)]).T
     home = a < len(points)
     a, b, c = a[home], b[home], c[home]
     ab, ac = x[b] - x[a], x[c] - x[a]
-    d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), _cross(ab, ac)
+    d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), cross(ab, ac)
     solid = det > 1e-14 * d_ab * d_ac
     a, b, c, ab, ac, d_ab, d_ac, det = (v[solid] for v in (a, b, c, ab, ac, d_ab, d_ac, det))
     h_ab, h_ac = radical_height(d_ab, r[a], r[b]), radical_height(d_ac, r[a], r[c])
@@ -149,12 +150,12 @@ def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Wall
         source[np.concatenate([b, c])],
         np.concatenate([shift[b] - shift[a], shift[c] - shift[a]]),
         np.concatenate([h_ab, h_ac]),
-        np.concatenate([_cross(ab, corner) / d_ab, -_cross(ac, corner) / d_ac]),
+        np.concatenate([cross(ab, corner) / d_ab, -cross(ac, corner) / d_ac]),
         np.tile(points[a] + corner, (2, 1)),
     )
 
 
-def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
+def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
     """Cells of points of one particle taken together; walls between them are none."""
     n, shortest = packing.n, SHORTEST * np.sqrt(packing.area / packing.n)
     i, j, shift = owner[walls.i], owner[walls.j], walls.shift
@@ -163,9 +164,9 @@ def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tes
     length = np.bincount(which, walls.length[outside], len(names))
     names, length = names[length > shortest], length[length > shortest]
     sides = np.bincount(names[:, 0], minlength=n)
-    once = _once(*names.T)
+    once = _stands_for_both(names[:, 0], names[:, 1], names[:, 2:])
 
-    k = np.flatnonzero(outside)[_once(i, j, *shift.T)[outside]]
+    k = np.flatnonzero(outside)[_stands_for_both(i, j, shift)[outside]]
     k = k[np.lexsort((walls.shift[k, 1], walls.shift[k, 0], walls.j[k], walls.i[k]))]
     name = np.column_stack([walls.i, walls.j, walls.shift])[k]
     twin = np.flatnonzero((name[1:] == name[:-1]).all(axis=1))  # every wall has two halves
@@ -173,11 +174,6 @@ def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tes
     return Tessellation(area, names[once, 0], names[once, 1], length[once], sides, lines)
 
 
-def _once(i: Indices, j: Indices, first: Indices, second: Indices) -> NDArray[np.bool_]:
-    """Of the two rows that stand for a wall, seen from either side, the one with i < j or the positive shift."""
-    forward = (first > 0) | ((first == 0) & (second > 0))
-    return np.asarray((i < j) | ((i == j) & forward))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+def _stands_for_both(i: Indices, j: Indices, shift: Indices) -> NDArray[np.bool_]:
+    """Of the two rows of a wall, seen from either side, mark the one with i < j or the positive image."""
+    return np.asarray((i < j) | ((i == j) & positive_image(shift)))

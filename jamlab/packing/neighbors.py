@@ -35,6 +35,15 @@ class Pairs:
     r: Array
     shift: Indices
 
+    def select(self, rows: NDArray[np.bool_] | Indices) -> "Pairs":
+        """Keep some rows, by mask or by number."""
+        return Pairs(self.i[rows], self.j[rows], self.r[rows], self.shift[rows])
+
+
+def positive_image(shift: Indices) -> NDArray[np.bool_]:
+    """(m,) whether an image (m, 2) stands for itself and its opposite: the first shift that is not 0 is positive."""
+    return np.asarray((shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0)))
+
 
 def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
     """Every pair of points of one set nearer than the cutoff, once.
@@ -52,8 +61,7 @@ def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
         InputError: see `periodic_neighbors`.
     """
     i, j, shift = _search(points, points, box, cutoff)
-    positive = (shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0))
-    once = (i < j) | ((i == j) & positive)
+    once = (i < j) | ((i == j) & positive_image(shift))
     return _within(points, points, box, cutoff, i[once], j[once], shift[once])
 
 

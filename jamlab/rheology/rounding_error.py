@@ -13,6 +13,8 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# Entries of K and B are sums of a few products each, so that they err by a few units in the last place; with four, the
+# estimate is never ten times too low against extended precision (tests/rheology/test_complex_modulus.py).
 _UNITS = 4.0 * float(np.finfo(np.float64).eps)
 
 

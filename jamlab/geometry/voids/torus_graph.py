@@ -33,7 +33,7 @@ class Components:
     winding: Indices
 
 
-def components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
+def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
     """Connected components of n nodes and their images.
 
     Args:
@@ -56,11 +56,11 @@ def components(n: int, tail: Indices, head: Indices, shift: Indices) -> Componen
     image = np.zeros((n, 2), dtype=np.int64)
     image[grown] = steps[index[np.searchsorted(key, before[grown] * n + grown)]]
     before[before == n] = np.flatnonzero(before == n)
-    image = summed_images(before, image)
+    image = sum_images(before, image)
     return Components(int(count), label.astype(np.int64), image, image[tail] + shift - image[head])
 
 
-def summed_images(before: Indices, step: Indices) -> Indices:
+def sum_images(before: Indices, step: Indices) -> Indices:
     """(n, 2) sum of the steps from the root of a tree to each node.
 
     Args:

@@ -24,7 +24,9 @@ GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it
 LONGEST = 1e4  # ray, in lengths of the cell
 
 
-def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+def find_first_hits(
+    boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]
+) -> tuple[Indices, Indices]:
     """The loop that the ray of each loop hits first.
 
     Args:
@@ -42,8 +44,8 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):
         return hit, shift
-    direction = _directions(boundary, box, casting)
-    source, origin = _extremes(boundary, box, casting, direction)
+    direction = _choose_directions(boundary, box, casting)
+    source, origin = _find_extremes(boundary, box, casting, direction)
     stopping = np.flatnonzero(~ignored[boundary.loop])
     pieces = boundary.pieces
     reach = float(np.where(pieces.radius > 0, pieces.radius, 0.5 * pieces.length)[stopping].max())
@@ -59,10 +61,10 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
         piece = stopping[near.j]
         ray = open_rays[near.i]
         loop, image = boundary.loop[piece], near.shift + boundary.image[source[ray]] - boundary.image[piece]
-        other = ~_same_curve(boundary, casting[ray], loop, image)
+        other = ~_is_same_curve(boundary, casting[ray], loop, image)
         i, piece, loop, image = near.i[other], piece[other], loop[other], image[other]
         centre = near.r[other] + 0.5 * length * d[i]
-        distance, away, behind = _meetings(pieces, piece, centre, d[i])
+        distance, away, behind = _meet_pieces(pieces, piece, centre, d[i])
         nearest = np.full(len(open_rays), np.inf)
         np.minimum.at(nearest, i, distance)
         seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + JOINT * reach))
@@ -78,7 +80,7 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
     return hit, shift
 
 
-def _directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
+def _choose_directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
     """(c, 2) unit vectors: to the right of a loop that winds, else across the windings of others, else along x."""
     winding = boundary.winding @ box
     right = np.column_stack([winding[:, 1], -winding[:, 0]])
@@ -88,7 +90,7 @@ def _directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
     return np.asarray(chosen / np.hypot(*chosen.T)[:, None])
 
 
-def _extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array) -> tuple[Indices, Array]:
+def _find_extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array) -> tuple[Indices, Array]:
     """(c,) piece of each loop that reaches furthest in its direction, and (c, 2) the point that it reaches."""
     rank = np.full(len(boundary.winding), -1)
     rank[casting] = np.arange(len(casting))
@@ -106,14 +108,14 @@ def _extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array
     return k[first], point[first]
 
 
-def _same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Indices) -> NDArray[np.bool_]:
+def _is_same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Indices) -> NDArray[np.bool_]:
     """Whether a loop and the image of another are one curve, which a ray from its extreme point cannot meet again."""
     w = boundary.winding[loop]
     along = np.where(w.any(axis=1), w[:, 0] * image[:, 1] == w[:, 1] * image[:, 0], ~image.any(axis=1))
     return np.asarray((loop == other) & along)
 
 
-def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
+def _meet_pieces(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
     """Where rays from the origin along unit vectors d meet pieces, moved to `centre`.
 
     Returns:

@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
-from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -86,20 +84,3 @@ def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
     edges[0] *= 1 - 1e-12
     density, _ = np.histogram(ratio, edges, density=True)
     return edges, density
-
-
-def without_rattlers(packing: Packing) -> Packing:
-    """The force-bearing particles alone: voids are then the faces of the contact network, and rattlers part of them.
-
-    Raises:
-        InputError: if no particle bears force.
-    """
-    kept = ~contacts(packing).rattlers
-    if not kept.any():
-        raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
-    if packing.diameters is not None:
-        return packing.with_state(positions=packing.positions[kept], diameters=packing.diameters[kept])
-    assert packing.offsets is not None
-    offsets = np.concatenate([[0], np.cumsum(np.diff(packing.offsets)[kept])])
-    params = packing.params | {"a0": packing.params["a0"][kept]}
-    return packing.with_state(positions=packing.positions[kept[packing.particle]], offsets=offsets, params=params)
