@@ -10,7 +10,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.packing.packing import Packing
 
-_QUARTER_SEGMENTS = 32  # of the arcs around corners; their radius is short by 3e-4 of delta at most
+_QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Area and shape factor of single particles."""
+"""Areas and shape factors of single particles."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Cells around particles that fill the plane: neighbours and local packing fraction.
+"""Tessellations: cells around particles that fill the plane, their neighbours and local packing fractions.
 
 SP: power (Laguerre) cells, the points whose power |x - x_i|^2 - R_i^2 to disk i is the smallest. DP: set-Voronoi cells,
 the points nearest to a polygon, drawn as the Voronoi cells of points along its outline taken together. Both come from
@@ -26,9 +26,10 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles)
-CLOSED = 1e-9  # part of the box by which the cells may miss it
-SHORTEST = 1e-9  # a wall shorter than this, in sqrt(cell area / particles), is where more than three cells meet
+SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
+CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-13, a cell left out 1/n
+# A wall shorter than this, in sqrt(cell area / particles), is rounding where more than three cells meet in one corner.
+SHORTEST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class _Walls:
 
 
 def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
-    """Power cells of disks, or set-Voronoi cells of polygons without rim.
+    """Divide the plane into power cells of disks, or set-Voronoi cells of polygons without rim.
 
     Args:
         packing: SP or DP.
@@ -80,9 +81,9 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     else:
         if not (np.isfinite(spacing) and spacing > 0):
             raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
-        owner, points = _along_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
+        owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
         radius = np.zeros(len(points))
-    walls = _power_walls(points, radius, packing.box)
+    walls = _find_power_walls(points, radius, packing.box)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
     return _merge_cells(packing, owner, area, walls)
 
@@ -103,8 +104,8 @@ def local_packing_fraction(packing: Packing) -> Array:
     return fraction
 
 
-def _along_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
-    """Points along the polygons, at the middle of equal parts of every edge."""
+def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
+    """Sample the polygons at the middle of equal parts of every edge."""
     edges = packing.edges
     parts = np.maximum(np.ceil(np.hypot(*edges.T) / spacing), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(edges)), parts)
@@ -112,26 +113,27 @@ def _along_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
     return packing.particle[edge], packing.positions[edge] + place[:, None] * edges[edge]
 
 
-def _power_walls(points: Array, radius: Array, box: Array) -> _Walls:
+def _find_power_walls(points: Array, radius: Array, box: Array) -> _Walls:
     """Half walls of the power cells of points, from as many copies as it takes until the cells fill the box."""
     area = abs(float(box[0, 0] * box[1, 1]))
+    # mostly enough, else doubled: beyond the tenth neighbour, further where large disks push the cells of small ones
     reach = 4 * np.sqrt(area / len(points)) + 2 * float(radius.max() - radius.min())
     while True:
-        walls = _hull_walls(points, radius, box, reach)
+        walls = _find_hull_walls(points, radius, box, reach)
         if abs(0.5 * float((walls.height * walls.length).sum()) - area) <= CLOSED * area:
             return walls
-        if reach > 4 * (np.abs(box).sum() + float(radius.max())):
+        if reach > 4 * (np.abs(box).sum() + float(radius.max())):  # every cell lies within
             raise InputError("the cells do not fill the box: are several particles in the same place?")
         reach *= 2
 
 
-def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Walls:
+def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Walls:
     source, shift = periodic_copies(points, box, reach)
     x, r = points[source] + shift @ box, radius[source]
     middle = x.mean(axis=0)
     lifted = np.einsum("ij,ij->i", x - middle, x - middle) - r**2
     hull = ConvexHull(np.column_stack([x - middle, lifted / np.sqrt(np.abs(box).max())]))
-    below = hull.simplices[hull.equations[:, 2] < -1e-12]
+    below = hull.simplices[hull.equations[:, 2] < -1e-12]  # upright faces are rounding of the rim of the hull
     ccw = cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
     below = np.where(ccw[:, None], below, below[:, ::-1])
 
@@ -140,7 +142,7 @@ def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Wall
     a, b, c = a[home], b[home], c[home]
     ab, ac = x[b] - x[a], x[c] - x[a]
     d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), cross(ab, ac)
-    solid = det > 1e-14 * d_ab * d_ac
+    solid = det > 1e-14 * d_ab * d_ac  # three points on one line have no circle
     a, b, c, ab, ac, d_ab, d_ac, det = (v[solid] for v in (a, b, c, ab, ac, d_ab, d_ac, det))
     h_ab, h_ac = radical_height(d_ab, r[a], r[b]), radical_height(d_ac, r[a], r[c])
     p, q = (d_ab * h_ab)[:, None], (d_ac * h_ac)[:, None]
@@ -156,7 +158,7 @@ def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Wall
 
 
 def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
-    """Cells of points of one particle taken together; walls between them are none."""
+    """Merge the cells of all points of a particle; walls between them vanish."""
     n, shortest = packing.n, SHORTEST * np.sqrt(packing.area / packing.n)
     i, j, shift = owner[walls.i], owner[walls.j], walls.shift
     outside = (i != j) | shift.any(axis=1)

@@ -1,4 +1,4 @@
-"""Contacts between polygons: which vertex meets which edge, where, and how far away.
+"""Contacts between droplets: vertices and edges of different polygons that meet.
 
 Every contact form comes down to a list of (vertex, edge) meetings, each with the energy (eps/2)(1 - d/delta)^2 of the
 distance d from the vertex to the closest point of the edge:
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
+from jamlab.geometry.cross_product import cross
 from jamlab.packing.neighbors import Pairs, periodic_neighbors, positive_image
 from jamlab.packing.packing import Packing
 
@@ -57,7 +58,7 @@ class VertexContacts:
 
 
 def vertex_contacts(packing: Packing) -> VertexContacts:
-    """Contacts of a DP packing in its own contact form.
+    """Find the contacts of a DP packing in its own contact form.
 
     Raises:
         InputError: if edges of two polygons cross. Eq 8 has no force there, and the other forms would pull a vertex
@@ -76,7 +77,7 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
 
 
 def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
-    """Pairs of polygons i <= j in contact, each once however many of their vertices meet; r joins their centroids.
+    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids.
 
     A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
     polygon that meets its own image; the two opposite images are one contact.
@@ -146,10 +147,9 @@ def _refuse_crossing(packing: Packing, own: Indices, meetings: VertexContacts) -
     c = x[meetings.tail] + meetings.shift
     d = c + edges[meetings.tail]
 
-    def side(o: Array, p: Array, q: Array) -> Array:
-        return (p - o)[:, 0] * (q - o)[:, 1] - (p - o)[:, 1] * (q - o)[:, 0]
-
-    crossed = np.flatnonzero((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0))
+    crossed = np.flatnonzero(
+        (cross(b - a, c - a) * cross(b - a, d - a) < 0) & (cross(d - c, a - c) * cross(d - c, b - c) < 0)
+    )
     if len(crossed):
         m, n = packing.particle[own[crossed[0]]], packing.particle[meetings.tail[crossed[0]]]
         raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")

@@ -2,7 +2,7 @@
 
 A term depends on a few positions only: two disks; the two ends of an edge; a vertex and an edge; all vertices of one
 polygon. Every analysis that needs stiffness (elastic moduli, normal modes, G*(omega), Newton steps) is assembled from
-this one list, whatever the model. It is evaluated in numpy, independently of the LAMMPS force that the engine uses.
+this one list, for disks and droplets alike. It is evaluated in numpy, apart from the LAMMPS forces of the engine.
 """
 
 from dataclasses import dataclass

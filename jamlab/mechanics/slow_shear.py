@@ -1,4 +1,4 @@
-"""Motion of disks in slow shear: how much of it is approach, sliding, and departure from the affine flow.
+"""Motion of disks in slow shear, split into approach, sliding and departure from the affine flow.
 
 Near onset sliding and non-affine motion diverge as p^(-1/4) while approach vanishes as p^(1/4), Baumgarten & Tighe
 eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
@@ -50,14 +50,14 @@ class SlowShear:
 
 
 def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
-    """Static response to shear, contact by contact.
+    """Split the static response to shear, contact by contact.
 
     Args:
         packing: SP at an energy minimum.
         prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
 
     Raises:
-        InputError: a packing of polygons.
+        InputError: a packing of droplets.
         ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
     """
     if packing.diameters is None:

@@ -1,4 +1,4 @@
-"""Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and for deformable polygons."""
+"""Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and droplets."""
 
 from dataclasses import dataclass
 

@@ -38,7 +38,7 @@ def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, co
 
 
 class _Driftless:
-    """Solves M q = f under drag on translations t, for forces f without resultant.
+    """Solver of M q = f under drag on translations t, for forces f without resultant.
 
     M t = i omega B t vanishes with omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel
     at rest; no net drag, t^T B q = 0, gives c, and q_rel obeys M less a matrix of rank two.

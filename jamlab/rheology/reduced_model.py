@@ -1,4 +1,4 @@
-"""Reduced model of the equation of motion, good at all frequencies: rational Krylov with real positive shifts.
+"""Reduced model of the equation of motion for all frequencies: a rational Krylov space of real positive shifts.
 
 G*(omega) is a transfer function of two symmetric semi-definite matrices. Projected on responses at a few real shifts s,
 for which K + s B is positive definite, and on the slow and fast limits, the equation keeps its form with a handful of

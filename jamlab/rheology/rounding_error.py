@@ -1,4 +1,4 @@
-"""How far G*(omega) may be off because numbers have 16 digits.
+"""Rounding error of G*(omega): a bound from the rounding of the matrices.
 
 A good solver answers exactly for matrices whose entries are off by a few units in the last place. To first order that
 moves A G* = Q^T (K + i omega B) Q, Q = (q, 1), by Q^T dM Q, so |Q|^T |M| |Q| times the unit of rounding bounds the

@@ -1,4 +1,4 @@
-"""Response of a packing to infinitely slow and infinitely fast shear, and whether it is stable at all."""
+"""Response of a packing to infinitely slow and infinitely fast shear; refuses packings that are not stable."""
 
 from dataclasses import dataclass
 

@@ -19,9 +19,7 @@ from jamlab.packing.neighbors import periodic_neighbors
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-JOINT = (
-    1e-6  # ends of pieces this near, in radii, may be one corner: a corner at a grazing angle errs by sqrt(rounding)
-)
+JOINT = 1e-6  # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Graphs on a torus: which nodes hang together, and in which periodic image of each other they lie.
+"""Graphs on a torus: their connected components, and the periodic images in which the nodes of one lie.
 
 Every link carries the lattice translation from the periodic image that its tail lies in to that of its head. Along a
 spanning tree the translations add up to one for every node; a link that is not in the tree and disagrees with them
@@ -34,7 +34,7 @@ class Components:
 
 
 def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
-    """Connected components of n nodes and their images.
+    """Find the connected components of n nodes and their images.
 
     Args:
         n: nodes.
@@ -61,7 +61,7 @@ def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Com
 
 
 def sum_images(before: Indices, step: Indices) -> Indices:
-    """(n, 2) sum of the steps from the root of a tree to each node.
+    """Sum the steps from the root of a tree to each node, (n, 2).
 
     Args:
         before: (n,) int64, node that leads to each node; roots lead to themselves.

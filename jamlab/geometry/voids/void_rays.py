@@ -1,4 +1,4 @@
-"""Rays through voids: what an island of particles that floats in a void sees on the other side.
+"""Rays through voids, which find the loop around the void that an island of particles floats in.
 
 A void with islands has several boundary loops. From the extreme point of an island in some direction a ray goes on in
 that direction, through the void, until it hits a loop of the same void. The extreme of what it hits lies further on, so
@@ -18,16 +18,16 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-JOINT = 1e-7  # how far beyond its ends a piece stops a ray, so that none slips through a joint (radians, half lengths)
-GRAZING = 1e-3  # cosine with the outward normal, from which on a ray comes from inside
-GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it
-LONGEST = 1e4  # ray, in lengths of the cell
+JOINT = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
+GRAZING = 1e-3  # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
+GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it: rounding of its place
+LONGEST = 1e4  # ray, in lengths of the cell; one that hits nothing in so many cells runs between all particles
 
 
 def find_first_hits(
     boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]
 ) -> tuple[Indices, Indices]:
-    """The loop that the ray of each loop hits first.
+    """Find the loop that the ray of each loop hits first.
 
     Args:
         boundary: loops.
@@ -49,7 +49,8 @@ def find_first_hits(
     stopping = np.flatnonzero(~ignored[boundary.loop])
     pieces = boundary.pieces
     reach = float(np.where(pieces.radius > 0, pieces.radius, 0.5 * pieces.length)[stopping].max())
-    open_rays, length = np.arange(len(casting)), 4 * reach
+    area_per_particle = abs(box[0, 0] * box[1, 1]) / (pieces.particle.max() + 1)
+    open_rays, length = np.arange(len(casting)), 2 * np.sqrt(area_per_particle)
     while len(open_rays):
         if length > LONGEST * np.abs(box).sum():
             raise BoundaryError(

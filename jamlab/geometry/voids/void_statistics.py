@@ -1,4 +1,4 @@
-"""Statistics of voids: how many sides they have, how large they are, how close to Plateau borders."""
+"""Statistics of voids: numbers of sides, areas, and shapes beside that of a Plateau border."""
 
 from dataclasses import dataclass
 
@@ -42,7 +42,7 @@ class VoidStatistics:
 
 
 def void_statistics(*found: Voids) -> VoidStatistics:
-    """P_l, mean area and mean shape of the voids of one or several packings together.
+    """Compute P_l, mean area and mean shape of the voids of one or several packings together.
 
     Raises:
         InputError: if none is given.
@@ -62,7 +62,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
 
 
 def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
-    """Distribution of the areas of voids that do not percolate, over their mean, in bins of equal ratio.
+    """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio.
 
     Args:
         found: voids of one or several packings.
@@ -80,6 +80,7 @@ def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
     if len(np.unique(area)) < 2:
         raise InputError(f"{len(area)} void(s) of one size have no distribution: give more packings")
     ratio = area / area.mean()
+    # 1e-12: the largest and the smallest void lie inside the outer bins, however geomspace rounds
     edges = np.geomspace(ratio.min(), ratio.max() * (1 + 1e-12), bins + 1)
     edges[0] *= 1 - 1e-12
     density, _ = np.histogram(ratio, edges, density=True)
