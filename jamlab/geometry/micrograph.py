@@ -23,8 +23,8 @@ from jamlab.geometry.rattlers import find_rattlers
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MODES = 16  # Fourier modes of an outline: as many as a droplet of 16 vertices has; pixels of radius 25 need 80
-OUTLINE_POINTS = 512  # of an outline, even steps for the transform; several to a pixel up to a radius of 30
+MODES = 16  # Fourier modes of an outline: enough for flats and corners (shape within 0.008), too few for pixel steps
+OUTLINE_POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
 SMALLEST = 30  # pixels, of a droplet: below, radius 3, noise looks the same
 WATERSHED_DEPTH = 0.1  # droplets merge if the neck between them is less than this part narrower than the smaller one
 SMOOTHING = 1.0  # pixels, of the distance from the ground: its ridges are rough on the scale of a pixel

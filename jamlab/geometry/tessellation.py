@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
-CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-13, a cell left out 1/n
+CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n
 # A wall shorter than this, in sqrt(cell area / particles), is rounding where more than three cells meet in one corner.
 SHORTEST = 1e-9
 

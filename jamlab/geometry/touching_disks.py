@@ -1,4 +1,4 @@
-"""Which disks touch: the contact law of soft disks, r < (d_i + d_j)/2."""
+"""Contacts between disks: they touch where r < (d_i + d_j)/2."""
 
 import numpy as np
 

@@ -19,7 +19,7 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 
-# Of a static solution, relative: stable packings leave 1e-9 and less even 1e-6 above onset, floppy networks about 1.
+# Of a static solution, relative: stable packings leave 1e-13 and less, onset included; a floppy network leaves more.
 LARGEST_RESIDUAL = 1e-6
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3

@@ -22,8 +22,8 @@ class ModeSettings:
     """Numbers of the search for the lowest modes, each over the largest eigenvalue.
 
     Attributes:
-        zero: eigenvalue that counts as zero. The Hessian is rounded to 1e-16 and factors lose some digits; the softest
-            modes of packings at the lowest pressures in use, 1e-6, lie near 1e-6.
+        zero: eigenvalue that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below the
+            softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k.
         shift: how far below zero the iteration begins: far enough for well-conditioned factors, near enough that the
             lowest eigenvalues stand apart.
         growth: factor on the shift until no eigenvalue lies below it.

@@ -13,8 +13,10 @@ from jamlab.statistics.power_laws import collapse_exponents
 
 Array = NDArray[np.float64]
 
-_HIGHEST = 0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (their fig 2)
-_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (their fig 3)
+_HIGHEST = (
+    0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)
+)
+_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
 _LEAST_POINTS = 3  # frequencies that make a slope: two have no scatter to show
 
 

@@ -9,8 +9,8 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Factors without pivoting lose some digits. Each refinement multiplies the error by what the factors lost, 1e-6 or less
-# in stable packings, so that two reach the rounding of the residual.
+# Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets
+# under contact damping are there without, at 1e-13; two are a guard for soft packings and for Stokes drag.
 _REFINEMENTS = 2
 
 

@@ -113,6 +113,7 @@ def correlation_along_x(
     Raises:
         InputError: lane or width is not positive, or too wide for the box.
     """
+    # four bins at least: the correlation is known up to half the box, and a zero needs two of them
     for name, size, side in (("lane", lane, box[1, 1]), ("width", width, box[0, 0] / 4)):
         if not 0 < size <= side:
             raise InputError(f"{name} = {size}: must be positive and at most {side:.3g} in this box")

@@ -27,8 +27,9 @@ class KrylovSettings:
 
     Attributes:
         steps: Krylov steps at a shift. With one the search may stop too early; with more it factorises less often, and
-            a factorisation costs as much as tens of solves.
-        tolerance: relative change of G' and of G'' that counts as quiet; the rounding of K and B leaves 1e-10 or more.
+            a factorisation costs as much as ten solves.
+        tolerance: relative change of G' and of G'' that counts as quiet; of the size of the rounding error near onset,
+            1e-10 to 1e-8.
         quiet: quiet updates in a row that end the search: one alone may be a shift that happened to add nothing.
         most_shifts: limit of the search; about a dozen are used over ten decades.
         per_decade: candidates for the next shift, in each decade of frequency.

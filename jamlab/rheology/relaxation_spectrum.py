@@ -19,7 +19,7 @@ from jamlab.rheology.slow_and_fast_limits import Limits
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LARGEST_DENSE = 2048  # displacements, so 1024 sites: half a minute and 0.2 GB, cost grows as the cube
+LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ class FastLimitSettings:
     Attributes:
         shift: over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this
             number; the elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
-        most_steps: a guard; three or four reach rounding.
+        most_steps: a guard; two to five reach rounding.
         least_gain: a step must be shorter than this part of the last one, else it is rounding.
     """
 
