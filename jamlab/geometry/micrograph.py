@@ -1,6 +1,6 @@
 """Micrographs of droplets: measure in a picture what is measured in a simulated packing.
 
-Bright droplets on a dark ground (or the other way round) are told apart by Otsu's threshold and, where they merge, by
+Bright droplets on a dark ground (or the other way round) are separated by Otsu's threshold and, where they merge, by
 a watershed of the distance from the ground. A gap between two droplets that is no wider than the film counts as a
 film: the droplets are in contact there, and either takes half of it. Every pixel belongs to the set-Voronoi cell of the
 droplet nearest to it. Outlines are smoothed to their first Fourier modes, because those of pixels are too long.
@@ -63,7 +63,7 @@ class Micrograph:
 
     @property
     def z(self) -> float:
-        """Mean number of contacts of droplets that are no rattlers; nan if there are none."""
+        """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
         return float(self.contacts[~self.rattlers].mean()) if (~self.rattlers).any() else float("nan")
 
     def measure(self) -> dict[str, float]:

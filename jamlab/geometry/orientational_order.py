@@ -75,7 +75,7 @@ def _find_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
         lengths = np.hypot(*(copies[sides[:, 1]] - copies[sides[:, 0]]).T).reshape(3, -1)
         half = 0.5 * lengths.sum(axis=0)
         area = np.sqrt(np.maximum(half * (half - lengths).prod(axis=0), 0.0))
-        # the circle through a triangle's corners must hold no copy: seen for sure if it lies within reach
+        # the circle through a triangle's corners must hold no copy: certain if it lies within reach
         if (lengths.prod(axis=0) <= 2 * area * reach).all():
             both = np.unique(np.concatenate([sides, sides[:, ::-1]]), axis=0)
             both = both[both[:, 0] < n]

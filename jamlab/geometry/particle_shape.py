@@ -30,7 +30,7 @@ def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array
 def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | None = None) -> Array:
     """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
 
-    SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others, which has none.
+    SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others.
     DP: outline of the bare polygon, without rim. A regular polygon of nv vertices has (nv/pi) tan(pi/nv): 1.0235 for
     12 and 1.0115 for 17, so compare values with those at onset.
 

@@ -26,7 +26,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class _Meetings:
+class _Capsules:
     """Edges and the capsules (of edges) near them: r leads from the tail of the edge to the tail of the capsule."""
 
     edge: Indices
@@ -42,10 +42,10 @@ def trace_polygons(packing: Packing) -> Boundary:
         BoundaryError: if outlines of two polygons cross, or too many boundaries meet in one point.
     """
     edges = edge_rings(packing)
-    meetings = _find_capsules(packing, edges)
+    capsules = _find_capsules(packing, edges)
     m = len(edges.length)
     element, low, high = (
-        np.concatenate(pair) for pair in zip(_cut_lines(edges, meetings), _cut_arcs(edges, meetings), strict=True)
+        np.concatenate(pair) for pair in zip(_cut_lines(edges, capsules), _cut_arcs(edges, capsules), strict=True)
     )
     # elements: 0 .. m - 1 are the moved edges, m .. 2 m - 1 the arcs at their tails
     extent = np.concatenate([edges.length, np.maximum(edges.turn, 0.0)])
@@ -62,7 +62,7 @@ def trace_polygons(packing: Packing) -> Boundary:
     return chain_pieces(pieces, following, shift)
 
 
-def _find_capsules(packing: Packing, edges: EdgeRings) -> _Meetings:
+def _find_capsules(packing: Packing, edges: EdgeRings) -> _Capsules:
     """Edges nearer than delta, as far as one may hide the outline of the other."""
     i, j, shift = _find_near_edges(packing, edges)
     own = (edges.particle[i] == edges.particle[j]) & ~shift.any(axis=1)
@@ -72,7 +72,7 @@ def _find_capsules(packing: Packing, edges: EdgeRings) -> _Meetings:
     if crossed.any():
         m, n = edges.particle[i[crossed][0]], edges.particle[j[crossed][0]]
         raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
-    return _Meetings(i, j, r)
+    return _Capsules(i, j, r)
 
 
 def _find_near_edges(packing: Packing, edges: EdgeRings) -> tuple[Indices, Indices, Indices]:
@@ -93,15 +93,15 @@ def _find_near_edges(packing: Packing, edges: EdgeRings) -> tuple[Indices, Indic
     return i[kept], j[kept], shift[kept]
 
 
-def _cut_lines(edges: EdgeRings, meetings: _Meetings) -> tuple[Indices, Array, Array]:
+def _cut_lines(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, Array]:
     """Intervals of the moved edges that lie in capsules: edge, and from where to where along it.
 
     A capsule is the union of two disks around its ends and of a rectangle; the part of a line in it is one interval.
     """
-    i, j, w = meetings.edge, meetings.capsule, edges.rim
+    i, j, w = capsules.edge, capsules.capsule, edges.rim
     # neighbours on the same polygon hide each other only at reflex corners
     keep = ~((j == edges.after[i]) & (edges.turn[j] >= 0)) & ~((j == edges.before[i]) & (edges.turn[i] >= 0))
-    i, j, r = i[keep], j[keep], meetings.r[keep]
+    i, j, r = i[keep], j[keep], capsules.r[keep]
     u, v = edges.along[i], edges.along[j]
     r = r - w * edges.normal[i]  # from the beginning of the moved edge to the tail of the capsule
     low, high = np.full(len(i), np.inf), np.full(len(i), -np.inf)
@@ -132,16 +132,16 @@ def _cross_slab(x: Array, slope: Array, lower: Array, upper: Array) -> tuple[Arr
     return enter, np.where(flat, np.where(always, np.inf, -np.inf), np.maximum(a, b))
 
 
-def _cut_arcs(edges: EdgeRings, meetings: _Meetings) -> tuple[Indices, Array, Array]:
+def _cut_arcs(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, Array]:
     """Intervals of the arcs that lie in capsules, as element number (edges come first) and angles from their beginning.
 
     In the frame of the capsule, x along it, y >= 0 the distance of the corner from its line, and the angle psi counted
     from the direction straight at the line: the circle crosses the far side y = w of the capsule at +-beta,
     cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end.
     """
-    i, j, w = meetings.edge, meetings.capsule, edges.rim
+    i, j, w = capsules.edge, capsules.capsule, edges.rim
     keep = (edges.turn[i] > 0) & (j != edges.before[i])
-    i, j, r = i[keep], j[keep], meetings.r[keep]
+    i, j, r = i[keep], j[keep], capsules.r[keep]
     v, length = edges.along[j], edges.length[j]
     x, y = -np.einsum("ij,ij->i", r, v), -cross(v, r)  # of the corner
     closest = np.clip(x, 0.0, length)

@@ -42,7 +42,7 @@ class Voids:
             of a particle count twice. Of a void that percolates: different particles on all its loops.
         area: (m,) area; the sum is (1 - rho) times the cell.
         perimeter: (m,) length of the whole boundary, islands included.
-        centroid: (m, 2) centre of area, inside the cell; nan for a void that percolates, which has none.
+        centroid: (m, 2) centre of area, inside the cell; nan for a void that percolates.
         percolating: (m,) int64, independent directions in which a void winds around the torus: 0, 1 or 2.
         islands: (m,) int64, loops around particles that float inside the void, each a rattler or a cluster.
         boundary: pieces and loops that bound the voids.
