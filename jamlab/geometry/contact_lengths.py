@@ -7,7 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import Contacts, contacts
+from jamlab.geometry.contact_network import Contacts
+from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
@@ -38,18 +39,24 @@ def contact_lengths(packing: Packing, network: Contacts | None = None) -> Contac
         network: its contacts, if they are known already.
 
     Raises:
-        InputError: for an SP packing, or if outlines of two polygons cross.
+        InputError: for an SP packing.
     """
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have contact lengths; this packing has model sp")
-    network = network or contacts(packing)
-    rings = shapely.linearrings(packing.positions - packing.centroids[packing.particle], indices=packing.particle)
+    x = packing.positions - packing.centroids[packing.particle]
+    if network is None:  # polygons whose outlines may meet; to look for the vertices that do is slower
+        reach = float(np.hypot(*x.T).max()) + 0.5 * packing.params["delta"]
+        near = periodic_pairs(packing.centroids, packing.box, 2 * reach)
+        pairs, r = np.column_stack([near.i, near.j]), near.r
+    else:
+        pairs, r = network.pairs, network.r
+    rings = shapely.linearrings(x, indices=packing.particle)
     grown = shapely.buffer(shapely.polygons(rings), packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
-    (i, j), r = network.pairs.T, network.r
+    i, j = pairs.T
     sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
     length = 0.5 * (sides[0] + sides[1])
     touching = length > 0
-    return ContactLengths(network.pairs[touching], length[touching])
+    return ContactLengths(pairs[touching], length[touching])
 
 
 def _length_inside(

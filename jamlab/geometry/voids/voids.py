@@ -114,11 +114,19 @@ def voids(packing: Packing) -> Voids:
     percolates = percolating[void[k]] > 0
     particle_image = np.where(percolates[:, None], 0, image[k])
     corners = np.column_stack([void[k], boundary.pieces.particle[k], particle_image])
-    corners = np.unique(corners[percolates | (kind[boundary.loop[k]] == LoopKind.AROUND)], axis=0)
-    sides = np.bincount(corners[:, 0], minlength=count)
+    corners = corners[percolates | (kind[boundary.loop[k]] == LoopKind.AROUND)]
+    sides = np.bincount(corners[_find_different(corners), 0], minlength=count)
     centroid = _find_centroids(boundary, packing.box, void, image, area)
     centroid[percolating > 0] = np.nan
     return Voids(sides, area, perimeter, centroid, percolating, islands, boundary, void, image)
+
+
+def _find_different(rows: Indices) -> Indices:
+    """Rows (m, 4) of which each is the first of its kind, by sorting; `np.unique` over rows takes four times as long."""
+    order = np.lexsort(rows.T)
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    return order[new]
 
 
 def _classify_loops(boundary: Boundary, signed: Array, smallest: float) -> Indices:
