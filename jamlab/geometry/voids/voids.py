@@ -122,7 +122,7 @@ def voids(packing: Packing) -> Voids:
 
 
 def _find_different(rows: Indices) -> Indices:
-    """Rows (m, 4) of which each is the first of its kind, by sorting; `np.unique` over rows takes four times as long."""
+    """Find the first of every kind of row (m, 4), by sorting: `np.unique` over rows takes four times as long."""
     order = np.lexsort(rows.T)
     new = np.ones(len(rows), dtype=bool)
     new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
