@@ -15,6 +15,7 @@ from .geometry.contact_lengths import ContactLengths as ContactLengths
 from .geometry.contact_lengths import contact_lengths as contact_lengths
 from .geometry.contact_network import Contacts as Contacts
 from .geometry.contact_network import contacts as contacts
+from .geometry.contact_network import without_rattlers as without_rattlers
 from .geometry.micrograph import Micrograph as Micrograph
 from .geometry.micrograph import micrograph as micrograph
 from .geometry.orientational_order import OrientationalOrder as OrientationalOrder
@@ -30,7 +31,6 @@ from .geometry.tessellation import local_packing_fraction as local_packing_fract
 from .geometry.tessellation import tessellation as tessellation
 from .geometry.voids.void_statistics import VoidStatistics as VoidStatistics
 from .geometry.voids.void_statistics import void_statistics as void_statistics
-from .geometry.voids.void_statistics import without_rattlers as without_rattlers
 from .geometry.voids.voids import Voids as Voids
 from .geometry.voids.voids import voids as voids
 from .measure import measure as measure

@@ -1,16 +1,22 @@
-"""All first measurements of one packing, as plain numbers for tables and files."""
+"""Measure a packing: its standard observables as plain numbers for tables and files."""
+
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_lengths import contact_lengths
-from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.contact_network import Contacts, contacts
+from jamlab.geometry.packing_fraction import cover_by_disks, cover_outside_voids, packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
+from jamlab.geometry.power_cells import cut_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 COLUMNS = (
@@ -36,26 +42,22 @@ def measure(packing: Packing) -> dict[str, float]:
         where outlines of polygons cross, the means also where every void percolates.
     """
     network = contacts(packing)
-    terms = energy_terms(packing)
-    pressure = float(0.5 * np.trace(stress(packing)))
-    g, g_x, b = _moduli(packing, pressure)
+    terms = energy_terms(packing, network.meetings)
+    pressure = float(0.5 * np.trace(stress(packing, terms)))
     bearing = [t for t in terms if t.name in ("spring", "contact")]
-    rho, around = _covered(packing)
-    return {
-        "rho": rho,
+    found = {
         "phi": packing.phi,
         "z": network.z,
         "rattlers": float(network.rattlers.sum()),
         "pressure": pressure,
         "energy": float(sum(t.energy.sum() for t in terms)),
         "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(packing.positions)),
-        "g": g,
-        "g_x": g_x,
-        "b": b,
-        **_shape(packing),
-        **around,
-        "max_force": float(np.hypot(*forces(packing).T).max()),
+        "max_force": float(np.hypot(*forces(packing, terms).T).max()),
+        **_measure_moduli(packing, network, pressure),
+        **_measure_shape(packing, network),
+        **_measure_cover(packing, network),
     }
+    return {name: found[name] for name in COLUMNS}
 
 
 def table(packings: list[Packing]) -> dict[str, np.ndarray]:
@@ -64,36 +66,57 @@ def table(packings: list[Packing]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
 
 
-def _shape(packing: Packing) -> dict[str, float]:
-    found = {
-        "shape": float(np.nanmean(shape_factors(packing))),
-        "shape_rim": float(np.nanmean(shape_factors(packing, rim=True))),
-        "area": float(area_ratios(packing).mean()),
+def _measure_shape(packing: Packing, network: Contacts) -> dict[str, float]:
+    names = ("contact_length", "shortest_edge", "longest_edge")
+    cells, of_droplets = None, dict.fromkeys(names, float("nan"))
+    if isinstance(network.meetings, Pairs):
+        cells = cut_disks(network.meetings, 0.5 * np.asarray(packing.diameters))
+    else:
+        length, edges = contact_lengths(packing, network).length, edge_lengths(packing)
+        mean = float(length.mean()) if len(length) else float("nan")
+        of_droplets = dict(zip(names, (mean, float(edges.min()), float(edges.max())), strict=True))
+    shape = shape_factors(packing, cells=cells)
+    with_rim = shape if cells else shape_factors(packing, rim=True)
+    return {
+        "shape": float(np.nanmean(shape)),
+        "shape_rim": float(np.nanmean(with_rim)),
+        "area": float(area_ratios(packing, cells=cells).mean()),
+        **of_droplets,
     }
-    if packing.model == "sp":
-        return found | dict.fromkeys(("contact_length", "shortest_edge", "longest_edge"), float("nan"))
-    lengths, edges = contact_lengths(packing).length, edge_lengths(packing)
-    mean = float(lengths.mean()) if len(lengths) else float("nan")
-    return found | {"contact_length": mean, "shortest_edge": float(edges.min()), "longest_edge": float(edges.max())}
 
 
-def _covered(packing: Packing) -> tuple[float, dict[str, float]]:
+def _measure_cover(packing: Packing, network: Contacts) -> dict[str, float]:
     """rho and the void columns; for droplets rho comes from the same boundary as the voids."""
-    names = ("voids", "void_sides", "void_area", "void_shape")
     try:
         found = voids(packing)
     except BoundaryError:
-        return packing_fraction(packing), dict.fromkeys(names, float("nan"))
+        names = ("voids", "void_sides", "void_area", "void_shape")
+        return {"rho": packing_fraction(packing), **dict.fromkeys(names, float("nan"))}
+    if isinstance(network.meetings, Pairs):
+        rho, _ = cover_by_disks(packing, network.meetings)
+    else:
+        rho = cover_outside_voids(packing, found)
     closed = found.percolating == 0
-    means = (float(v[closed].mean()) if closed.any() else float("nan") for v in (found.sides, found.area, found.shape))
-    rho = packing_fraction(packing) if packing.model == "sp" else 1.0 - float(found.area.sum() / packing.area)
-    return rho, dict(zip(names, (float(len(found.area)), *means), strict=True))
+
+    def mean(values: NDArray[Any]) -> float:
+        return float(values[closed].mean()) if closed.any() else float("nan")
+
+    return {
+        "rho": rho,
+        "voids": float(len(found.area)),
+        "void_sides": mean(found.sides),
+        "void_area": mean(found.area),
+        "void_shape": mean(found.shape),
+    }
 
 
-def _moduli(packing: Packing, pressure: float) -> tuple[float, float, float]:
+def _measure_moduli(packing: Packing, network: Contacts, pressure: float) -> dict[str, float]:
     try:
-        c = elastic_tensor(packing).relaxed
+        c = elastic_tensor(packing, network=force_network(packing, network=network)).relaxed
     except ConvergenceError:
-        return float("nan"), float("nan"), float("nan")
-    along_x = float(modulus_along(c, np.zeros(1))[0])
-    return float(modulus_along(c, AVERAGING_ANGLES).mean()), along_x, compression_modulus(c, pressure)
+        return dict.fromkeys(("g", "g_x", "b"), float("nan"))
+    return {
+        "g": float(modulus_along(c, AVERAGING_ANGLES).mean()),
+        "g_x": float(modulus_along(c, np.zeros(1))[0]),
+        "b": compression_modulus(c, pressure),
+    }

@@ -13,10 +13,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.rims import rims
-from jamlab.geometry.vertex_contacts import polygon_pairs, vertex_contacts
-from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.rheology.mean_spectrum import Spectra
 
@@ -37,9 +35,9 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     centroids of particles in contact.
     """
     shapes, edges = particle_shapes(packing)
-    rattlers = contacts(packing).rattlers
+    network = contacts(packing)
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    colours = np.where(rattlers, RATTLER, np.where(sizes > sizes.mean(), LARGE, SMALL))
+    colours = np.where(network.rattlers, RATTLER, np.where(sizes > sizes.mean(), LARGE, SMALL))
     moves = periodic_moves(packing)
     home = home_moves(packing)
     for move in moves:
@@ -48,7 +46,7 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
         axes.add_collection(PolyCollection(fills, facecolors=colours, edgecolors="white", linewidths=0.8, alpha=0.55))
         rings = [edge + shift for edge, shift in zip(edges, offset, strict=True)]
         axes.add_collection(LineCollection(rings, colors="#333333", linewidths=0.6))
-    segments = _contact_lines(packing, home)
+    segments = _contact_lines(packing, network, home)
     axes.add_collection(LineCollection(segments, colors="black", linewidths=1.1))
     frame_cell(axes, packing, title)
 
@@ -164,18 +162,9 @@ def particle_shapes(packing: Packing) -> tuple[list[NDArray[np.float64]], list[N
     return grown, [np.concatenate([polygon, polygon[:1]]) for polygon in polygons]
 
 
-def _contact_lines(packing: Packing, home: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Lines between the centroids of particles in contact, each from the cell into the nearest image."""
-    centres = packing.centroids
-    if packing.diameters is not None:
-        near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-        touching = np.hypot(*near.r.T) < 0.5 * (packing.diameters[near.i] + packing.diameters[near.j])
-        i, j, r = near.i[touching], near.j[touching], near.r[touching]
-    else:
-        pairs = polygon_pairs(packing, vertex_contacts(packing))
-        i, j = pairs.T
-        r = centres[j] - centres[i]
-        r -= np.round(r @ np.linalg.inv(packing.box)) @ packing.box
-    starts = (centres + home)[i]
-    ends = (centres + home)[j]
+def _contact_lines(packing: Packing, network: Contacts, home: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Lines between the centroids of particles in contact, each from the cell into the image that is touched."""
+    (i, j), r = network.pairs.T, network.r
+    centres = packing.centroids + home
+    starts, ends = centres[i], centres[j]
     return [np.array(line) for line in [*zip(starts, starts + r, strict=True), *zip(ends, ends - r, strict=True)]]

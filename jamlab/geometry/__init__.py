@@ -1,1 +1,1 @@
-"""Who touches whom, areas, shapes, packing fractions, cells; droplets in pictures."""
+"""Contacts, areas, shapes, packing fractions, cells and voids of packings; droplets in micrographs."""

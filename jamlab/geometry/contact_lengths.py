@@ -1,4 +1,4 @@
-"""How long the flats are along which deformable polygons press on each other."""
+"""Contact lengths: the flats along which droplets press on each other."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,11 @@ import shapely
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
+from jamlab.geometry.contact_network import Contacts
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
-_QUARTER_SEGMENTS = 32  # of the arcs around corners; their radius is short by 3e-4 of delta at most
+_QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class ContactLengths:
     length: NDArray[np.float64]
 
 
-def contact_lengths(packing: Packing) -> ContactLengths:
+def contact_lengths(packing: Packing, network: Contacts | None = None) -> ContactLengths:
     """Length of outline that each pair of polygons shares.
 
     The part of a polygon's outline that lies inside the other polygon grown by delta (where the repulsion of Boromand
@@ -35,23 +36,27 @@ def contact_lengths(packing: Packing) -> ContactLengths:
 
     Args:
         packing: DP.
+        network: its contacts, if they are known already.
 
     Raises:
         InputError: for an SP packing.
     """
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have contact lengths; this packing has model sp")
-    x, particle = packing.positions - packing.centroids[packing.particle], packing.particle
-    rings = shapely.linearrings(x, indices=particle)
+    x = packing.positions - packing.centroids[packing.particle]
+    if network is None:  # polygons whose outlines may meet; to look for the vertices that do is slower
+        reach = float(np.hypot(*x.T).max()) + 0.5 * packing.params["delta"]
+        near = periodic_pairs(packing.centroids, packing.box, 2 * reach)
+        pairs, r = np.column_stack([near.i, near.j]), near.r
+    else:
+        pairs, r = network.pairs, network.r
+    rings = shapely.linearrings(x, indices=packing.particle)
     grown = shapely.buffer(shapely.polygons(rings), packing.params["delta"], quad_segs=_QUARTER_SEGMENTS)
-    reach = np.zeros(packing.n)
-    np.maximum.at(reach, particle, np.hypot(*x.T))
-    near = periodic_pairs(packing.centroids, packing.box, 2 * float(reach.max()) + packing.params["delta"])
-    i, j, r = near.i, near.j, near.r
+    i, j = pairs.T
     sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
     length = 0.5 * (sides[0] + sides[1])
     touching = length > 0
-    return ContactLengths(np.column_stack([i, j])[touching], length[touching])
+    return ContactLengths(pairs[touching], length[touching])
 
 
 def _length_inside(

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.geometry.vertex_contacts import polygon_pairs, vertex_contacts
-from jamlab.packing.neighbors import periodic_pairs
+from jamlab.errors import InputError
+from jamlab.geometry.rattlers import find_rattlers
+from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
-# A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
-# et al. say "less than 2", which leaves such disks in.
-LEAST_CONTACTS = 3
+Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 
 
 @dataclass(frozen=True)
@@ -19,60 +20,75 @@ class Contacts:
     """Force-bearing contacts of a packing.
 
     Attributes:
-        pairs: (m, 2) int64, particles i < j that touch. Several circulo-line contacts of one pair of polygons are one
+        pairs: (m, 2) int64, particles i <= j that touch. Several circulo-line contacts of one pair of droplets are one
             contact; contacts with two periodic images of one particle, in very small boxes, are two.
         rattlers: (n,) bool, particles with fewer than three contacts, found recursively.
         bearing: (m,) bool, contacts between two particles that are not rattlers.
-        count: N_c, number of bearing contacts.
-        backbone: N', number of particles that are not rattlers.
-        z: 2 N_c / N' (Boromand et al. print N_c/N); nan if there is no backbone.
-        isostatic: N_c of a frictionless packing at onset, 2 N' - 1.
+        r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
+        shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
+        meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
     """
 
     pairs: NDArray[np.int64]
     rattlers: NDArray[np.bool_]
     bearing: NDArray[np.bool_]
+    r: NDArray[np.float64]
+    shift: NDArray[np.int64]
+    meetings: Meetings
 
     @property
     def count(self) -> int:
+        """N_c, number of contacts that bear force."""
         return int(self.bearing.sum())
 
     @property
     def backbone(self) -> int:
+        """N', number of particles that are not rattlers."""
         return int((~self.rattlers).sum())
 
     @property
     def z(self) -> float:
+        """Coordination number 2 N_c/N' (Boromand et al. print N_c/N); nan if every particle rattles."""
         return 2 * self.count / self.backbone if self.backbone else float("nan")
 
     @property
     def isostatic(self) -> int:
+        """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1."""
         return 2 * self.backbone - 1
 
 
+def find_meetings(packing: Packing) -> Meetings:
+    """Find the disks that touch, or the vertices and edges that touch in the contact form of a DP packing."""
+    return touching_disks(packing) if packing.model == "sp" else vertex_contacts(packing)
+
+
 def contacts(packing: Packing) -> Contacts:
-    """Contacts, rattlers and coordination of a packing.
+    """Find the contacts and rattlers of a packing.
 
-    SP: disks touch when r < (d_i + d_j)/2. DP: polygons touch when their circulo-lines overlap, d < delta, in the
+    SP: disks touch when r < (d_i + d_j)/2. DP: droplets touch when their circulo-lines overlap, d < delta, in the
     contact form of the packing.
+
+    Raises:
+        InputError: DP: if outlines of two polygons cross.
     """
-    if packing.diameters is not None:
-        near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-        pairs = np.column_stack([near.i, near.j])
-        pairs = pairs[np.hypot(*near.r.T) < 0.5 * packing.diameters[pairs].sum(axis=1)]
-    else:
-        pairs = polygon_pairs(packing, vertex_contacts(packing))
-    rattlers, bearing = _prune(pairs, packing.n)
-    return Contacts(pairs, rattlers, bearing)
+    meetings = find_meetings(packing)
+    near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)
+    pairs = np.column_stack([near.i, near.j])
+    rattlers, bearing = find_rattlers(pairs, np.ones(packing.n, dtype=bool))
+    return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings)
 
 
-def _prune(pairs: NDArray[np.int64], n: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Take out particles with too few contacts until none is left."""
-    rattlers = np.zeros(n, dtype=bool)
-    while True:
-        bearing = ~rattlers[pairs].any(axis=1)
-        degree = np.bincount(pairs[bearing].ravel(), minlength=n)
-        loose = (degree < LEAST_CONTACTS) & ~rattlers
-        if not loose.any():
-            return rattlers, np.asarray(bearing)
-        rattlers |= loose
+def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packing:
+    """Leave only the force-bearing particles: voids are then the faces of the contact network.
+
+    Args:
+        packing: SP or DP.
+        network: its contacts, if they are known already.
+
+    Raises:
+        InputError: if every particle rattles.
+    """
+    kept = ~(network or contacts(packing)).rattlers
+    if not kept.any():
+        raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
+    return packing.select(kept)

@@ -1,6 +1,6 @@
-"""Micrographs of droplets: segmentation, outlines, neighbours and local packing fraction, as from a simulation.
+"""Micrographs of droplets: measure in a picture what is measured in a simulated packing.
 
-Bright droplets on a dark ground (or the other way round) are told apart by Otsu's threshold and, where they merge, by
+Bright droplets on a dark ground (or the other way round) are separated by Otsu's threshold and, where they merge, by
 a watershed of the distance from the ground. A gap between two droplets that is no wider than the film counts as a
 film: the droplets are in contact there, and either takes half of it. Every pixel belongs to the set-Voronoi cell of the
 droplet nearest to it. Outlines are smoothed to their first Fourier modes, because those of pixels are too long.
@@ -18,16 +18,20 @@ from PIL import Image
 from scipy import ndimage
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import LEAST_CONTACTS
+from jamlab.geometry.rattlers import find_rattlers
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MODES = 16  # Fourier modes of an outline
-SMALLEST = 30  # pixels, of a droplet
+MODES = 16  # Fourier modes of an outline: enough for flats and corners (shape within 0.008), too few for pixel steps
+OUTLINE_POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
+SMALLEST = 30  # pixels, of a droplet: below, radius 3, noise looks the same
 WATERSHED_DEPTH = 0.1  # droplets merge if the neck between them is less than this part narrower than the smaller one
-LEAST_WALL = 2  # pixels of film that make a contact
+SMOOTHING = 1.0  # pixels, of the distance from the ground: its ridges are rough on the scale of a pixel
+MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
+LEAST_WALL = 2  # pixels of film that make a contact: one alone may be a corner
 HALF_PIXEL = 0.5  # gaps are measured between pixel centres
+NEIGHBOURS = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Micrograph:
 
     @property
     def z(self) -> float:
-        """Mean number of contacts of droplets that are no rattlers; nan if there are none."""
+        """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
         return float(self.contacts[~self.rattlers].mean()) if (~self.rattlers).any() else float("nan")
 
     def measure(self) -> dict[str, float]:
@@ -99,36 +103,32 @@ def micrograph(
     for name, value in (("pixel", pixel), ("film", film)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} is {value}: must be a positive number")
-    grey = _grey(picture)
+    grey = _read_grey(picture)
     height, width = grey.shape
-    margin = int(np.ceil(0.3 * min(grey.shape))) if periodic else 0
+    margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
+    window = slice(margin, margin + height), slice(margin, margin + width)
     grey = np.pad(grey, margin, mode="wrap")
-    droplets = _segmented(grey if bright else -grey)
+    droplets = _segment(grey if bright else -grey)
 
     ground, nearest = ndimage.distance_transform_edt(droplets == 0, return_indices=True)
     cells = droplets[tuple(nearest)]
-    i, j, gap = _borders(cells, ground)
-    filled = np.where((ground == 0) | _films(cells, ground, film), cells, 0)
+    filled = np.where((ground == 0) | _find_films(cells, ground, film), cells, 0)
     count = int(droplets.max())
-    centres = np.array(ndimage.center_of_mass(filled > 0, filled, np.arange(1, count + 1))).reshape(-1, 2)
-    inside = ((centres >= margin) & (centres < margin + np.array([height, width]))).all(axis=1)
-    edge = np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]])
-    inside &= ~np.isin(np.arange(1, count + 1), edge)
+    centres, inside = _find_whole(filled, cells, window)
     if not inside.any():
         raise InputError(f"no whole droplet among {count} found: check `bright` ({bright}) and the size of the picture")
 
-    pairs, wall = np.unique(np.column_stack([i, j])[gap <= film + HALF_PIXEL], axis=0, return_counts=True)
-    contacts, rattlers = _pruned(pairs[wall >= LEAST_WALL] - 1, inside)
+    pairs = _find_contacts(cells, ground, film)
+    rattlers, bearing = find_rattlers(pairs, inside)
+    contacts = np.bincount(pairs[bearing].ravel(), minlength=count)
     kept = np.flatnonzero(inside)
-    outlines = _shapes(droplets, kept + 1)
     names = np.full(count + 1, -1)
     names[0], names[kept + 1] = 0, np.arange(1, len(kept) + 1)
-    window = slice(margin, margin + height), slice(margin, margin + width)
     return Micrograph(
         names[filled][window],
         (centres[kept, ::-1] - margin) * pixel,
         np.float64(pixel**2) * np.bincount(filled.ravel(), minlength=count + 1)[kept + 1],
-        outlines,
+        _measure_shapes(droplets, kept + 1),
         np.float64(pixel**2) * np.bincount(cells.ravel(), minlength=count + 1)[kept + 1],
         contacts[kept],
         rattlers[kept],
@@ -147,7 +147,7 @@ def _skimage() -> Any:
     return skimage
 
 
-def _grey(picture: str | Path | ArrayLike) -> Array:
+def _read_grey(picture: str | Path | ArrayLike) -> Array:
     skimage = _skimage()
     if isinstance(picture, str | Path):
         try:
@@ -164,11 +164,11 @@ def _grey(picture: str | Path | ArrayLike) -> Array:
     return values
 
 
-def _segmented(grey: Array) -> Indices:
+def _segment(grey: Array) -> Indices:
     """Label of the droplet that each pixel belongs to, 0 for the ground."""
     skimage = _skimage()
     mask = grey > skimage.filters.threshold_otsu(grey)
-    depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask), 1.0)
+    depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask), SMOOTHING)
     tops = ndimage.label(skimage.morphology.h_maxima(depth, WATERSHED_DEPTH * depth.max()))[0]
     labels = skimage.segmentation.watershed(-depth, tops, mask=mask)
     sizes = np.bincount(labels.ravel())
@@ -176,20 +176,29 @@ def _segmented(grey: Array) -> Indices:
     return np.unique(labels, return_inverse=True)[1].reshape(labels.shape).astype(np.int64)
 
 
-def _borders(cells: Indices, ground: Array) -> tuple[Indices, Indices, Array]:
-    """Neighbouring pixels of two cells: labels i < j, and the gap between the two droplets there."""
+def _find_whole(filled: Indices, cells: Indices, window: tuple[slice, slice]) -> tuple[Array, NDArray[np.bool_]]:
+    """(n, 2) centres of all droplets, row and column, and (n,) which lie in the window and clear of the edge."""
+    every = np.arange(1, cells.max() + 1)
+    centres = np.array(ndimage.center_of_mass(filled > 0, filled, every)).reshape(-1, 2)
+    low, high = np.array([[side.start for side in window], [side.stop for side in window]])
+    edge = np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]])
+    return centres, ((centres >= low) & (centres < high)).all(axis=1) & ~np.isin(every, edge)
+
+
+def _find_contacts(cells: Indices, ground: Array, film: float) -> Indices:
+    """(m, 2) droplets i < j, from 0, whose cells share a wall of `LEAST_WALL` pixels or more with a film across it."""
     rows = []
-    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
-        apart = cells[a] != cells[b]
-        rows.append(np.stack([cells[a][apart], cells[b][apart], (ground[a] + ground[b])[apart]]))
-    i, j, gap = np.concatenate(rows, axis=1)
-    return np.minimum(i, j).astype(np.int64), np.maximum(i, j).astype(np.int64), gap
+    for a, b in NEIGHBOURS:
+        thin = (cells[a] != cells[b]) & (ground[a] + ground[b] <= film + HALF_PIXEL)
+        rows.append(np.sort(np.column_stack([cells[a][thin], cells[b][thin]]), axis=1))
+    pairs, wall = np.unique(np.concatenate(rows), axis=0, return_counts=True)
+    return np.asarray(pairs[wall >= LEAST_WALL] - 1)
 
 
-def _films(cells: Indices, ground: Array, film: float) -> NDArray[np.bool_]:
+def _find_films(cells: Indices, ground: Array, film: float) -> NDArray[np.bool_]:
     """Ground within half a film of a wall between droplets that are no further apart than a film."""
     wall = np.zeros(cells.shape, dtype=bool)
-    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+    for a, b in NEIGHBOURS:
         thin = (cells[a] != cells[b]) & (ground[a] + ground[b] <= film + HALF_PIXEL)
         wall[a] |= thin
         wall[b] |= thin
@@ -198,19 +207,7 @@ def _films(cells: Indices, ground: Array, film: float) -> NDArray[np.bool_]:
     return np.asarray(ndimage.distance_transform_edt(~wall) <= 0.5 * film)
 
 
-def _pruned(pairs: Indices, inside: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
-    """Contacts of each droplet without rattlers, and the rattlers; droplets that are not inside are never rattlers."""
-    rattlers = np.zeros(len(inside), dtype=bool)
-    while True:
-        bearing = pairs[~rattlers[pairs].any(axis=1)]
-        contacts = np.bincount(bearing.ravel(), minlength=len(inside))
-        loose = (contacts < LEAST_CONTACTS) & inside & ~rattlers
-        if not loose.any():
-            return contacts, rattlers
-        rattlers |= loose
-
-
-def _shapes(droplets: Indices, labels: Indices) -> Array:
+def _measure_shapes(droplets: Indices, labels: Indices) -> Array:
     """Shape factors of labelled droplets, from the first Fourier modes of their outlines."""
     skimage, boxes = _skimage(), ndimage.find_objects(droplets)
     shapes = np.empty(len(labels))
@@ -219,7 +216,7 @@ def _shapes(droplets: Indices, labels: Indices) -> Array:
         outline = max(skimage.measure.find_contours(mask, 0.5), key=len) @ np.array([1j, 1.0])
         steps = np.abs(np.diff(outline))
         place = np.concatenate([[0], np.cumsum(steps)])
-        even = np.interp(np.linspace(0, place[-1], 512, endpoint=False), place, outline)
+        even = np.interp(np.linspace(0, place[-1], OUTLINE_POINTS, endpoint=False), place, outline)
         modes = np.fft.fft(even)
         modes[MODES + 1 : -MODES] = 0
         smooth = np.fft.ifft(modes)

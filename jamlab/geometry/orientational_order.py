@@ -1,4 +1,4 @@
-"""Bond-orientational order: how far a packing is from a crystal."""
+"""Bond-orientational order, which tells a crystal from a disordered packing."""
 
 from dataclasses import dataclass
 
@@ -30,15 +30,17 @@ class OrientationalOrder:
 
     @property
     def mean_local(self) -> float:
+        """Mean of |psi_k| over particles."""
         return float(np.abs(self.local).mean())
 
     @property
     def overall(self) -> float:
+        """|Mean of psi_k| over particles."""
         return float(np.abs(self.local.mean()))
 
 
 def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
-    """Bond-orientational order of the centres (SP) or area centroids (DP).
+    """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 
     Where more than three centres lie on one empty circle, as in a square lattice, the triangulation is not unique: the
     diagonals that rounding picks are bonds too, and lower psi_4 there.
@@ -52,7 +54,7 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     """
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")
-    i, bond = _delaunay_bonds(packing.centroids, packing.box)
+    i, bond = _find_bonds(packing.centroids, packing.box)
     neighbors = np.bincount(i, minlength=packing.n)
     waves = np.exp(1j * k * np.arctan2(bond[:, 1], bond[:, 0]))
     local = np.zeros(packing.n, dtype=np.complex128)
@@ -60,10 +62,10 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     return OrientationalOrder(local / neighbors, neighbors)
 
 
-def _delaunay_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
-    """Bonds of the periodic Delaunay triangulation, each from both of its ends: first point and vector."""
+def _find_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
+    """Find the bonds of the periodic Delaunay triangulation, from both of their ends: first point and vector."""
     n = len(points)
-    reach = 3 * np.sqrt(abs(box[0, 0] * box[1, 1]) / n)
+    reach = 3 * np.sqrt(abs(box[0, 0] * box[1, 1]) / n)  # of about the tenth neighbour; doubled where that is too near
     while True:
         source, shift = periodic_copies(points, box, reach)
         copies = points[source] + shift @ box
@@ -73,11 +75,11 @@ def _delaunay_bonds(points: Array, box: Array) -> tuple[Indices, Array]:
         lengths = np.hypot(*(copies[sides[:, 1]] - copies[sides[:, 0]]).T).reshape(3, -1)
         half = 0.5 * lengths.sum(axis=0)
         area = np.sqrt(np.maximum(half * (half - lengths).prod(axis=0), 0.0))
-        # the circle through a triangle's corners must hold no copy: seen for sure if it lies within reach
+        # the circle through a triangle's corners must hold no copy: certain if it lies within reach
         if (lengths.prod(axis=0) <= 2 * area * reach).all():
             both = np.unique(np.concatenate([sides, sides[:, ::-1]]), axis=0)
             both = both[both[:, 0] < n]
             return both[:, 0].astype(np.int64), copies[both[:, 1]] - copies[both[:, 0]]
-        if reach > 10 * np.abs(box).sum():
+        if reach > 10 * np.abs(box).sum():  # by far: no empty circle is larger than the cell
             raise InputError("the centres have no triangulation: do several particles lie in one place?")
         reach *= 2

@@ -1,4 +1,6 @@
-"""Packing fraction: the part of the cell that particles cover, overlaps counted once, approximately or not at all."""
+"""Packing fraction: the area that particles cover over that of the cell, exact or in approximations of the papers."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,17 +8,13 @@ from numpy.typing import NDArray
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
-from jamlab.geometry.voids.voids import voids
-from jamlab.packing.neighbors import Pairs, periodic_pairs
+from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-METHODS = {
-    "sp": ("exact", "pairs", "triples", "cells", "paper-pairs", "paper-triples", "nominal"),
-    "dp": ("exact", "nominal"),
-}
 
 
 def packing_fraction(packing: Packing, method: str = "exact") -> float:
@@ -25,7 +23,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     Args:
         packing: SP or DP.
         method:
-            "exact": rho, area of the union of the particles, by the cheapest exact way: `exact_method` tells which.
+            "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
             "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
             "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
                 Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
@@ -44,42 +42,74 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     if method not in METHODS[packing.model]:
         choices = ", ".join(METHODS[packing.model])
         raise InputError(f"unknown packing fraction {method!r} for model {packing.model}: use one of {choices}")
-    if method == "exact":
-        return _exact(packing)[0]
-    if method == "nominal":
-        return packing.phi
-    if method == "cells":
-        return float(disk_cells(packing).area.sum() / packing.area)
-    near, radius = _overlaps(packing)
-    if method == "paper-pairs":
-        return packing.phi - _printed_lens(near, radius) / packing.area
-    covered = packing.phi * packing.area - _lenses(near, radius).sum()
-    if method != "pairs":
-        covered += {"triples": 1, "paper-triples": 2}[method] * _shared_by_triples(near, radius)
-    return float(covered / packing.area)
+    return METHODS[packing.model][method](packing)
 
 
 def exact_method(packing: Packing) -> str:
-    """How `packing_fraction(packing, "exact")` finds rho.
+    """Name the way in which `packing_fraction(packing, "exact")` finds rho.
 
     Returns:
         SP: "pairs" where no lens of two disks overlaps another, so that eq 9 is exact, else "cells". DP: "boundary",
         1 minus the voids of the packing, to rounding; where outlines of polygons cross, which no contact form allows
         at rest, "outlines": what `particle_areas` sums, to about 1e-7 (see `rims`).
     """
-    return _exact(packing)[1]
+    if packing.model == "sp":
+        return cover_by_disks(packing, touching_disks(packing))[1]
+    return _cover_by_droplets(packing)[1]
 
 
-def _exact(packing: Packing) -> tuple[float, str]:
-    if packing.model == "dp":
-        try:
-            return 1.0 - float(voids(packing).area.sum() / packing.area), "boundary"
-        except BoundaryError:
-            return float(particle_areas(packing).sum() / packing.area), "outlines"
-    near, radius = _overlaps(packing)
-    if cuts_overlap(near, radius):
-        return float(cut_disks(near, radius).area.sum() / packing.area), "cells"
-    return packing.phi - float(_lenses(near, radius).sum() / packing.area), "pairs"
+def cover_by_disks(packing: Packing, touching: Pairs) -> tuple[float, str]:
+    """rho of an SP packing from the disks that touch, and the way taken: "pairs" or "cells" (see `exact_method`)."""
+    radius = _radii(packing)
+    if cuts_overlap(touching, radius):
+        return float(cut_disks(touching, radius).area.sum() / packing.area), "cells"
+    return packing.phi - float(_lenses(touching, radius).sum() / packing.area), "pairs"
+
+
+def cover_outside_voids(packing: Packing, found: Voids) -> float:
+    """rho of a packing from its voids, which leave the rest of the cell to the particles."""
+    return 1.0 - float(found.area.sum() / packing.area)
+
+
+def _cover_by_droplets(packing: Packing) -> tuple[float, str]:
+    try:
+        return cover_outside_voids(packing, voids(packing)), "boundary"
+    except BoundaryError:
+        return float(particle_areas(packing).sum() / packing.area), "outlines"
+
+
+def _subtract_pairs(packing: Packing) -> float:
+    """Boromand et al. eq 9."""
+    return float((packing.phi * packing.area - _lenses(touching_disks(packing), _radii(packing)).sum()) / packing.area)
+
+
+def _subtract_printed_pairs(packing: Packing) -> float:
+    """Boromand et al. eq 9 with eq 10 as printed."""
+    return packing.phi - _printed_lens(touching_disks(packing), _radii(packing)) / packing.area
+
+
+def _add_triples(packing: Packing, times: int) -> float:
+    """Boromand et al. eq 12, with what three disks share counted so many times."""
+    touching, radius = touching_disks(packing), _radii(packing)
+    covered = packing.phi * packing.area - _lenses(touching, radius).sum()
+    return float((covered + times * _shared_by_triples(touching, radius)) / packing.area)
+
+
+METHODS: dict[str, dict[str, Callable[[Packing], float]]] = {
+    "sp": {
+        "exact": lambda packing: cover_by_disks(packing, touching_disks(packing))[0],
+        "pairs": _subtract_pairs,
+        "triples": lambda packing: _add_triples(packing, 1),
+        "cells": lambda packing: float(disk_cells(packing).area.sum() / packing.area),
+        "paper-pairs": _subtract_printed_pairs,
+        "paper-triples": lambda packing: _add_triples(packing, 2),
+        "nominal": lambda packing: packing.phi,
+    },
+    "dp": {
+        "exact": lambda packing: _cover_by_droplets(packing)[0],
+        "nominal": lambda packing: packing.phi,
+    },
+}
 
 
 def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
@@ -108,12 +138,9 @@ def lens_area(distance: Array, radius_i: Array, radius_j: Array) -> Array:
     return np.where(inside, np.pi * smaller**2, np.where(apart, 0.0, lens))
 
 
-def _overlaps(packing: Packing) -> tuple[Pairs, Array]:
+def _radii(packing: Packing) -> Array:
     assert packing.diameters is not None
-    radius = 0.5 * packing.diameters
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-    real = np.hypot(*near.r.T) < radius[near.i] + radius[near.j]
-    return Pairs(near.i[real], near.j[real], near.r[real], near.shift[real]), radius
+    return 0.5 * packing.diameters
 
 
 def _lenses(near: Pairs, radius: Array) -> Array:

@@ -1,17 +1,17 @@
-"""Area and shape factor of single particles."""
+"""Areas and shape factors of single particles."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.power_cells import DiskCells, disk_cells
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
 
-def particle_areas(packing: Packing) -> Array:
+def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
 
     SP: each disk is cut by its power cell. Of two disks each keeps its side of their common chord: half of the overlap
@@ -20,16 +20,17 @@ def particle_areas(packing: Packing) -> Array:
 
     Args:
         packing: SP or DP; areas are in the square of its unit of length.
+        cells: SP: its `disk_cells`, if they are known already.
     """
     if packing.model == "sp":
-        return disk_cells(packing).area
+        return (cells or disk_cells(packing)).area
     return shared_areas(packing)
 
 
-def shape_factors(packing: Packing, rim: bool = False) -> Array:
+def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | None = None) -> Array:
     """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
 
-    SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others, which has none.
+    SP: outline of the disk cut by its power cell (Boromand et al. fig 1); nan for a disk inside others.
     DP: outline of the bare polygon, without rim. A regular polygon of nv vertices has (nv/pi) tan(pi/nv): 1.0235 for
     12 and 1.0115 for 17, so compare values with those at onset.
 
@@ -40,9 +41,10 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
                 (p + pi delta)^2 / (4 pi (a + p delta/2 + pi delta^2/4)).
 
             Overlaps with neighbours are not cut away. SP has no rim: no difference.
+        cells: SP: its `disk_cells`, if they are known already.
     """
     if packing.model == "sp":
-        cells = disk_cells(packing)
+        cells = cells or disk_cells(packing)
         area, perimeter = cells.area, cells.perimeter
     elif rim:
         grown = rims(packing)
@@ -54,14 +56,18 @@ def shape_factors(packing: Packing, rim: bool = False) -> Array:
     return factors
 
 
-def area_ratios(packing: Packing) -> Array:
+def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
 
     SP: the disk cut by its power cell over the whole disk. DP: the bare polygon over its preferred area a0; a free
     droplet is below 1 already, because line tension compresses it (`jamlab.packing.free_droplet.free_polygon_area`).
+
+    Args:
+        packing: SP or DP.
+        cells: SP: its `disk_cells`, if they are known already.
     """
     if packing.diameters is not None:
-        return np.asarray(particle_areas(packing) / (0.25 * np.pi * packing.diameters**2))
+        return np.asarray(particle_areas(packing, cells=cells) / (0.25 * np.pi * packing.diameters**2))
     return np.asarray(packing.polygon_areas / packing.params["a0"])
 
 

@@ -1,4 +1,4 @@
-"""Deformable polygons with their rims: outlines grown by delta/2, and where they overlap.
+"""Outlines of droplets, polygons grown by their rim delta/2, and the places where they overlap.
 
 Circulo-lines have width delta, so a particle fills its polygon and a rim of half that width around it: the Minkowski
 sum with a disk of radius w = delta/2. Its outline is drawn here as a polygon: edges moved outwards by w, joined at
@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.errors import InputError
+from jamlab.geometry.edge_rings import edge_rings
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
@@ -21,8 +21,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Geometries = NDArray[np.object_]
 
-ARC_STEP = np.pi / 64  # largest step of an arc, radians
-SHORTEST = 1e-12  # an edge shorter than this fraction of the perimeter has no direction and is left out
+ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most
 
 
 @dataclass(frozen=True)
@@ -67,24 +66,13 @@ def rims(packing: Packing) -> Rims:
     Raises:
         InputError: for an SP packing.
     """
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have rims; this packing has model sp")
-    n, w = packing.n, 0.5 * packing.params["delta"]
-    length = np.hypot(*packing.edges.T)
-    particle = packing.particle
-    kept = length > SHORTEST * packing.perimeters[particle]
-    particle = particle[kept]
-    corner = (packing.positions - packing.centroids[packing.particle])[kept]
-    edge = packing.edges[kept]
-
-    first = np.searchsorted(particle, np.arange(n + 1))
-    before = np.arange(-1, len(corner) - 1)
-    before[first[:-1]] = first[1:] - 1
-    arrival = edge[before]
-    turn = np.arctan2(arrival[:, 0] * edge[:, 1] - arrival[:, 1] * edge[:, 0], np.einsum("ij,ij->i", arrival, edge))
-    normal = np.arctan2(-arrival[:, 0], arrival[:, 1])  # direction of the outward normal of the edge that arrives
+    rings, n = edge_rings(packing), packing.n
+    particle, turn, w = rings.particle, rings.turn, rings.rim
+    corner = rings.tail - packing.centroids[particle]
+    arrival = rings.normal[rings.before]
+    normal = np.arctan2(arrival[:, 1], arrival[:, 0])  # direction of the outward normal of the edge that arrives
     convex = turn > 0
-    steps, lift = _arc(np.where(convex, turn, 0.0))
+    steps, lift = _divide_arcs(np.where(convex, turn, 0.0))
     lift[~convex] = 0.0
 
     point = np.repeat(np.arange(len(corner)), steps + 1)
@@ -100,8 +88,8 @@ def rims(packing: Packing) -> Rims:
     return Rims(outlines, shapely.area(outlines), shapely.length(outlines) + missing)
 
 
-def _arc(turn: Array) -> tuple[Indices, Array]:
-    """Steps of an arc, and the radius u of its inner points over that of its ends that keeps the area of the sector.
+def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
+    """Divide arcs: steps of each, and the radius u of inner points, in that of the ends, that keeps the sector's area.
 
     With k steps of psi = turn/k: u sin(psi) + (k - 2)/2 u^2 sin(psi) = k psi/2.
     """
@@ -111,7 +99,7 @@ def _arc(turn: Array) -> tuple[Indices, Array]:
 
 
 def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
-    """All overlaps of two outlines, in every periodic image.
+    """Find all overlaps of two outlines, in every periodic image.
 
     Args:
         packing: DP.
@@ -123,12 +111,12 @@ def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
     i, j, r = near.i, near.j, near.r
     close = _boxes_meet(shapely.bounds(grown.outlines)[i], shapely.bounds(grown.outlines)[j] + np.tile(r, 2))
     i, j, r = i[close], j[close], r[close]
-    common = shapely.intersection(grown.outlines[i], _moved(grown.outlines[j], r))
+    common = shapely.intersection(grown.outlines[i], _move(grown.outlines[j], r))
     real = shapely.area(common) > 0
     i, j, r, common = i[real], j[real], r[real], common[real]
     owner = np.concatenate([i, j])
     order = np.argsort(owner, kind="stable")
-    regions = np.concatenate([common, _moved(common, -r)])
+    regions = np.concatenate([common, _move(common, -r)])
     return RimOverlaps(owner[order], np.concatenate([j, i])[order], regions[order])
 
 
@@ -161,7 +149,7 @@ def shared_areas(packing: Packing) -> Array:
     return shares
 
 
-def _moved(shapes: Geometries, r: Array) -> Geometries:
+def _move(shapes: Geometries, r: Array) -> Geometries:
     moved = shapes.copy()
     points, index = shapely.get_coordinates(moved, return_index=True)
     return np.asarray(shapely.set_coordinates(moved, points + r[index]))

@@ -1,4 +1,4 @@
-"""Cells around particles that fill the plane: neighbours and local packing fraction.
+"""Tessellations: cells around particles that fill the plane, their neighbours and local packing fractions.
 
 SP: power (Laguerre) cells, the points whose power |x - x_i|^2 - R_i^2 to disk i is the smallest. DP: set-Voronoi cells,
 the points nearest to a polygon, drawn as the Voronoi cells of points along its outline taken together. Both come from
@@ -17,17 +17,19 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from jamlab.errors import InputError
+from jamlab.geometry.cross_product import cross
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
-from jamlab.packing.neighbors import periodic_copies
+from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles)
-CLOSED = 1e-9  # part of the box by which the cells may miss it
-SHORTEST = 1e-9  # a wall shorter than this, in sqrt(cell area / particles), is where more than three cells meet
+SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
+CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n
+# A wall shorter than this, in sqrt(cell area / particles), is rounding where more than three cells meet in one corner.
+SHORTEST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class _Walls:
 
 
 def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
-    """Power cells of disks, or set-Voronoi cells of polygons without rim.
+    """Divide the plane into power cells of disks, or set-Voronoi cells of polygons without rim.
 
     Args:
         packing: SP or DP.
@@ -79,11 +81,11 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     else:
         if not (np.isfinite(spacing) and spacing > 0):
             raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
-        owner, points = _along_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
+        owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
         radius = np.zeros(len(points))
-    walls = _power_walls(points, radius, packing.box)
+    walls = _find_power_walls(points, radius, packing.box)
     area = np.bincount(owner[walls.i], 0.5 * walls.height * walls.length, packing.n).astype(np.float64)
-    return _joined(packing, owner, area, walls)
+    return _merge_cells(packing, owner, area, walls)
 
 
 def local_packing_fraction(packing: Packing) -> Array:
@@ -102,8 +104,8 @@ def local_packing_fraction(packing: Packing) -> Array:
     return fraction
 
 
-def _along_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
-    """Points along the polygons, at the middle of equal parts of every edge."""
+def _sample_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
+    """Sample the polygons at the middle of equal parts of every edge."""
     edges = packing.edges
     parts = np.maximum(np.ceil(np.hypot(*edges.T) / spacing), 1).astype(np.int64)
     edge = np.repeat(np.arange(len(edges)), parts)
@@ -111,35 +113,36 @@ def _along_outlines(packing: Packing, spacing: float) -> tuple[Indices, Array]:
     return packing.particle[edge], packing.positions[edge] + place[:, None] * edges[edge]
 
 
-def _power_walls(points: Array, radius: Array, box: Array) -> _Walls:
+def _find_power_walls(points: Array, radius: Array, box: Array) -> _Walls:
     """Half walls of the power cells of points, from as many copies as it takes until the cells fill the box."""
     area = abs(float(box[0, 0] * box[1, 1]))
+    # mostly enough, else doubled: beyond the tenth neighbour, further where large disks push the cells of small ones
     reach = 4 * np.sqrt(area / len(points)) + 2 * float(radius.max() - radius.min())
     while True:
-        walls = _hull_walls(points, radius, box, reach)
+        walls = _find_hull_walls(points, radius, box, reach)
         if abs(0.5 * float((walls.height * walls.length).sum()) - area) <= CLOSED * area:
             return walls
-        if reach > 4 * (np.abs(box).sum() + float(radius.max())):
+        if reach > 4 * (np.abs(box).sum() + float(radius.max())):  # every cell lies within
             raise InputError("the cells do not fill the box: are several particles in the same place?")
         reach *= 2
 
 
-def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Walls:
+def _find_hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Walls:
     source, shift = periodic_copies(points, box, reach)
     x, r = points[source] + shift @ box, radius[source]
     middle = x.mean(axis=0)
     lifted = np.einsum("ij,ij->i", x - middle, x - middle) - r**2
     hull = ConvexHull(np.column_stack([x - middle, lifted / np.sqrt(np.abs(box).max())]))
-    below = hull.simplices[hull.equations[:, 2] < -1e-12]
-    ccw = _cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
+    below = hull.simplices[hull.equations[:, 2] < -1e-12]  # upright faces are rounding of the rim of the hull
+    ccw = cross(x[below[:, 1]] - x[below[:, 0]], x[below[:, 2]] - x[below[:, 0]]) > 0
     below = np.where(ccw[:, None], below, below[:, ::-1])
 
     a, b, c = np.concatenate([below, np.roll(below, -1, axis=1), np.roll(below, -2, axis=1)]).T
     home = a < len(points)
     a, b, c = a[home], b[home], c[home]
     ab, ac = x[b] - x[a], x[c] - x[a]
-    d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), _cross(ab, ac)
-    solid = det > 1e-14 * d_ab * d_ac
+    d_ab, d_ac, det = np.hypot(*ab.T), np.hypot(*ac.T), cross(ab, ac)
+    solid = det > 1e-14 * d_ab * d_ac  # three points on one line have no circle
     a, b, c, ab, ac, d_ab, d_ac, det = (v[solid] for v in (a, b, c, ab, ac, d_ab, d_ac, det))
     h_ab, h_ac = radical_height(d_ab, r[a], r[b]), radical_height(d_ac, r[a], r[c])
     p, q = (d_ab * h_ab)[:, None], (d_ac * h_ac)[:, None]
@@ -149,13 +152,13 @@ def _hull_walls(points: Array, radius: Array, box: Array, reach: float) -> _Wall
         source[np.concatenate([b, c])],
         np.concatenate([shift[b] - shift[a], shift[c] - shift[a]]),
         np.concatenate([h_ab, h_ac]),
-        np.concatenate([_cross(ab, corner) / d_ab, -_cross(ac, corner) / d_ac]),
+        np.concatenate([cross(ab, corner) / d_ab, -cross(ac, corner) / d_ac]),
         np.tile(points[a] + corner, (2, 1)),
     )
 
 
-def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
-    """Cells of points of one particle taken together; walls between them are none."""
+def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tessellation:
+    """Merge the cells of all points of a particle; walls between them vanish."""
     n, shortest = packing.n, SHORTEST * np.sqrt(packing.area / packing.n)
     i, j, shift = owner[walls.i], owner[walls.j], walls.shift
     outside = (i != j) | shift.any(axis=1)
@@ -163,9 +166,9 @@ def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tes
     length = np.bincount(which, walls.length[outside], len(names))
     names, length = names[length > shortest], length[length > shortest]
     sides = np.bincount(names[:, 0], minlength=n)
-    once = _once(*names.T)
+    once = _stands_for_both(names[:, 0], names[:, 1], names[:, 2:])
 
-    k = np.flatnonzero(outside)[_once(i, j, *shift.T)[outside]]
+    k = np.flatnonzero(outside)[_stands_for_both(i, j, shift)[outside]]
     k = k[np.lexsort((walls.shift[k, 1], walls.shift[k, 0], walls.j[k], walls.i[k]))]
     name = np.column_stack([walls.i, walls.j, walls.shift])[k]
     twin = np.flatnonzero((name[1:] == name[:-1]).all(axis=1))  # every wall has two halves
@@ -173,11 +176,6 @@ def _joined(packing: Packing, owner: Indices, area: Array, walls: _Walls) -> Tes
     return Tessellation(area, names[once, 0], names[once, 1], length[once], sides, lines)
 
 
-def _once(i: Indices, j: Indices, first: Indices, second: Indices) -> NDArray[np.bool_]:
-    """Of the two rows that stand for a wall, seen from either side, the one with i < j or the positive shift."""
-    forward = (first > 0) | ((first == 0) & (second > 0))
-    return np.asarray((i < j) | ((i == j) & forward))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+def _stands_for_both(i: Indices, j: Indices, shift: Indices) -> NDArray[np.bool_]:
+    """Of the two rows of a wall, seen from either side, mark the one with i < j or the positive image."""
+    return np.asarray((i < j) | ((i == j) & positive_image(shift)))

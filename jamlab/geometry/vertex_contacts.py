@@ -1,4 +1,4 @@
-"""Contacts between polygons: which vertex meets which edge, where, and how far away.
+"""Contacts between droplets: vertices and edges of different polygons that meet.
 
 Every contact form comes down to a list of (vertex, edge) meetings, each with the energy (eps/2)(1 - d/delta)^2 of the
 distance d from the vertex to the closest point of the edge:
@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.packing.neighbors import periodic_neighbors
+from jamlab.geometry.cross_product import cross
+from jamlab.packing.neighbors import Pairs, periodic_neighbors, positive_image
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -44,6 +45,12 @@ class VertexContacts:
     separation: Array
     shift: Array
 
+    def select(self, rows: NDArray[np.bool_] | Indices) -> "VertexContacts":
+        """Keep some rows, by mask or by number."""
+        return VertexContacts(
+            self.vertex[rows], self.tail[rows], self.place[rows], self.separation[rows], self.shift[rows]
+        )
+
     @property
     def distance(self) -> Array:
         """(m,) length of the separation."""
@@ -51,7 +58,7 @@ class VertexContacts:
 
 
 def vertex_contacts(packing: Packing) -> VertexContacts:
-    """Contacts of a DP packing in its own contact form.
+    """Find the contacts of a DP packing in its own contact form.
 
     Raises:
         InputError: if edges of two polygons cross. Eq 8 has no force there, and the other forms would pull a vertex
@@ -59,18 +66,18 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
     """
     delta, form = packing.params["delta"], packing.params["contact"]
     if form == "segment":
-        return _segment_contacts(packing, delta)
-    found = _meetings(packing, delta)
+        return _find_segment_contacts(packing, delta)
+    found = _find_meetings(packing, delta)
     _refuse_crossing(packing, found.vertex, found)
     if form == "outline":
         particle = packing.particle
         image = np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-        return _closest(found, (found.vertex, particle[found.tail], image[:, 0], image[:, 1]))
+        return _keep_closest(found, (found.vertex, particle[found.tail], image[:, 0], image[:, 1]))
     return found
 
 
-def polygon_pairs(packing: Packing, contacts: VertexContacts) -> Indices:
-    """(m, 2) pairs of polygons i <= j in contact, each once however many vertices meet.
+def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
+    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids.
 
     A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
     polygon that meets its own image; the two opposite images are one contact.
@@ -78,18 +85,15 @@ def polygon_pairs(packing: Packing, contacts: VertexContacts) -> Indices:
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-    swapped = (i > j) | ((i == j) & ~_positive(image))
+    swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
-    rows = np.column_stack([np.minimum(i, j), np.maximum(i, j), image])
-    return np.unique(rows, axis=0)[:, :2]
+    rows = np.unique(np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), axis=0)
+    i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
+    centre = packing.centroids
+    return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
 
 
-def _positive(image: Indices) -> NDArray[np.bool_]:
-    """(m,) which of two opposite images stands for both."""
-    return np.asarray((image[:, 0] > 0) | ((image[:, 0] == 0) & (image[:, 1] > 0)))
-
-
-def _meetings(packing: Packing, reach: float) -> VertexContacts:
+def _find_meetings(packing: Packing, reach: float) -> VertexContacts:
     """All (vertex, edge) pairs of different polygons, images of one polygon included, closer than `reach`."""
     x, edges = packing.positions, packing.edges
     middle = x + 0.5 * edges
@@ -110,28 +114,28 @@ def _meetings(packing: Packing, reach: float) -> VertexContacts:
     return VertexContacts(vertex[close], tail[close], place[close], separation[close], shift)
 
 
-def _closest(found: VertexContacts, keys: tuple[Indices, ...]) -> VertexContacts:
+def _keep_closest(found: VertexContacts, keys: tuple[Indices, ...]) -> VertexContacts:
     """The one closest meeting of every group of equal keys; of equals the one with the lowest tail."""
     order = np.lexsort((found.tail, found.distance, *keys[::-1]))
     sorted_keys = np.column_stack([key[order] for key in keys])
     first = np.ones(len(order), dtype=bool)
     first[1:] = np.any(sorted_keys[1:] != sorted_keys[:-1], axis=1)
-    return _take(found, order[first])
+    return found.select(order[first])
 
 
-def _segment_contacts(packing: Packing, delta: float) -> VertexContacts:
+def _find_segment_contacts(packing: Packing, delta: float) -> VertexContacts:
     """Every meeting belongs to two edge pairs: that of either edge that starts or ends in the vertex."""
-    found = _meetings(packing, delta)
+    found = _find_meetings(packing, delta)
     predecessor = np.empty(len(packing.positions), dtype=np.int64)
     predecessor[packing.successor] = np.arange(len(packing.positions))
     both = VertexContacts(*(np.concatenate([a, a]) for a in vars(found).values()))
     own = np.concatenate([found.vertex, predecessor[found.vertex]])
     # one name for an edge pair from both sides: the lower edge first, the image seen from it
     image = np.round(both.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-    lower = (own < both.tail) | ((own == both.tail) & _positive(image))
+    lower = (own < both.tail) | ((own == both.tail) & positive_image(image))
     sign = np.where(lower, 1, -1)
     keys = (np.minimum(own, both.tail), np.maximum(own, both.tail), sign * image[:, 0], sign * image[:, 1])
-    contacts = _closest(both, keys)
+    contacts = _keep_closest(both, keys)
     _refuse_crossing(packing, own, both)
     return contacts
 
@@ -143,14 +147,9 @@ def _refuse_crossing(packing: Packing, own: Indices, meetings: VertexContacts) -
     c = x[meetings.tail] + meetings.shift
     d = c + edges[meetings.tail]
 
-    def side(o: Array, p: Array, q: Array) -> Array:
-        return (p - o)[:, 0] * (q - o)[:, 1] - (p - o)[:, 1] * (q - o)[:, 0]
-
-    crossed = np.flatnonzero((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0))
+    crossed = np.flatnonzero(
+        (cross(b - a, c - a) * cross(b - a, d - a) < 0) & (cross(d - c, a - c) * cross(d - c, b - c) < 0)
+    )
     if len(crossed):
         m, n = packing.particle[own[crossed[0]]], packing.particle[meetings.tail[crossed[0]]]
         raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
-
-
-def _take(contacts: VertexContacts, rows: Indices) -> VertexContacts:
-    return VertexContacts(*(a[rows] for a in vars(contacts).values()))

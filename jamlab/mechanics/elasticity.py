@@ -1,18 +1,17 @@
 """Static elastic moduli by linear response: the affine (Born) part minus what non-affine relaxation takes back.
 
-With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.hessian`) the elastic tensor is
+With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.stiffness`) the elastic tensor is
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError
-from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.stiffness import Stiffness, forces, stiffness, stress
+from jamlab.mechanics.force_network import ForceNetwork, force_network
+from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.packing import Packing
@@ -20,6 +19,8 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 
+# Of a static solution, relative: stable packings leave 1e-13 and less, onset included; a floppy network leaves more.
+LARGEST_RESIDUAL = 1e-6
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 
@@ -39,24 +40,25 @@ class ElasticTensor:
     displacements: Array
 
 
-def elastic_tensor(packing: Packing, *, prestress: bool = True) -> ElasticTensor:
+def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:
     """Affine and relaxed elastic tensor, rattlers left out.
 
     Args:
         packing: SP or DP at an energy minimum.
         prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+        network: the `force_network` of the packing, if it is known already; `prestress` is then that of the network.
 
     Raises:
         ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
     """
-    network, sites = backbone(packing)
-    check_at_rest(network)
-    k = stiffness(network, prestress=prestress)
+    network = network or force_network(packing, prestress=prestress)
+    network.check_at_rest()
+    k = stiffness(network.packing, network.terms)
     right = k.ue.reshape(-1, 4)
-    held = solve_held(k, right)
-    response = (held.T @ right).reshape(2, 2, 2, 2)
+    solution = solve_with_one_site_fixed(k, right)
+    response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
-    displacements[sites] = -held.reshape(-1, 2, 2, 2)
+    displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
     return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements)
 
 
@@ -76,18 +78,19 @@ def compression_modulus(c: Array, pressure: float) -> float:
 
 
 def follow(packing: Packing, phi: float) -> Packing:
-    """The packing at another nominal packing fraction, as linear response predicts it.
+    """Predict the packing at another nominal packing fraction by linear response.
 
     Near onset a prediction keeps all overlaps in proportion, so that no contact opens or closes; an affine guess would
     change most of them. Rattlers move with the box; so does all of a packing that has no stable response.
     """
     moved = at_phi(packing, phi)
     try:
-        tensor = elastic_tensor(packing)
+        network = force_network(packing)
+        tensor = elastic_tensor(packing, network=network)
     except ConvergenceError:
         return moved
     strain = float(np.sqrt(packing.phi / phi)) - 1
-    held = ~contacts(packing).rattlers[packing.particle]
+    held = network.held
     response = np.einsum("nkii->nk", tensor.displacements)
     positions = moved.positions.copy()
     positions[held] = ((1 + strain) * packing.positions + strain * response)[held]
@@ -95,7 +98,7 @@ def follow(packing: Packing, phi: float) -> Packing:
 
 
 def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
-    """The packing after a small shear at constant area, sites displaced as linear response predicts.
+    """Predict the packing after a small shear at constant area by linear response.
 
     Args:
         packing: at an energy minimum.
@@ -111,40 +114,8 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
     return moved.with_state(positions=moved.positions + response @ rotation.T)
 
 
-def check_at_rest(packing: Packing) -> None:
-    """Refuse a packing whose forces do not balance: response to strain is that of a minimum.
-
-    Raises:
-        ConvergenceError: the largest force is above 1 % of the pressure.
-    """
-    imbalance, pressure = np.hypot(*forces(packing).T).max(), 0.5 * np.trace(stress(packing))
-    if imbalance > 0.01 * pressure:
-        raise ConvergenceError(
-            f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure {pressure:.2g}"
-        )
-
-
-def backbone(packing: Packing) -> tuple[Packing, NDArray[np.int64]]:
-    """The packing without its rattlers, and the indices of the sites that remain.
-
-    Raises:
-        ConvergenceError: if every particle rattles: the packing is not jammed.
-    """
-    loose = contacts(packing).rattlers
-    if loose.all():
-        raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
-    sites = np.flatnonzero(~loose[packing.particle])
-    changes: dict[str, Any] = {"positions": packing.positions[sites]}
-    if packing.diameters is not None:
-        changes["diameters"] = packing.diameters[sites]
-    if packing.offsets is not None:
-        changes["offsets"] = np.concatenate([[0], np.cumsum(np.diff(packing.offsets)[~loose])])
-        changes["params"] = {**packing.params, "a0": packing.params["a0"][~loose]}
-    return packing.with_state(**changes), sites
-
-
-def solve_held(k: Stiffness, right: Array) -> Array:
-    """Solve K_uu x = right with the first site held, which takes out the two translations.
+def solve_with_one_site_fixed(k: Stiffness, right: Array) -> Array:
+    """Solve K_uu x = right with the first site fixed, which removes the two translations.
 
     Raises:
         ConvergenceError: K_uu has a negative or another zero mode.
@@ -157,6 +128,6 @@ def solve_held(k: Stiffness, right: Array) -> Array:
         )
     solution[2:] = factors.solve(right[2:])
     residual = np.abs(k.uu @ solution - right)[2:].max() / max(np.abs(right).max(), np.finfo(float).tiny)
-    if not residual <= 1e-6:
+    if not residual <= LARGEST_RESIDUAL:
         raise ConvergenceError(f"the Hessian is too close to singular for a modulus: relative residual {residual:.2g}")
     return solution

@@ -2,7 +2,7 @@
 
 A term depends on a few positions only: two disks; the two ends of an edge; a vertex and an edge; all vertices of one
 polygon. Every analysis that needs stiffness (elastic moduli, normal modes, G*(omega), Newton steps) is assembled from
-this one list, whatever the model. It is evaluated in numpy, independently of the LAMMPS force that the engine uses.
+this one list, for disks and droplets alike. It is evaluated in numpy, apart from the LAMMPS forces of the engine.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.vertex_contacts import vertex_contacts
-from jamlab.packing.neighbors import periodic_pairs
+from jamlab.geometry.contact_network import Meetings, find_meetings
+from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -43,24 +44,26 @@ class Terms:
     hessian: Array
 
 
-def energy_terms(packing: Packing, *, prestress: bool = True) -> list[Terms]:
-    """All terms of the potential energy of a packing.
+def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestress: bool = True) -> list[Terms]:
+    """Build all terms of the potential energy of a packing.
 
     Args:
         packing: SP or DP.
+        meetings: what `find_meetings` finds, if it is known already.
         prestress: False leaves out the part of each Hessian that is proportional to the force in the contact
             (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only.
 
     Raises:
-        InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
+        InputError: droplets without pre-stress: line tension is nothing but pre-stress.
     """
-    if packing.model == "sp":
-        return [_springs(packing, prestress)]
-    if not prestress:
+    if packing.model == "dp" and not prestress:
         raise InputError(
             "prestress = False: deformable polygons are held by line tension, which is pre-stress; use prestress=True"
         )
-    return [*_contacts(packing), _tension(packing), *_areas(packing)]
+    meetings = meetings or find_meetings(packing)
+    if isinstance(meetings, Pairs):
+        return [_build_springs(packing, meetings, prestress)]
+    return [*_build_contacts(packing, meetings), _build_tension(packing), *_build_areas(packing)]
 
 
 def disk_law(packing: Packing, pairs: Indices, distance: Array) -> tuple[Array, Array, Array]:
@@ -83,12 +86,8 @@ def disk_law(packing: Packing, pairs: Indices, distance: Array) -> tuple[Array, 
     return 0.5 * stiffness * overlap**2, -stiffness * overlap, stiffness
 
 
-def _springs(packing: Packing, prestress: bool) -> Terms:
-    assert packing.diameters is not None
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-    pairs = np.column_stack([near.i, near.j])
-    touching = np.hypot(*near.r.T) < 0.5 * packing.diameters[pairs].sum(axis=1)
-    pairs, r = pairs[touching], near.r[touching]
+def _build_springs(packing: Packing, touching: Pairs, prestress: bool) -> Terms:
+    pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
     energy, slope, stiffness = disk_law(packing, pairs, distance)
     normal = r / distance[:, None]
@@ -96,10 +95,10 @@ def _springs(packing: Packing, prestress: bool) -> Terms:
     block = stiffness[:, None, None] * along
     if prestress:
         block = block + (slope / distance)[:, None, None] * (_IDENTITY - along)
-    return _pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)
+    return _build_pair_terms("spring", pairs, r, energy, slope[:, None] * normal, block)
 
 
-def _tension(packing: Packing) -> Terms:
+def _build_tension(packing: Packing) -> Terms:
     """gamma sqrt(l^2 + eta^2) for every edge, Boromand et al. eq 7, first term."""
     gamma, eta = packing.params["gamma"], packing.params["eta"]
     edge = packing.edges
@@ -108,10 +107,10 @@ def _tension(packing: Packing) -> Terms:
     unit = edge * (np.divide(1.0, length, out=np.zeros_like(length), where=length > 0))[:, None]
     block = inverse[:, None, None] * (_IDENTITY - unit[:, :, None] * unit[:, None, :])
     pairs = np.column_stack([np.arange(len(edge)), packing.successor])
-    return _pair_terms("tension", pairs, edge, gamma * length, gamma * unit, block)
+    return _build_pair_terms("tension", pairs, edge, gamma * length, gamma * unit, block)
 
 
-def _pair_terms(name: str, pairs: Indices, r: Array, energy: Array, slope: Array, block: Array) -> Terms:
+def _build_pair_terms(name: str, pairs: Indices, r: Array, energy: Array, slope: Array, block: Array) -> Terms:
     """Terms that depend on r = x_j - x_i only; `slope` = dU/dr (k, 2), `block` = d2U/dr dr (k, 2, 2)."""
     sign = np.array([-1.0, 1.0])
     gradient = sign[None, :, None] * slope[:, None, :]
@@ -120,7 +119,7 @@ def _pair_terms(name: str, pairs: Indices, r: Array, energy: Array, slope: Array
     return Terms(name, pairs, local, energy, gradient, hessian)
 
 
-def _areas(packing: Packing) -> list[Terms]:
+def _build_areas(packing: Packing) -> list[Terms]:
     """(ka/2)(a - a0)^2 for every polygon, Boromand et al. eq 7, second term; one group for each number of vertices."""
     offsets = packing.offsets
     assert offsets is not None
@@ -145,7 +144,7 @@ def _areas(packing: Packing) -> list[Terms]:
     return groups
 
 
-def _contacts(packing: Packing) -> list[Terms]:
+def _build_contacts(packing: Packing, found: VertexContacts) -> list[Terms]:
     """(eps/2)(1 - d/delta)^2 for every meeting of a vertex with an edge, Boromand et al. eq 8.
 
     At an end of the edge d is the distance of two points. In between, with unit normal n, unit tangent tau, edge length
@@ -153,7 +152,6 @@ def _contacts(packing: Packing) -> list[Terms]:
     hess d = -(1/L)[w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T].
     """
     eps, delta = packing.params["eps"], packing.params["delta"]
-    found = vertex_contacts(packing)
     distance = found.distance
     kept = distance > 0
     distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
@@ -168,7 +166,7 @@ def _contacts(packing: Packing) -> list[Terms]:
     n = normal[ends]
     along = n[:, :, None] * n[:, None, :]
     block = stiffness * along + (slope[ends] / distance[ends])[:, None, None] * (_IDENTITY - along)
-    points = _pair_terms(
+    points = _build_pair_terms(
         "contact", np.column_stack([corner, vertex[ends]]), separation[ends], energy[ends], slope[ends, None] * n, block
     )
 

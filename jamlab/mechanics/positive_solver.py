@@ -1,4 +1,4 @@
-"""Solves with a series of symmetric positive definite matrices of one pattern, by the fastest library there is.
+"""Solve with a series of symmetric positive definite matrices of one pattern, by the fastest library at hand.
 
 scipy always works. PARDISO, through `pip install jamlab[fast]`, factorises five to ten times faster and is taken where
 it is installed, unless the environment variable JAMLAB_FACTORISATION says "scipy".
@@ -20,31 +20,31 @@ Array = NDArray[np.float64]
 VARIABLE = "JAMLAB_FACTORISATION"
 BACKENDS = ("pardiso", "scipy")
 
-_LIBRARY = "PYPARDISO_MKL_RT"  # environment variable that tells pypardiso where MKL is
+_LIBRARY = "PYPARDISO_MKL_RT"  # environment variable in which pypardiso looks up where MKL is
 _CHOLESKY = 2  # PARDISO's number for real symmetric positive definite
 _ANALYSE_FACTORISE, _FACTORISE, _SOLVE = 12, 22, 33  # PARDISO's phases
 
 
 class PositiveSolver(Protocol):
-    """Holds one factorisation at a time."""
+    """A solver that holds one factorisation at a time."""
 
     def factorise(self, matrix: sparse.csc_array, *, check: bool = False) -> None:
-        """Take a matrix (n, n); a pattern that is the same as before is not analysed again.
+        """Factorise a matrix (n, n); a pattern that is the same as before is not analysed again.
 
         Args:
             matrix: both triangles.
-            check: find out whether the matrix is positive definite also where that costs extra.
+            check: make sure that the matrix is positive definite, also where that costs extra.
 
         Raises:
             ConvergenceError: the matrix is not positive definite.
         """
 
     def solve(self, right: Array) -> Array:
-        """(n,) or (n, k) solution with the matrix taken last."""
+        """Solve for (n,) or (n, k) right-hand sides with the matrix factorised last."""
 
 
 def backend() -> str:
-    """Name of the library in use.
+    """Name the library in use.
 
     Raises:
         InputError: the environment variable names an unknown library, or one that is not installed.
@@ -59,26 +59,32 @@ def backend() -> str:
 
 
 def positive_solver() -> PositiveSolver:
-    """A solver of the library that `backend` names."""
+    """Make a solver of the library that `backend` names."""
     return _Pardiso() if backend() == "pardiso" else _Superlu()
 
 
 class _Superlu:
+    """SuperLU, which scipy brings: factors without pivoting, whose ordering is used again."""
+
     def __init__(self) -> None:
         self._factors: SymmetricFactors | None = None
 
     def factorise(self, matrix: sparse.csc_array, *, check: bool = False) -> None:
+        """See `PositiveSolver`."""
         same = self._factors is not None and self._factors.size == matrix.shape[0]
         self._factors = SymmetricFactors(matrix, analysis=self._factors if same else None)
         if check and self._factors.negative:
             raise ConvergenceError(f"a matrix has {self._factors.negative} negative eigenvalue(s)")
 
     def solve(self, right: Array) -> Array:
+        """See `PositiveSolver`."""
         assert self._factors is not None
         return self._factors.solve(right)
 
 
 class _Pardiso:
+    """PARDISO: Cholesky factors of the upper triangle, whose symbolic analysis is used again."""
+
     def __init__(self) -> None:
         from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
 
@@ -91,6 +97,7 @@ class _Pardiso:
         self._upper = np.zeros(0, dtype=bool)
 
     def factorise(self, matrix: sparse.csc_array, *, check: bool = False) -> None:
+        """See `PositiveSolver`."""
         if not matrix.has_sorted_indices:
             matrix = matrix.sorted_indices()
         known = np.array_equal(matrix.indptr, self._indptr) and np.array_equal(matrix.indices, self._indices)
@@ -109,6 +116,7 @@ class _Pardiso:
             raise ConvergenceError(f"a matrix is not positive definite: {error}") from error
 
     def solve(self, right: Array) -> Array:
+        """See `PositiveSolver`."""
         solution = self._call(_SOLVE, np.asfortranarray(right.reshape(len(right), -1)))
         return solution.reshape(right.shape)
 

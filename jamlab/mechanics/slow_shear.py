@@ -1,4 +1,4 @@
-"""Motion of disks in slow shear: how much of it is approach, sliding, and departure from the affine flow.
+"""Motion of disks in slow shear, split into approach, sliding and departure from the affine flow.
 
 Near onset sliding and non-affine motion diverge as p^(-1/4) while approach vanishes as p^(1/4), Baumgarten & Tighe
 eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import elastic_tensor
-from jamlab.packing.neighbors import periodic_pairs
+from jamlab.mechanics.force_network import force_network
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -50,29 +50,28 @@ class SlowShear:
 
 
 def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
-    """Static response to shear, contact by contact.
+    """Split the static response to shear, contact by contact.
 
     Args:
         packing: SP at an energy minimum.
         prestress: False replaces contacts by unstressed springs, as in fig 5 of Baumgarten & Tighe.
 
     Raises:
-        InputError: a packing of polygons.
+        InputError: a packing of droplets.
         ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
     """
     if packing.diameters is None:
         raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")
-    u = elastic_tensor(packing, prestress=prestress).displacements[:, :, 0, 1]
-    held = ~contacts(packing).rattlers
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-    touching = np.hypot(*near.r.T) < 0.5 * (packing.diameters[near.i] + packing.diameters[near.j])
-    touching &= held[near.i] & held[near.j]
-    i, j, r = near.i[touching], near.j[touching], near.r[touching]
+    network = force_network(packing, prestress=prestress)
+    u = elastic_tensor(packing, network=network).displacements[network.held, :, 0, 1]
+    touching = network.meetings
+    assert isinstance(touching, Pairs)
+    i, j, r = touching.i, touching.j, touching.r
     relative = u[j] - u[i]
     relative[:, 0] += r[:, 1]
     normal = r / np.hypot(*r.T)[:, None]
     return SlowShear(
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
-        nonaffine=u[held] - u[held].mean(axis=0),
+        nonaffine=u - u.mean(axis=0),
     )

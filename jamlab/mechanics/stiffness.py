@@ -32,11 +32,16 @@ class Stiffness:
     ee: Array
 
 
-def forces(packing: Packing) -> Array:
-    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS."""
+def forces(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
+    """(len(positions), 2) forces -dU/dx in numpy; the engine's own come from LAMMPS.
+
+    Args:
+        packing: SP or DP.
+        terms: its `energy_terms`, if they are known already.
+    """
     total = np.zeros_like(packing.positions)
-    for terms in energy_terms(packing):
-        np.subtract.at(total, terms.sites, terms.gradient)
+    for term in energy_terms(packing) if terms is None else terms:
+        np.subtract.at(total, term.sites, term.gradient)
     return total
 
 
@@ -50,9 +55,8 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     return _assemble(energy_terms(packing, prestress=prestress), len(packing.positions))
 
 
-def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
-    """Hessian with its couplings to a homogeneous strain, see `Stiffness`."""
-    terms = energy_terms(packing, prestress=prestress)
+def stiffness(packing: Packing, terms: Sequence[Terms]) -> Stiffness:
+    """Assemble the Hessian and its couplings to a homogeneous strain from the `energy_terms` of a packing."""
     size = len(packing.positions)
     ue = np.zeros((size, 2, 2, 2))
     ee = np.zeros((2, 2, 2, 2))
@@ -63,11 +67,16 @@ def stiffness(packing: Packing, *, prestress: bool = True) -> Stiffness:
     return Stiffness(_assemble(terms, size), ue.reshape(2 * size, 2, 2), ee)
 
 
-def stress(packing: Packing) -> Array:
-    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted."""
+def stress(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
+    """(2, 2) stress -(1/A) dU/dE, positive in compression (Boromand et al. eq 6), every energy term counted.
+
+    Args:
+        packing: SP or DP.
+        terms: its `energy_terms`, if they are known already.
+    """
     total = np.zeros((2, 2))
-    for terms in energy_terms(packing):
-        total -= np.einsum("kai,kal->il", terms.gradient, terms.local)
+    for term in energy_terms(packing) if terms is None else terms:
+        total -= np.einsum("kai,kal->il", term.gradient, term.local)
     return total / packing.area
 
 

@@ -1,4 +1,4 @@
-"""Factorisation of symmetric sparse matrices that also tells whether they are positive definite."""
+"""Factorise symmetric sparse matrices and count their negative eigenvalues."""
 
 from typing import Any
 

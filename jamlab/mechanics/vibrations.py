@@ -1,4 +1,4 @@
-"""Vibrations of a packing: the lowest eigenmodes of its Hessian, and how many modes cost no energy."""
+"""Vibrations of a packing: the lowest eigenmodes of its Hessian, and the number of its zero modes."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,27 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
-_ZERO = 1e-9  # eigenvalue over the largest one that counts as zero; softer modes are rounding of the Hessian
-_DENSE = 400  # up to this size all eigenvalues at once are faster than a few
+_DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
+
+
+@dataclass(frozen=True)
+class ModeSettings:
+    """Numbers of the search for the lowest modes, each over the largest eigenvalue.
+
+    Attributes:
+        zero: eigenvalue that counts as zero: above the rounding of the Hessian, 1e-16 and what factors lose, below the
+            softest modes of stable packings, 1e-5 for disks at pressure 1e-6 k.
+        shift: how far below zero the iteration begins: far enough for well-conditioned factors, near enough that the
+            lowest eigenvalues stand apart.
+        growth: factor on the shift until no eigenvalue lies below it.
+    """
+
+    zero: float = 1e-9
+    shift: float = 1e-6
+    growth: float = 4.0
+
+
+SETTINGS = ModeSettings()
 
 
 @dataclass(frozen=True)
@@ -32,7 +51,7 @@ class Modes:
 
 
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
-    """Modes of the smallest eigenvalues at fixed box, zero modes included: translations and free motion of rattlers.
+    """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers.
 
     Args:
         packing: SP or DP; Hessian as `jamlab.hessian`.
@@ -51,12 +70,12 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         values, vectors = np.linalg.eigh(matrix.toarray())
         values, vectors = values[:count], vectors[:, :count]
     else:
-        values, vectors = _lowest(matrix, count)
+        values, vectors = _find_lowest(matrix, count)
     return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
 
 
 def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
-    """Number of modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
+    """Count modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
 
     Eigenvalues below 1e-9 of the largest count as zero. They are counted, not computed: by Sylvester's law of inertia
     the factors of H - s and H + s tell how many eigenvalues lie below s and below -s.
@@ -67,22 +86,22 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         prestress: False replaces contacts by unstressed springs: then every mode without stiffness is a mechanism.
     """
     matrix = hessian(packing, prestress=prestress)
-    shift = _ZERO * float(sparse.linalg.norm(matrix, np.inf))
+    shift = SETTINGS.zero * float(sparse.linalg.norm(matrix, np.inf))
     identity = sparse.eye_array(matrix.shape[0], format="csc")
     return SymmetricFactors(matrix - shift * identity).negative - SymmetricFactors(matrix + shift * identity).negative
 
 
-def _lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
-    """Zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below all of them.
+def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
+    """Take the zero modes known beforehand, then the smallest other eigenvalues by inverse iteration from below.
 
     Lanczos iteration finds equal eigenvalues once only, and zero is the one that packings have many times.
     """
-    null = _known_null(matrix)
+    null = _span_known_zero_modes(matrix)
     scale = float(sparse.linalg.norm(matrix, np.inf))
     identity = sparse.eye_array(matrix.shape[0], format="csc")
-    shift = 1e-6 * scale
+    shift = SETTINGS.shift * scale
     while (factors := SymmetricFactors(matrix + shift * identity)).negative:
-        shift *= 4.0
+        shift *= SETTINGS.growth
 
     def without_null(x: Array) -> Array:
         return np.asarray(x - null @ (null.T @ x))
@@ -95,14 +114,14 @@ def _lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
         raise ConvergenceError(f"the {count} lowest modes were not found: {error}") from error
     values = np.concatenate([np.zeros(null.shape[1]), values])
     order = np.argsort(values, kind="stable")[:count]
-    highest = values[order[-1]] - 1e-9 * scale
+    highest = values[order[-1]] - SETTINGS.zero * scale
     if SymmetricFactors(matrix - highest * identity).negative > count:
         raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")
     return values[order], np.hstack([null.toarray(), vectors])[:, order]
 
 
-def _known_null(matrix: sparse.csc_array) -> sparse.csc_array:
-    """Orthonormal modes that cost nothing for sure: free coordinates, and the two translations of all others."""
+def _span_known_zero_modes(matrix: sparse.csc_array) -> sparse.csc_array:
+    """Span the modes that certainly cost nothing, orthonormal: free coordinates, and two translations of the others."""
     free = np.diff(matrix.indptr) == 0
     free |= np.bincount(matrix.indices, np.abs(matrix.data), matrix.shape[0]) == 0
     alone = np.flatnonzero(free)

@@ -1,8 +1,12 @@
-"""Neighbours in a periodic parallelogram, exact for any tilt and for boxes smaller than the cutoff.
+"""Find neighbours in a periodic parallelogram, exactly for any tilt and for boxes smaller than the cutoff.
 
 The lattice is first reduced to its shortest vectors (Lagrange-Gauss), so that few images are needed even in a strongly
 sheared box. The points are then wrapped into the reduced cell, copied as far as the cutoff reaches, and searched with a
 k-d tree. Wrapping only serves the search: the vectors returned are computed from the points as they were given.
+
+The library vesin lists the pairs of one set of points five times faster (1024 disks: 0.5 ms instead of 3 ms, of 38 ms
+for a whole measurement) and the tests compare with it. It knows neither two sets of points nor the copies that voids
+and cells need, so that none of this file would go.
 """
 
 from dataclasses import dataclass
@@ -16,7 +20,7 @@ from jamlab.errors import InputError
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MOST_IMAGES = 20_000_000  # copies of points that a search may make
+MOST_IMAGES = 20_000_000  # copies of points that a search may make: 1 GB with their fractions and images
 
 
 @dataclass(frozen=True)
@@ -35,9 +39,18 @@ class Pairs:
     r: Array
     shift: Indices
 
+    def select(self, rows: NDArray[np.bool_] | Indices) -> "Pairs":
+        """Keep some rows, by mask or by number."""
+        return Pairs(self.i[rows], self.j[rows], self.r[rows], self.shift[rows])
+
+
+def positive_image(shift: Indices) -> NDArray[np.bool_]:
+    """(m,) whether an image (m, 2) stands for itself and its opposite: the first shift that is not 0 is positive."""
+    return np.asarray((shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0)))
+
 
 def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
-    """Every pair of points of one set nearer than the cutoff, once.
+    """Find every pair of points of one set nearer than the cutoff, once.
 
     Args:
         points: (n, 2), anywhere (need not lie inside the box).
@@ -52,13 +65,12 @@ def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
         InputError: see `periodic_neighbors`.
     """
     i, j, shift = _search(points, points, box, cutoff)
-    positive = (shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0))
-    once = (i < j) | ((i == j) & positive)
-    return _within(points, points, box, cutoff, i[once], j[once], shift[once])
+    once = (i < j) | ((i == j) & positive_image(shift))
+    return _cut_off(points, points, box, cutoff, i[once], j[once], shift[once])
 
 
 def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: float) -> Pairs:
-    """Every point of set b, in every periodic image, that is nearer than the cutoff to a point of set a.
+    """Find every point of set b, in every periodic image, that is nearer than the cutoff to a point of set a.
 
     Args:
         points_a: (n_a, 2), anywhere.
@@ -72,11 +84,11 @@ def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: flo
     Raises:
         InputError: if the cutoff is not a positive finite number, or reaches over more images than fit in memory.
     """
-    return _within(points_a, points_b, box, cutoff, *_search(points_a, points_b, box, cutoff))
+    return _cut_off(points_a, points_b, box, cutoff, *_search(points_a, points_b, box, cutoff))
 
 
 def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, Indices]:
-    """Points of the primitive cell and all their copies within reach of it.
+    """Copy the points of the primitive cell to all places within reach of it.
 
     Args:
         points: (n, 2), anywhere.
@@ -90,9 +102,9 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
     Raises:
         InputError: if the reach takes in more periodic images than fit in memory.
     """
-    cell, combination = _shortest_vectors(box)
+    cell, combination = _reduce_lattice(box)
     wrapped, wrap = _wrap(points, cell)
-    source, image = _images(wrapped, cell, reach)
+    source, image = _copy_images(wrapped, cell, reach)
     moved = image.any(axis=1)
     home = np.arange(len(points))
     source, image = np.concatenate([home, source[moved]]), np.concatenate([np.zeros_like(wrap), image[moved]])
@@ -105,12 +117,13 @@ def _search(points_a: Array, points_b: Array, box: Array, cutoff: float) -> tupl
         raise InputError(f"cutoff is {cutoff}: must be a positive finite number")
     if not len(points_a) or not len(points_b):
         return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2), np.int64)
-    cell, combination = _shortest_vectors(box)
+    cell, combination = _reduce_lattice(box)
     wrapped_a, wrap_a = _wrap(points_a, cell)
     wrapped_b, wrap_b = _wrap(points_b, cell)
+    # wrapping costs a few units in the last place of the coordinates
     rounding = 1e-14 * (np.abs(points_a).max() + np.abs(points_b).max() + np.abs(box).max())
     reach = cutoff + rounding
-    source, image = _images(wrapped_b, cell, reach)
+    source, image = _copy_images(wrapped_b, cell, reach)
     copies = wrapped_b[source] + image @ cell
     found = cKDTree(wrapped_a).sparse_distance_matrix(cKDTree(copies), reach, output_type="ndarray")
     i, copy = found["i"].astype(np.int64), found["j"]
@@ -118,7 +131,7 @@ def _search(points_a: Array, points_b: Array, box: Array, cutoff: float) -> tupl
     return i, j, (image[copy] - wrap_b[j] + wrap_a[i]) @ combination
 
 
-def _within(
+def _cut_off(
     points_a: Array, points_b: Array, box: Array, cutoff: float, i: Indices, j: Indices, shift: Indices
 ) -> Pairs:
     r = points_b[j] - points_a[i] + shift @ box
@@ -128,7 +141,7 @@ def _within(
     return Pairs(i[order], j[order], r[order], shift[order])
 
 
-def _shortest_vectors(box: Array) -> tuple[Array, Indices]:
+def _reduce_lattice(box: Array) -> tuple[Array, Indices]:
     """Lagrange-Gauss reduction: the two shortest lattice vectors and the integers with cell = integers @ box."""
     cell, integers = np.array(box, dtype=np.float64), np.eye(2, dtype=np.int64)
     while True:
@@ -150,11 +163,11 @@ def _wrap(points: Array, cell: Array) -> tuple[Array, Indices]:
     return points - wrap @ cell, wrap.astype(np.int64)
 
 
-def _images(wrapped: Array, cell: Array, reach: float) -> tuple[Indices, Indices]:
+def _copy_images(wrapped: Array, cell: Array, reach: float) -> tuple[Indices, Indices]:
     """Copies of wrapped points that may lie within reach of the cell: index of the point, lattice multiples (m, 2)."""
     area = abs(cell[0, 0] * cell[1, 1] - cell[0, 1] * cell[1, 0])
     height = area / np.hypot(*cell[::-1].T)  # of the cell, across each pair of its sides
-    margin = reach / height + 1e-9
+    margin = reach / height + 1e-9  # beyond the rounding of fractions; a copy too many costs nothing
     layers = np.ceil(margin)
     if np.prod(2 * layers + 1) * len(wrapped) > MOST_IMAGES:
         raise InputError(f"cutoff {reach:.6g} reaches over too many periodic images of box {cell.tolist()}")

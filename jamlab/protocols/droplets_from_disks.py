@@ -18,8 +18,8 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
+from jamlab.geometry.touching_disks import touching_disks
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.compression import LARGEST_TOLERANCE
@@ -96,11 +96,10 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     params["a0"] = _rest_area(nv, scale**2 * area, params)
     positions, box, radius = scale * packing.positions, scale * packing.box, 0.5 * scale * packing.diameters
     half = 0.5 * float(params["delta"])
-    near = periodic_pairs(positions, box, float(2 * radius.max()))
+    near = touching_disks(packing.with_state(positions=positions, box=box, diameters=2 * radius))
     i, j, r = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i]), np.concatenate([near.r, -near.r])
     distance = np.hypot(*r.T)
-    real = distance < radius[i] + radius[j]
-    i, j, normal, distance = i[real], j[real], r[real] / distance[real, None], distance[real]
+    normal = r / distance[:, None]
     height = radical_height(distance, radius[i], radius[j])
     rng = np.random.default_rng([seed, 2])
     shapes = []

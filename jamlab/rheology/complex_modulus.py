@@ -1,4 +1,4 @@
-"""Complex shear modulus G*(omega) of packings, Baumgarten & Tighe eqs 10-13, by three solvers."""
+"""The complex shear modulus G*(omega), Baumgarten & Tighe eqs 10-13, by three solvers."""
 
 from dataclasses import dataclass
 
@@ -7,23 +7,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.mechanics.elasticity import backbone, check_at_rest
+from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.reduced_model import reduce
-from jamlab.rheology.relaxation_spectrum import Modes, RelaxationSpectrum, all_modes, spectrum
+from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, variational_modulus
-from jamlab.rheology.slow_and_fast_limits import Limits, limits
+from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 METHODS = ("auto", "dense", "direct", "reduced")
 
-_SMALL = 256  # displacements up to which the dense solver is the quickest
-_CHECKS_PER_DECADE = 1.0
+_SMALL = 256  # displacements up to which the dense solver is the quickest (benchmark_rheology)
+_CHECKS_PER_DECADE = (
+    1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
+)
 
 
 @dataclass(frozen=True)
@@ -78,33 +80,34 @@ def complex_modulus(
             sites. "auto": "dense" for small packings, else "reduced".
 
     Raises:
-        InputError: a frequency that is not positive, an unknown method, a packing too large for "dense", polygons
+        InputError: a frequency that is not positive, an unknown method, a packing too large for "dense", droplets
             without pre-stress.
         ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named.
     """
     check_choice("method", method, METHODS)
-    frequencies = _frequencies(omega)
-    check_at_rest(backbone(packing)[0])
-    motion = equation_of_motion(packing, damping or ContactDamping(), prestress)
-    ends = limits(motion)
+    frequencies = _check_frequencies(omega)
+    network = force_network(packing, prestress=prestress)
+    network.check_at_rest()
+    motion = equation_of_motion(network, damping or ContactDamping())
+    limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= _SMALL else "reduced"
-    solve = {"dense": _dense, "direct": _direct, "reduced": _reduced}[method]
-    modulus, error, elements = solve(motion, ends, frequencies)
+    solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
+    modulus, error, elements = solve(motion, limits, frequencies)
     return ComplexModulus(
         omega=frequencies,
         storage=modulus.real.copy(),
         loss=modulus.imag.copy(),
-        g0=ends.g0,
-        eta0=ends.eta0,
-        eta_inf=ends.eta_inf,
+        g0=limits.g0,
+        eta0=limits.eta0,
+        eta_inf=limits.eta_inf,
         method=method,
         error=error,
         spectrum=elements,
     )
 
 
-def _frequencies(omega: ArrayLike) -> Array:
+def _check_frequencies(omega: ArrayLike) -> Array:
     try:
         frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
     except (TypeError, ValueError):
@@ -120,7 +123,7 @@ def _frequencies(omega: ArrayLike) -> Array:
 _Solution = tuple[Complex, Array, RelaxationSpectrum | None]
 
 
-def _direct(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
+def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
     modulus = np.empty(len(omega), dtype=np.complex128)
     error = np.empty(len(omega))
     for index, w in enumerate(omega):
@@ -131,20 +134,25 @@ def _direct(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
     return modulus, error, None
 
 
-def _dense(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
-    found, basis = all_modes(motion, ends)
-    elements = spectrum(found, ends, motion.area)
-    return elements.modulus(omega), _rounding(motion, ends, found, basis, elements, omega), elements
+def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
+    found, basis = find_all_modes(motion, limits)
+    elements = build_spectrum(found, limits, motion.area)
+    return elements.modulus(omega), _estimate_rounding(motion, limits, found, basis, elements, omega), elements
 
 
-def _reduced(motion: EquationOfMotion, ends: Limits, omega: Array) -> _Solution:
-    model = reduce(motion, ends, omega)
-    rounding = _rounding(motion, ends, model.modes, model.basis, model.spectrum, omega)
+def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
+    model = reduce(motion, limits, omega)
+    rounding = _estimate_rounding(motion, limits, model.modes, model.basis, model.spectrum, omega)
     return model.spectrum.modulus(omega), model.change + rounding, model.spectrum
 
 
-def _rounding(
-    motion: EquationOfMotion, ends: Limits, found: Modes, basis: Array, elements: RelaxationSpectrum, omega: Array
+def _estimate_rounding(
+    motion: EquationOfMotion,
+    limits: Limits,
+    found: RelaxationModes,
+    basis: Array,
+    elements: RelaxationSpectrum,
+    omega: Array,
 ) -> Array:
     """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out.
 
@@ -152,7 +160,7 @@ def _rounding(
     """
     low, high = omega.min(), omega.max()
     samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
-    q = ends.slow[:, None] + basis @ found.coefficients(samples)
+    q = limits.slow[:, None] + basis @ found.coefficients(samples)
     modulus = elements.modulus(samples)
     gap = modulus - variational_modulus(motion, q, samples)
     bound = rounding_error(motion, q, samples) + np.abs(gap.real) + 1j * np.abs(gap.imag)

@@ -1,4 +1,4 @@
-"""Dynamic critical scaling: G*/p^mu against omega/p^lambda on one curve, Baumgarten & Tighe eqs 14-17 and fig 3."""
+"""Dynamic critical scaling: collapse G*/p^mu over omega/p^lambda, Baumgarten & Tighe eqs 14-17 and fig 3."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,8 +13,11 @@ from jamlab.statistics.data_collapse import fit_scaling_exponents
 
 Array = NDArray[np.float64]
 
-_HIGHEST = 0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling
-_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted
+_HIGHEST = (
+    0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)
+)
+_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
+_LEAST_POINTS = 3  # frequencies that make a slope: two have no scatter to show
 
 
 @dataclass(frozen=True)
@@ -79,14 +82,14 @@ def collapse(
 
 
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:
-    """mu, lambda, Delta and the spread; curves: (2, m) mean G' and G'' of each pressure."""
+    """Fit mu, lambda, Delta and find the spread; curves: (2, m) mean G' and G'' of each pressure."""
     families = [[(omega, c[part]) for c in curves] for part in (0, 1)]
     found = fit_scaling_exponents(p, families, start=(-1.0, -0.5))
     mu, lam = -found.b, -found.a
     slopes = []
     for c, pressure in zip(curves, p, strict=True):
         critical = omega > _CRITICAL * pressure**lam
-        if np.count_nonzero(critical) >= 3:
+        if np.count_nonzero(critical) >= _LEAST_POINTS:
             slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
     if not slopes:
         raise InputError(f"no frequency lies between {_CRITICAL:g} p^lambda and {_HIGHEST:g}: lower the pressure")

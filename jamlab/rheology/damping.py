@@ -1,4 +1,4 @@
-"""Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and for deformable polygons."""
+"""Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and droplets."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from jamlab.errors import InputError
-from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.geometry.contact_network import Meetings, find_meetings
+from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.energy_terms import disk_law
-from jamlab.packing.neighbors import periodic_pairs
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -66,20 +67,30 @@ def _check_time(tau: float) -> None:
         raise InputError(f"tau = {tau}: must be a positive time")
 
 
-def damping_matrix(packing: Packing, damping: Damping) -> sparse.csc_array:
-    """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for polygons.
+def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
+    """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
 
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
     affine flow acts on u alone.
+
+    Args:
+        packing: SP or DP.
+        damping: viscous law.
+        meetings: what `find_meetings` finds in the packing, if it is known already.
+
+    Raises:
+        InputError: a vertex lies on an edge, so that their contact has no direction.
     """
     if isinstance(damping, StokesDrag):
-        return _stokes(packing, damping)
-    contacts = _disk_contacts(packing) if packing.model == "sp" else _polygon_contacts(packing)
-    return _contact(contacts, damping)
+        return _assemble_stokes(packing, damping)
+    meetings = meetings or find_meetings(packing)
+    if isinstance(meetings, Pairs):
+        return _assemble_contacts(_join_disks(packing, meetings), damping)
+    return _assemble_contacts(_join_vertices(packing, meetings), damping)
 
 
-def _stokes(packing: Packing, damping: StokesDrag) -> sparse.csc_array:
+def _assemble_stokes(packing: Packing, damping: StokesDrag) -> sparse.csc_array:
     sites = len(packing.positions)
     share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
     diagonal = np.zeros(_size(packing))
@@ -98,7 +109,7 @@ def _drag_stiffness(packing: Packing) -> float:
 
 
 @dataclass(frozen=True)
-class _Contacts:
+class _Joints:
     """Relative velocity at m contacts as a linear function of all rates.
 
     Attributes:
@@ -122,14 +133,12 @@ class _Contacts:
     radii: Array | None = None
 
 
-def _disk_contacts(packing: Packing) -> _Contacts:
+def _join_disks(packing: Packing, touching: Pairs) -> _Joints:
     assert packing.diameters is not None
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-    touching = np.hypot(*near.r.T) < 0.5 * (packing.diameters[near.i] + packing.diameters[near.j])
-    pairs, r = np.column_stack([near.i, near.j])[touching], near.r[touching]
+    pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
     _, _, stiffness = disk_law(packing, pairs, distance)
-    return _Contacts(
+    return _Joints(
         size=_size(packing),
         normal=r / distance[:, None],
         flow=r[:, 1],
@@ -141,13 +150,12 @@ def _disk_contacts(packing: Packing) -> _Contacts:
     )
 
 
-def _polygon_contacts(packing: Packing) -> _Contacts:
+def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
     """Vertex against the point (1 - t) tail + t head of the edge."""
-    found = vertex_contacts(packing)
     distance, t = found.distance, found.place
     if not np.all(distance > 0):
         raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
-    return _Contacts(
+    return _Joints(
         size=_size(packing),
         normal=found.separation / distance[:, None],
         flow=found.separation[:, 1],
@@ -157,27 +165,27 @@ def _polygon_contacts(packing: Packing) -> _Contacts:
     )
 
 
-def _contact(contacts: _Contacts, damping: ContactDamping) -> sparse.csc_array:
-    normal = contacts.normal
+def _assemble_contacts(joints: _Joints, damping: ContactDamping) -> sparse.csc_array:
+    normal = joints.normal
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    weight = sparse.diags_array(contacts.stiffness * damping.tau)
-    approach = _relative_velocity(contacts, normal, spin=False)
+    weight = sparse.diags_array(joints.stiffness * damping.tau)
+    approach = _relate_velocities(joints, normal, spin=False)
     matrix = approach.T @ weight @ approach
     if damping.beta > 0:
-        slide = _relative_velocity(contacts, tangent, spin=True)
+        slide = _relate_velocities(joints, tangent, spin=True)
         matrix = matrix + damping.beta * (slide.T @ weight @ slide)
     return sparse.csc_array(matrix)
 
 
-def _relative_velocity(contacts: _Contacts, direction: Array, spin: bool) -> sparse.csr_array:
+def _relate_velocities(joints: _Joints, direction: Array, spin: bool) -> sparse.csr_array:
     """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
     m = len(direction)
-    columns = [2 * contacts.sites, 2 * contacts.sites + 1, np.full((m, 1), contacts.size - 1)]
-    values = [contacts.weights * direction[:, [0]], contacts.weights * direction[:, [1]]]
-    values.append((contacts.flow * direction[:, 0])[:, None])
-    if spin and contacts.spins is not None and contacts.radii is not None:
-        columns.append(contacts.spins)
-        values.append(-contacts.radii)
+    columns = [2 * joints.sites, 2 * joints.sites + 1, np.full((m, 1), joints.size - 1)]
+    values = [joints.weights * direction[:, [0]], joints.weights * direction[:, [1]]]
+    values.append((joints.flow * direction[:, 0])[:, None])
+    if spin and joints.spins is not None and joints.radii is not None:
+        columns.append(joints.spins)
+        values.append(-joints.radii)
     entry, column = np.hstack(values), np.hstack(columns)
     rows = np.repeat(np.arange(m), entry.shape[1])
-    return sparse.coo_array((entry.ravel(), (rows, column.ravel())), shape=(m, contacts.size)).tocsr()
+    return sparse.coo_array((entry.ravel(), (rows, column.ravel())), shape=(m, joints.size)).tocsr()

@@ -1,4 +1,4 @@
-"""One complex symmetric sparse factorisation per frequency: the way of Baumgarten & Tighe eq 12."""
+"""Direct solver: one complex symmetric sparse factorisation for each frequency, Baumgarten & Tighe eq 12."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +9,13 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# Factors without pivoting may lose digits, and a refinement brings the residual back to rounding. Disks and droplets
+# under contact damping are there without, at 1e-13; two are a guard for soft packings and for Stokes drag.
 _REFINEMENTS = 2
 
 
 def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, complex, complex]:
-    """Response to unit strain at one frequency.
+    """Solve for the response to unit strain at one frequency.
 
     Args:
         motion: equation of motion.
@@ -36,7 +38,7 @@ def solve_frequency(motion: EquationOfMotion, omega: float) -> tuple[Complex, co
 
 
 class _Driftless:
-    """Solves M q = f under drag on translations t, for forces f without resultant.
+    """Solver of M q = f under drag on translations t, for forces f without resultant.
 
     M t = i omega B t vanishes with omega, and rounding would start a drift. Write q = q_rel + t c with site 0 of q_rel
     at rest; no net drag, t^T B q = 0, gives c, and q_rel obeys M less a matrix of rank two.

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.mechanics.elasticity import backbone
+from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
-from jamlab.rheology.slow_and_fast_limits import limits
+from jamlab.rheology.slow_and_fast_limits import find_limits
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -69,13 +69,13 @@ def oscillating_displacements(
     """
     if not (np.isfinite(omega) and omega > 0):
         raise InputError(f"omega = {omega}: must be positive and finite")
-    motion = equation_of_motion(packing, damping or ContactDamping(), prestress)
-    limits(motion)  # refuses what is not stable
+    network = force_network(packing, prestress=prestress)
+    motion = equation_of_motion(network, damping or ContactDamping())
+    find_limits(motion)  # refuses what is not stable
     q, modulus, _ = solve_frequency(motion, omega)
-    network, _ = backbone(packing)
-    held = 2 * len(network.positions) - motion.moving
-    u = np.concatenate([np.zeros(held), q[: motion.moving] / modulus]).reshape(-1, 2)
-    return network, u - u.mean(axis=0)
+    fixed = 2 * len(network.packing.positions) - motion.moving
+    u = np.concatenate([np.zeros(fixed), q[: motion.moving] / modulus]).reshape(-1, 2)
+    return network.packing, u - u.mean(axis=0)
 
 
 def displacement_correlation(
@@ -113,6 +113,7 @@ def correlation_along_x(
     Raises:
         InputError: lane or width is not positive, or too wide for the box.
     """
+    # four bins at least: the correlation is known up to half the box, and a zero needs two of them
     for name, size, side in (("lane", lane, box[1, 1]), ("width", width, box[0, 0] / 4)):
         if not 0 < size <= side:
             raise InputError(f"{name} = {size}: must be positive and at most {side:.3g} in this box")

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from jamlab.mechanics.elasticity import backbone
+from jamlab.geometry.contact_network import Meetings, find_meetings
+from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
@@ -34,15 +36,24 @@ def dynamical_matrices(
         prestress: False sets the contact forces in K to zero (their eq 4). SP only.
 
     Raises:
-        InputError: a packing of polygons without pre-stress: line tension is nothing but pre-stress.
+        InputError: droplets without pre-stress: line tension is nothing but pre-stress.
     """
-    k = stiffness(packing, prestress=prestress)
+    meetings = find_meetings(packing)
+    terms = energy_terms(packing, meetings, prestress=prestress)
+    return _assemble(packing, damping or ContactDamping(), meetings, terms)
+
+
+def _assemble(
+    packing: Packing, damping: Damping, meetings: Meetings, terms: list[Terms]
+) -> tuple[sparse.csc_array, sparse.csc_array]:
+    """K and B of `dynamical_matrices` from contacts and energy terms that are known already."""
+    k = stiffness(packing, terms)
     spins = packing.n if packing.model == "sp" else 0
     column = sparse.coo_array(np.concatenate([k.ue[:, 0, 1], np.zeros(spins)])[:, None])
     corner = np.array([[k.ee[0, 1, 0, 1]]])
     inner = sparse.block_diag([k.uu, sparse.coo_array((spins, spins))]) if spins else k.uu
     hessian = sparse.block_array([[inner, column], [column.T, sparse.coo_array(corner)]], format="csc")
-    return hessian, damping_matrix(packing, damping or ContactDamping())
+    return hessian, damping_matrix(packing, damping, meetings)
 
 
 @dataclass(frozen=True)
@@ -93,24 +104,19 @@ class EquationOfMotion:
         return moved
 
 
-def equation_of_motion(packing: Packing, damping: Damping, prestress: bool = True) -> EquationOfMotion:
-    """Equation of motion of the backbone of a packing; rattlers are left out.
+def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMotion:
+    """Set up the equation of motion of a packing without its rattlers.
 
     Args:
-        packing: SP or DP at an energy minimum.
+        network: `force_network` of a packing at an energy minimum, with or without pre-stress.
         damping: viscous law.
-        prestress: see `dynamical_matrices`.
-
-    Raises:
-        ConvergenceError: every particle rattles.
-        InputError: see `dynamical_matrices`.
     """
-    network, _ = backbone(packing)
-    k, b = dynamical_matrices(network, damping, prestress)
-    sites = len(network.positions)
+    packing = network.packing
+    k, b = _assemble(packing, damping, network.meetings, network.terms)
+    sites = len(packing.positions)
     drifting = not isinstance(damping, ContactDamping)
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
-    spinning = isinstance(damping, ContactDamping) and damping.beta > 0 and network.model == "sp"
+    spinning = isinstance(damping, ContactDamping) and damping.beta > 0 and packing.model == "sp"
     first = 0 if drifting else 2
     free = np.arange(first, 3 * sites if spinning else 2 * sites)
     kept = np.append(free, k.shape[0] - 1)

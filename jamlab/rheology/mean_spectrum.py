@@ -1,4 +1,4 @@
-"""Spectra of several packings together: mean, band and table."""
+"""Mean spectra: G*(omega) of several packings together, with band and table."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -55,7 +55,7 @@ class Spectra:
 
     @property
     def description(self) -> str:
-        """How many packings, by which solver, and how many of them are at no minimum."""
+        """The numbers of packings and of those that are not at a minimum, and the solver."""
         count = len(self.members)
         text = f"{count} packings" if count > 1 else "1 packing"
         bad = self.converged.count(False)

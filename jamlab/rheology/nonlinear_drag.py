@@ -1,4 +1,4 @@
-"""Non-linear drag by equivalent linear damping, Baumgarten & Tighe eqs 23-29.
+"""Non-linear drag as an equivalent linear damping, Baumgarten & Tighe eqs 23-29.
 
 Drag grows as the power alpha of the relative velocity (eq 9): 1/2 for mobile surfactants, 2/3 for immobile ones
 (Bretherton). In one cycle of given amplitude and frequency a linear drag with another time tau_alpha dissipates as
@@ -40,7 +40,7 @@ class NonlinearModulus:
 
 
 def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
-    """(m,) tau_alpha in units of tau_1 of an oscillator driven by a force, solved self-consistently per frequency.
+    """Solve for the time tau_alpha, (m,) in units of tau_1, of an oscillator driven by a force at each frequency.
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
     u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; the exponent that eq 25 prints, alpha, would not give
@@ -76,7 +76,9 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
             low *= 2
         while excess(high, log_rate) < 0:
             high *= 2
-        return float(np.exp(brentq(excess, low, high, args=(log_rate,), xtol=1e-13)))
+        return float(
+            np.exp(brentq(excess, low, high, args=(log_rate,), xtol=1e-13))
+        )  # tau to 13 digits, all that logs have
 
     return np.array([solve(log_rate) for log_rate in np.log(w)])
 

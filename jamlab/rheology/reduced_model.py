@@ -1,4 +1,4 @@
-"""Reduced model of the equation of motion, good at all frequencies: rational Krylov with real positive shifts.
+"""Reduced model of the equation of motion for all frequencies: a rational Krylov space of real positive shifts.
 
 G*(omega) is a transfer function of two symmetric semi-definite matrices. Projected on responses at a few real shifts s,
 for which K + s B is positive definite, and on the slow and fast limits, the equation keeps its form with a handful of
@@ -13,21 +13,44 @@ from scipy import sparse
 
 from jamlab.errors import ConvergenceError
 from jamlab.rheology.equation_of_motion import EquationOfMotion
-from jamlab.rheology.relaxation_spectrum import Modes, RelaxationSpectrum, modes, spectrum
+from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_modes
 from jamlab.rheology.rounding_error import larger_relative
 from jamlab.rheology.shifted_solver import ShiftedSolver
 from jamlab.rheology.slow_and_fast_limits import Limits
 
 Array = NDArray[np.float64]
 
-_STEPS = 5  # Krylov steps at a shift; with one the search may stop too early, with more it factorises less often
-_TOLERANCE = 1e-9  # relative change of G' and of G'' that counts as quiet
-_QUIET = 2  # quiet updates in a row that end the search
-_MOST_SHIFTS = 60
-_PER_DECADE = 6  # candidates for the next shift
-_MARGIN = 30.0  # candidates reach this factor beyond the frequencies asked for
-_SKETCH = 2048  # rows of the projection that residuals are judged by
-_DEPENDENT = 1e-12  # part of a new vector outside the space that is still direction, not rounding
+
+@dataclass(frozen=True)
+class KrylovSettings:
+    """Numbers of the search for shifts. They steer its cost; what it misses shows in `ReducedModel.change`.
+
+    Attributes:
+        steps: Krylov steps at a shift. With one the search may stop too early; with more it factorises less often, and
+            a factorisation costs as much as ten solves.
+        tolerance: relative change of G' and of G'' that counts as quiet; of the size of the rounding error near onset,
+            1e-10 to 1e-8.
+        quiet: quiet updates in a row that end the search: one alone may be a shift that happened to add nothing.
+        most_shifts: limit of the search; about a dozen are used over ten decades.
+        per_decade: candidates for the next shift, in each decade of frequency.
+        margin: candidates reach this factor beyond the frequencies asked for: a Maxwell element is a decade wide and
+            a half on either side.
+        sketch: rows of the random projection by which residuals are compared; lengths err by sqrt(2/sketch), 3 %.
+        dependent: part of a new vector outside the space that is still a direction, not the rounding of ten thousand
+            products.
+    """
+
+    steps: int = 5
+    tolerance: float = 1e-9
+    quiet: int = 2
+    most_shifts: int = 60
+    per_decade: int = 6
+    margin: float = 30.0
+    sketch: int = 2048
+    dependent: float = 1e-12
+
+
+SETTINGS = KrylovSettings()
 
 
 @dataclass(frozen=True)
@@ -45,112 +68,112 @@ class ReducedModel:
     """
 
     spectrum: RelaxationSpectrum
-    modes: Modes
+    modes: RelaxationModes
     basis: Array
     shifts: Array
     change: float
 
 
-def reduce(motion: EquationOfMotion, ends: Limits, omega: Array) -> ReducedModel:
-    """Reduced model for frequencies omega (f,).
+def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedModel:
+    """Reduce an equation of motion to the few coordinates that its response needs.
 
     Args:
         motion: equation of motion.
-        ends: its limits.
-        omega: positive.
+        limits: its limits.
+        omega: (f,) positive frequencies at which the model is wanted.
 
     Raises:
-        ConvergenceError: G* still moves after `_MOST_SHIFTS` shifts.
+        ConvergenceError: G* still moves after the largest number of shifts.
     """
-    space = _Space(motion, ends)
-    start = _forces(motion, motion.b_qq @ ends.slow + motion.b_qg)
-    candidates = _candidates(omega)
+    space = _Space(motion, limits)
+    start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
+    candidates = _place_candidates(omega)
     solver = ShiftedSolver(motion)
     shifts: list[float] = []
     change = 0.0
     model, found = space.model()
     before = model.modulus(omega)
     quiet = 0
-    while quiet < _QUIET and len(candidates):
-        if len(shifts) == _MOST_SHIFTS:
+    while quiet < SETTINGS.quiet and len(candidates):
+        if len(shifts) == SETTINGS.most_shifts:
             raise ConvergenceError(
                 f"G*(omega) still changes by {change:.2g} after {len(shifts)} shifts: use method='direct'"
             )
         # real shifts do not make the residual vanish at i omega: never choose one twice
-        shift = float(candidates[np.argmax(space.residual(candidates))])
+        shift = float(candidates[np.argmax(space.residual(candidates, model, found))])
         candidates = candidates[candidates != shift]
         solver.factorise(shift)
         vector = start
         chain = []
-        for _ in range(_STEPS):
+        for _ in range(SETTINGS.steps):
             vector = solver.solve(vector)
             chain.append(vector)
-            vector = _forces(motion, motion.b_qq @ vector)
+            vector = _without_torques(motion, motion.b_qq @ vector)
         if not space.add(np.column_stack(chain)):
             continue
         shifts.append(shift)
         model, found = space.model()
         after = model.modulus(omega)
         change = float(larger_relative(after - before, after).max())
-        quiet = quiet + 1 if change <= _TOLERANCE else 0
+        quiet = quiet + 1 if change <= SETTINGS.tolerance else 0
         before = after
     return ReducedModel(model, found, space.basis, np.array(shifts), change)
 
 
-def _forces(motion: EquationOfMotion, load: Array) -> Array:
-    """The load without torques, which are balanced but for rounding."""
-    load[motion.moving :] = 0.0
-    return load
+def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
+    """A copy of the load (m,) whose torques, which are balanced but for rounding, are 0."""
+    forces = load.copy()
+    forces[motion.moving :] = 0.0
+    return forces
 
 
-def _candidates(omega: Array) -> Array:
-    low, high = omega.min() / _MARGIN, omega.max() * _MARGIN
-    return np.geomspace(low, high, 1 + int(np.ceil(_PER_DECADE * np.log10(high / low))))
+def _place_candidates(omega: Array) -> Array:
+    low, high = omega.min() / SETTINGS.margin, omega.max() * SETTINGS.margin
+    return np.geomspace(low, high, 1 + int(np.ceil(SETTINGS.per_decade * np.log10(high / low))))
 
 
 class _Space:
     """Orthonormal basis that grows, with K and B projected on it."""
 
-    def __init__(self, motion: EquationOfMotion, ends: Limits) -> None:
+    def __init__(self, motion: EquationOfMotion, limits: Limits) -> None:
         self._motion = motion
-        self._ends = ends
-        self._x = ends.fast - ends.slow
-        # forces are looked at through a random projection that keeps lengths to some per cent
+        self._limits = limits
+        self._x = limits.fast - limits.slow
+        # a random projection keeps the lengths of forces to some per cent and is much shorter than they are
         rng = np.random.default_rng(0)
         signs = rng.choice([-1.0, 1.0], motion.moving)
-        places = (rng.integers(_SKETCH, size=motion.moving), np.arange(motion.moving))
-        self._sketch = sparse.coo_array((signs, places), shape=(_SKETCH, motion.moving)).tocsr()
+        places = (rng.integers(SETTINGS.sketch, size=motion.moving), np.arange(motion.moving))
+        self._sketch = sparse.coo_array((signs, places), shape=(SETTINGS.sketch, motion.moving)).tocsr()
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
-        drag = (motion.b_qq @ ends.slow + motion.b_qg)[: motion.moving, None]
+        drag = (motion.b_qq @ limits.slow + motion.b_qg)[: motion.moving, None]
         self._forces = self._sketch @ drag
         self.basis = np.zeros((motion.size, 0))
         self._k = self._b = np.zeros((0, 0))
         self.add(self._x[:, None])
 
     def add(self, vectors: Array) -> int:
-        """Widen the space by vectors (m, j), one after the other; returns how many do not lie inside."""
+        """Widen the space by vectors (m, j), one after the other, and count those that do not lie inside it."""
         old = self.basis.shape[1]
-        self.basis = _orthonormal(self.basis, vectors)
+        self.basis = _orthonormalise(self.basis, vectors)
         added = self.basis[:, old:]
         k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
-        self._k = _bordered(self._k, self.basis.T @ k_added)
-        self._b = _bordered(self._b, self.basis.T @ b_added)
+        self._k = _border(self._k, self.basis.T @ k_added)
+        self._b = _border(self._b, self.basis.T @ b_added)
         forces = np.stack([k_added, b_added], axis=2)[: self._motion.moving].reshape(self._motion.moving, -1)
         self._forces = np.hstack([self._forces, self._sketch @ forces])
         return self.basis.shape[1] - old
 
-    def model(self) -> tuple[RelaxationSpectrum, Modes]:
-        """Spectrum and modes of the projected equation."""
-        found = modes(self._k, self._b, self.basis.T @ self._x)
-        return spectrum(found, self._ends, self._motion.area), found
+    def model(self) -> tuple[RelaxationSpectrum, RelaxationModes]:
+        """Solve the projected equation: its spectrum and modes."""
+        found = find_modes(self._k, self._b, self.basis.T @ self._x)
+        return build_spectrum(found, self._limits, self._motion.area), found
 
-    def residual(self, omega: Array) -> Array:
-        """(f,) force left over by the projected response, squared, over stiffness and the smaller modulus.
+    def residual(self, omega: Array, model: RelaxationSpectrum, found: RelaxationModes) -> Array:
+        """(f,) force left over by the response of the `model`, squared, over stiffness and the smaller modulus.
 
         The response q_slow + w at s = i omega leaves s (B q_slow + b) + (K + s B) w. The error of G* goes with its
         square.
         """
-        model, found = self.model()
         w = found.coefficients(omega)
         share = np.stack([w, 1j * omega * w], axis=1).reshape(-1, len(omega))
         share = np.vstack([1j * omega, share])
@@ -162,8 +185,8 @@ class _Space:
         return np.asarray(square / ((stiffness + omega * drag) * smaller))
 
 
-def _orthonormal(basis: Array, vectors: Array) -> Array:
-    """Orthonormal basis (m, i) widened by those of the vectors (m, j) that do not lie inside."""
+def _orthonormalise(basis: Array, vectors: Array) -> Array:
+    """Widen an orthonormal basis (m, i) by those of the vectors (m, j) that do not lie inside its span."""
     size = basis.shape[1]
     wider = np.empty((len(basis), size + vectors.shape[1]), order="F")
     wider[:, :size] = basis
@@ -171,10 +194,10 @@ def _orthonormal(basis: Array, vectors: Array) -> Array:
         old = wider[:, :size]
         length = float(np.linalg.norm(vector))
         rest = vector
-        for _ in range(2):  # once leaves rounding
+        for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
             rest = rest - old @ (old.T @ rest)
         left = float(np.linalg.norm(rest))
-        if left > _DEPENDENT * length:
+        if left > SETTINGS.dependent * length:
             new = rest / left
             new -= old @ (old.T @ new)
             wider[:, size] = new / np.linalg.norm(new)
@@ -182,8 +205,8 @@ def _orthonormal(basis: Array, vectors: Array) -> Array:
     return wider[:, :size]
 
 
-def _bordered(matrix: Array, columns: Array) -> Array:
-    """Symmetric matrix (m, m) widened by j columns (m + j, j)."""
+def _border(matrix: Array, columns: Array) -> Array:
+    """Widen a symmetric matrix (m, m) by j columns (m + j, j)."""
     old, size = len(matrix), len(columns)
     wider = np.empty((size, size))
     wider[:old, :old] = matrix

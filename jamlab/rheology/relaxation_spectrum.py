@@ -19,7 +19,7 @@ from jamlab.rheology.slow_and_fast_limits import Limits
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-LARGEST_DENSE = 2048  # displacements: 512 disks and rotations twice over, or about 70 polygons
+LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class RelaxationSpectrum:
 
 
 @dataclass(frozen=True)
-class Modes:
+class RelaxationModes:
     """Generalised modes in a space that holds the difference x of fast and slow response.
 
     Attributes:
@@ -74,8 +74,8 @@ class Modes:
         return np.asarray(self.vectors @ (self.amplitudes[:, None] * share))
 
 
-def modes(k: Array, b: Array, x: Array) -> Modes:
-    """Modes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite.
+def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
+    """RelaxationModes of a symmetric pencil K v = lambda B v, K positive definite, B semi-definite.
 
     The pencil (K, K + sigma B) has eigenvalues lambda/(lambda + sigma) between 0 and 1 even where B is singular; with
     sigma in the middle of the rates that carry x, slow and fast ones keep their digits.
@@ -83,30 +83,30 @@ def modes(k: Array, b: Array, x: Array) -> Modes:
     Args:
         k: (m, m).
         b: (m, m).
-        x: (m,) vector whose amplitudes are wanted. Modes without dissipation and without energy are left out.
+        x: (m,) vector whose amplitudes are wanted. RelaxationModes without dissipation and without energy are left out.
     """
     energy, dissipation = float(x @ k @ x), float(x @ b @ x)
     if not (energy > 0 and dissipation > 0):  # the packing answers alike at all frequencies
         empty = np.zeros(0)
-        return Modes(empty, np.zeros((len(x), 0)), empty, empty)
+        return RelaxationModes(empty, np.zeros((len(x), 0)), empty, empty)
     sigma = energy / dissipation
     metric = k + sigma * b
     fraction, vectors = linalg.eigh(k, metric)
     amplitudes = vectors.T @ (metric @ x)
     kept = (fraction > 0) & (fraction < 1)
     fraction, vectors, amplitudes = fraction[kept], vectors[:, kept], amplitudes[kept]
-    return Modes(sigma * fraction / (1 - fraction), vectors, amplitudes, fraction)
+    return RelaxationModes(sigma * fraction / (1 - fraction), vectors, amplitudes, fraction)
 
 
-def spectrum(found: Modes, ends: Limits, area: float) -> RelaxationSpectrum:
-    """Maxwell elements of a packing from its modes: g_i = (v^T K v) x_i^2 / A."""
+def build_spectrum(found: RelaxationModes, limits: Limits, area: float) -> RelaxationSpectrum:
+    """Build the Maxwell elements of a packing from its modes: g_i = (v^T K v) x_i^2 / A."""
     strengths = found.energies * found.amplitudes**2 / area
     kept = strengths > 0
-    return RelaxationSpectrum(ends.g0, ends.eta_inf, found.rates[kept], strengths[kept])
+    return RelaxationSpectrum(limits.g0, limits.eta_inf, found.rates[kept], strengths[kept])
 
 
-def all_modes(motion: EquationOfMotion, ends: Limits) -> tuple[Modes, Array]:
-    """Every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to.
+def find_all_modes(motion: EquationOfMotion, limits: Limits) -> tuple[RelaxationModes, Array]:
+    """Find every generalised mode, dense, rotations eliminated; and the basis (m, j) that their vectors refer to.
 
     Raises:
         InputError: more coordinates than `LARGEST_DENSE`.
@@ -123,4 +123,4 @@ def all_modes(motion: EquationOfMotion, ends: Limits) -> tuple[Modes, Array]:
         basis[moving:] = -SymmetricFactors(motion.b_qq[moving:, moving:].tocsc()).solve(coupling)
     k = motion.k_qq[:moving, :moving].toarray()
     b = basis.T @ (motion.b_qq @ basis)
-    return modes(k, 0.5 * (b + b.T), (ends.fast - ends.slow)[:moving]), basis
+    return find_modes(k, 0.5 * (b + b.T), (limits.fast - limits.slow)[:moving]), basis

@@ -1,4 +1,4 @@
-"""How far G*(omega) may be off because numbers have 16 digits.
+"""Rounding error of G*(omega): a bound from the rounding of the matrices.
 
 A good solver answers exactly for matrices whose entries are off by a few units in the last place. To first order that
 moves A G* = Q^T (K + i omega B) Q, Q = (q, 1), by Q^T dM Q, so |Q|^T |M| |Q| times the unit of rounding bounds the
@@ -13,6 +13,8 @@ from jamlab.rheology.equation_of_motion import EquationOfMotion
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# Entries of K and B are sums of a few products each, so that they err by a few units in the last place; with four, the
+# estimate is never ten times too low against extended precision (tests/rheology/test_complex_modulus.py).
 _UNITS = 4.0 * float(np.finfo(np.float64).eps)
 
 

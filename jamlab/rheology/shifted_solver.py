@@ -1,4 +1,4 @@
-"""Real positive-definite solves with K + s B, the work horse of the reduced model."""
+"""Solve with K + s B for real shifts s, where it is positive definite: the work horse of the reduced model."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 class ShiftedSolver:
-    """Solves (K + s B) q = f for one real s > 0 after the other.
+    """Solver of (K + s B) q = f for one real s > 0 after the other.
 
     With rotations scaled by sqrt(s) the matrix is positive definite for every s: displacements see K + s B, rotations
     B, and between them sqrt(s) B; torques are divided by sqrt(s). Without torques that eliminates rotations exactly.
@@ -28,20 +28,20 @@ class ShiftedSolver:
         self._pattern = (abs(motion.k_qq) + abs(motion.b_qq)).tocsc()
         self._pattern.sort_indices()
         keys = _entry_keys(self._pattern)
-        self._k, self._b = (_spread(m, keys) for m in (motion.k_qq, motion.b_qq))
+        self._k, self._b = (_spread_values(m, keys) for m in (motion.k_qq, motion.b_qq))
         self._turning = (keys % motion.size >= motion.moving).astype(np.int64) + (
             keys // motion.size >= motion.moving
         )  # 0, 1 or 2 rotations in an entry
 
     def factorise(self, shift: float) -> None:
-        """Take a shift s, 1/tau_1."""
+        """Factorise K + s B for a shift s, 1/tau_1."""
         self._root = float(np.sqrt(shift))
         values = self._k + np.array([shift, self._root, 1.0])[self._turning] * self._b
         pattern = self._pattern
         self._solver.factorise(sparse.csc_array((values, pattern.indices, pattern.indptr), shape=pattern.shape))
 
     def solve(self, load: Array) -> Array:
-        """(m,) response to forces and torques (m,), less drift."""
+        """Solve for the response (m,) to forces and torques (m,), less drift."""
         moving = self._motion.moving
         q = self._solver.solve(np.concatenate([load[:moving], load[moving:] / self._root]))
         q[moving:] /= self._root
@@ -55,7 +55,7 @@ def _entry_keys(matrix: sparse.csc_array) -> NDArray[np.int64]:
     return np.asarray(columns * size + matrix.indices)
 
 
-def _spread(matrix: sparse.csc_array, keys: NDArray[np.int64]) -> Array:
+def _spread_values(matrix: sparse.csc_array, keys: NDArray[np.int64]) -> Array:
     """Values of a matrix at the entries of a wider pattern."""
     values = np.zeros(len(keys))
     values[np.searchsorted(keys, _entry_keys(matrix))] = matrix.data

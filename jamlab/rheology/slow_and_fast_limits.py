@@ -1,4 +1,4 @@
-"""Response of a packing to infinitely slow and infinitely fast shear, and whether it is stable at all."""
+"""Response of a packing to infinitely slow and infinitely fast shear; refuses packings that are not stable."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,7 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from jamlab.errors import ConvergenceError
+from jamlab.mechanics.elasticity import LARGEST_RESIDUAL
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.rheology.equation_of_motion import EquationOfMotion
@@ -15,10 +16,26 @@ from jamlab.rheology.shifted_solver import ShiftedSolver
 
 Array = NDArray[np.float64]
 
-_LARGEST_RESIDUAL = 1e-6  # of a static solution; beyond it the network is floppy
-_PROXIMAL_STEPS = 30
-_FASTEST = 1e6  # shift of the fast limit over the rate at which dissipation outweighs elasticity
-_NAMED = 6  # negative eigenvalues looked at for the message
+_NAMED = 6  # negative eigenvalues that Lanczos iteration finds for the message: the lowest of a few next to zero
+
+
+@dataclass(frozen=True)
+class FastLimitSettings:
+    """Numbers of the proximal steps to the fast limit.
+
+    Attributes:
+        shift: over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this
+            number; the elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
+        most_steps: a guard; two to five reach rounding.
+        least_gain: a step must be shorter than this part of the last one, else it is rounding.
+    """
+
+    shift: float = 1e6
+    most_steps: int = 30
+    least_gain: float = 0.5
+
+
+SETTINGS = FastLimitSettings()
 
 
 @dataclass(frozen=True)
@@ -40,14 +57,14 @@ class Limits:
     eta0: float
 
 
-def limits(motion: EquationOfMotion) -> Limits:
-    """Slow and fast limit of the response, and the moduli that follow from them.
+def find_limits(motion: EquationOfMotion) -> Limits:
+    """Find the slow and the fast limit of the response, and the moduli that follow from them.
 
     Raises:
         ConvergenceError: K has a negative eigenvalue, which is named, or another zero mode than translations.
     """
-    slow = _slow(motion)
-    fast = _fast(motion)
+    slow = _solve_slow(motion)
+    fast = _solve_fast(motion)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
     dissipation = float(strained_fast @ (motion.b @ strained_fast))
     magnitude = float(np.abs(strained_fast) @ (abs(motion.b) @ np.abs(strained_fast)))
@@ -62,25 +79,25 @@ def limits(motion: EquationOfMotion) -> Limits:
     )
 
 
-def held_stiffness(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
-    """K of the displacements with site 0 held, and the number of coordinates in front that are held only here."""
+def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
+    """K of the displacements with site 0 fixed, and the number of coordinates in front that are fixed only here."""
     held = 2 if motion.drifting else 0
     return motion.k_qq[held : motion.moving, held : motion.moving].tocsc(), held
 
 
-def _slow(motion: EquationOfMotion) -> Array:
-    matrix, held = held_stiffness(motion)
+def _solve_slow(motion: EquationOfMotion) -> Array:
+    matrix, held = _fix_one_site(motion)
     solver = positive_solver()
     try:
         solver.factorise(matrix, check=True)
     except ConvergenceError as error:
-        raise _unstable(matrix) from error
+        raise _describe_instability(matrix) from error
     right = -motion.k_qg[held : motion.moving]
     response = solver.solve(right)
     response += solver.solve(right - matrix @ response)
     scale = np.abs(right).max()
     residual = np.abs(right - matrix @ response).max()
-    if not residual <= _LARGEST_RESIDUAL * scale:
+    if not residual <= LARGEST_RESIDUAL * scale:
         raise ConvergenceError(f"the packing has a floppy mode: its static response leaves {residual / scale:.2g}")
     q = np.zeros(motion.size)
     q[held : motion.moving] = response
@@ -92,43 +109,43 @@ def _slow(motion: EquationOfMotion) -> Array:
     return q
 
 
-def _fast(motion: EquationOfMotion) -> Array:
+def _solve_fast(motion: EquationOfMotion) -> Array:
     """Least dissipation, by proximal steps: B alone may be singular, K + s B is not.
 
     The first step is the exact response at s, so what B leaves free takes least energy; every further step keeps that
     and divides the imbalance of B by about 1 + s over the fastest rate.
     """
     moving = motion.moving
-    shift = _FASTEST * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
+    shift = SETTINGS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
     solver = ShiftedSolver(motion)
     solver.factorise(shift)
     q = -solver.solve(motion.k_qg + shift * motion.b_qg)
     last = np.inf
-    for _ in range(_PROXIMAL_STEPS):
+    for _ in range(SETTINGS.most_steps):
         step = solver.solve(shift * (motion.b_qq @ q + motion.b_qg))
         size = float(np.abs(step).max())
-        if not size < 0.5 * last:  # rounding is reached
+        if not size < SETTINGS.least_gain * last:
             break
         q = q - step
         last = size
     return q
 
 
-def _unstable(matrix: sparse.csc_array) -> ConvergenceError:
-    """What to say about a matrix that is not positive definite."""
+def _describe_instability(matrix: sparse.csc_array) -> ConvergenceError:
+    """The error for a matrix that is not positive definite, with its negative eigenvalues."""
     factors = SymmetricFactors(matrix)
     if not factors.negative:
         return ConvergenceError("the packing has a floppy mode: its Hessian is singular")
     return ConvergenceError(
         f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), an eigenvalue is "
-        f"{_negative_eigenvalue(matrix, factors):.3g}; it is not at a minimum of its energy"
+        f"{_find_negative_eigenvalue(matrix, factors):.3g}; it is not at a minimum of its energy"
     )
 
 
-def _negative_eigenvalue(matrix: sparse.csc_array, factors: SymmetricFactors) -> float:
+def _find_negative_eigenvalue(matrix: sparse.csc_array, factors: SymmetricFactors) -> float:
     """The lowest of the negative eigenvalues next to zero, by Lanczos iteration on the inverse."""
     size = matrix.shape[0]
-    if size <= 4 * _NAMED:
+    if size <= 4 * _NAMED:  # Lanczos iteration needs more vectors than it finds
         return float(np.linalg.eigvalsh(matrix.toarray())[0])
     inverse = linalg.LinearOperator((size, size), matvec=factors.solve, dtype=np.float64)
     wanted = min(_NAMED, factors.negative)

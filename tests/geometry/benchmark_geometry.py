@@ -11,10 +11,11 @@ import pytest
 
 import jamlab
 from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import without_rattlers
 from jamlab.geometry.packing_fraction import exact_method, packing_fraction
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.voids.void_statistics import void_statistics, without_rattlers
+from jamlab.geometry.voids.void_statistics import void_statistics
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.statistics.bootstrap import bootstrap

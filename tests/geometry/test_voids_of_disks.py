@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from jamlab.errors import InputError
+from jamlab.geometry.contact_network import without_rattlers
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics, without_rattlers
+from jamlab.geometry.voids.void_statistics import size_distribution, void_statistics
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, voids
 from jamlab.packing.packing import Packing
 

@@ -6,10 +6,10 @@ import shapely
 
 import jamlab
 from jamlab.errors import BoundaryError, InputError
+from jamlab.geometry.contact_network import without_rattlers
 from jamlab.geometry.packing_fraction import exact_method, packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
-from jamlab.geometry.voids.polygon_boundary import outline_boundary
-from jamlab.geometry.voids.void_statistics import without_rattlers
+from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.free_droplet import regular_polygon
 from jamlab.packing.packing import Packing
@@ -167,4 +167,4 @@ def test_outline_that_crosses_itself_is_refused():
 
 def test_disks_have_no_outlines():
     with pytest.raises(InputError, match="model sp"):
-        outline_boundary(Packing("sp", np.eye(2), np.zeros((1, 2)), {"eps": 1.0}, diameters=[0.5]))
+        trace_polygons(Packing("sp", np.eye(2), np.zeros((1, 2)), {"eps": 1.0}, diameters=[0.5]))

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
-from jamlab.packing.neighbors import periodic_neighbors, periodic_pairs
+from jamlab.packing.neighbors import periodic_neighbors, periodic_pairs, positive_image
 
 SQUARE = np.eye(2)
 
@@ -122,3 +122,23 @@ def test_cutoff_must_be_a_positive_number(cutoff):
 def test_a_cutoff_over_too_many_images_is_refused():
     with pytest.raises(InputError, match="too many periodic images"):
         periodic_pairs(np.zeros((1, 2)), SQUARE, 1e5)
+
+
+@given(scenes())
+@settings(max_examples=60, deadline=None)
+def test_pairs_are_those_of_vesin(scene):
+    """Another neighbour list, that of a library: all images in small and tilted boxes, float64 vectors."""
+    vesin = pytest.importorskip("vesin")
+    points, _, box, cutoff = scene
+    spatial, cell = np.zeros((len(points), 3)), np.eye(3) * 3 * cutoff  # layers too far apart to see each other
+    spatial[:, :2], cell[:2, :2] = points, box
+    search = vesin.NeighborList(cutoff=cutoff, full_list=False)
+    i, j, shift, r = search.compute(points=spatial, box=cell, periodic=True, quantities="ijSD")
+    i, j, shift, r = i.astype(np.int64), j.astype(np.int64), shift[:, :2].astype(np.int64), r[:, :2]
+    swapped = (i > j) | ((i == j) & ~positive_image(shift))
+    sign = np.where(swapped, -1, 1)[:, None]
+    theirs = np.column_stack([np.minimum(i, j), np.maximum(i, j), sign * shift])
+    order = np.lexsort(theirs.T[::-1])
+    ours = periodic_pairs(points, box, cutoff)
+    np.testing.assert_array_equal(rows(ours), theirs[order])
+    np.testing.assert_allclose(ours.r, (sign * r)[order], atol=1e-13)

@@ -11,6 +11,7 @@ import pytest
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
+from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.positive_solver import backend
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.rheology.direct_solver import solve_frequency
@@ -44,7 +45,7 @@ def test_speed_of_the_reduced_model(name):
     rows = []
     for n in SIZES:
         p = jamlab.pack(n=n, pressure=1e-4, seed=1)
-        motion = equation_of_motion(p, law)
+        motion = equation_of_motion(force_network(p), law)
         jamlab.complex_modulus(p, OMEGA[:2], law, method="reduced")  # imports
         seconds, s = best(lambda p=p: jamlab.complex_modulus(p, OMEGA, law, method="reduced"))
         some = OMEGA[::80]

@@ -9,10 +9,11 @@ from scipy import linalg
 import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import equation_of_motion
-from jamlab.rheology.slow_and_fast_limits import limits
+from jamlab.rheology.slow_and_fast_limits import find_limits
 
 OMEGA = np.logspace(-12, 4, 17)
 SOLVERS = METHODS[1:]
@@ -71,7 +72,7 @@ def extended_precision(motion, omega):
 @pytest.mark.parametrize("prestress", [True, False])
 def test_solvers_are_exact_and_know_their_error(packing, law, prestress):
     """Sixteen decades: G' and G'' to 1e-9; the estimate is never ten times too low, nor useless."""
-    exact = extended_precision(equation_of_motion(packing, law, prestress), OMEGA)
+    exact = extended_precision(equation_of_motion(force_network(packing, prestress=prestress), law), OMEGA)
     for method in SOLVERS:
         s = jamlab.complex_modulus(packing, OMEGA, law, prestress, method)
         error = relative(modulus(s), exact).astype(float)
@@ -224,7 +225,7 @@ def test_named_eigenvalue_is_an_eigenvalue():
     softer = p.with_state(diameters=1.06 * p.diameters)  # more force on the same places
     k = jamlab.hessian(softer).toarray()[2:, 2:]
     with pytest.raises(jamlab.ConvergenceError, match="eigenvalue is") as refusal:
-        limits(equation_of_motion(softer, ContactDamping()))
+        find_limits(equation_of_motion(force_network(softer), ContactDamping()))
     named = float(str(refusal.value).split("eigenvalue is ")[1].split(";")[0])
     assert np.abs(np.linalg.eigvalsh(k) / named - 1).min() < 1e-2
 

@@ -6,7 +6,7 @@ import reference
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
-from jamlab.mechanics.elasticity import backbone
+from jamlab.geometry.contact_network import without_rattlers
 from jamlab.packing.deformation import sheared
 
 LAWS = [ContactDamping(), ContactDamping(beta=0.0), ContactDamping(beta=0.3, tau=2.0), StokesDrag(eta_f=0.7)]
@@ -15,12 +15,12 @@ LAWS = [ContactDamping(), ContactDamping(beta=0.0), ContactDamping(beta=0.3, tau
 @pytest.fixture(scope="module")
 def sp_deep():
     """Disks at pressure 1e-2 k, rattlers taken out."""
-    return backbone(jamlab.pack(n=32, pressure=1e-2, seed=3))[0]
+    return without_rattlers(jamlab.pack(n=32, pressure=1e-2, seed=3))
 
 
 @pytest.fixture(params=["sp", "dp"])
 def network(request, sp_deep, dp_dense):
-    return sp_deep if request.param == "sp" else backbone(dp_dense)[0]
+    return sp_deep if request.param == "sp" else without_rattlers(dp_dense)
 
 
 def shifted(p, u, strain):

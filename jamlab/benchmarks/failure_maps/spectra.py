@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from jamlab.benchmarks.failure_maps.verdict import Map, Outcome, attempt
-from jamlab.mechanics.elasticity import backbone
+from jamlab.geometry.contact_network import without_rattlers
 from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
@@ -49,7 +49,7 @@ def states() -> dict[str, Packing]:
     loose = packing.with_state(diameters=0.9 * np.asarray(packing.diameters))
     return {
         "with rattlers": packing,
-        "backbone alone": backbone(packing)[0],
+        "backbone alone": without_rattlers(packing),
         "not at a minimum": packing.with_state(positions=packing.positions + moves),
         "not jammed": loose,
     }

@@ -1,1 +1,1 @@
-"""Regions that no particle covers, with exact boundaries on the torus."""
+"""Voids: regions that no particle covers, with exact boundaries on the torus."""

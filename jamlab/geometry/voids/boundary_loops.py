@@ -13,17 +13,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, min_weight_full_bipartite_matching
 
 from jamlab.errors import BoundaryError
-from jamlab.geometry.power_cells import disk_cells
-from jamlab.geometry.voids.torus_graph import summed_images
+from jamlab.geometry.voids.torus_graph import sum_images
 from jamlab.packing.neighbors import periodic_neighbors
-from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-TOUCH = 1e-12  # disks nearer than this part of R_i + R_j touch: rounding must not open a void
-JOINT = 1e-6  # ends of pieces this near, in the largest radius, may be the same corner in rounding
-SLIVER = 1e-10  # a piece that spans less than this angle, or length in the largest radius, is rounding
+JOINT = 1e-6  # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
 
 
 @dataclass(frozen=True)
@@ -87,7 +83,7 @@ class Boundary:
     origin: Indices
 
 
-def chained(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
+def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
     """Chain pieces into loops.
 
     Args:
@@ -104,51 +100,40 @@ def chained(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
     before[following], image[following] = pieces_in_turn, shift
     last = before[origin]
     before[origin], image[origin] = origin, 0
-    image = summed_images(before, image)
+    image = sum_images(before, image)
     return Boundary(pieces, following, loop.astype(np.int64), image, image[last] + shift[last], origin)
 
 
-def disk_boundary(packing: Packing) -> Boundary:
-    """Boundary of the union of the disks of an SP packing: free arcs, each followed by the arc of the disk it meets.
+def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:
+    """Fill in, in place, the pieces that come next where neighbours along the boundary are not known.
+
+    Where three boundaries meet in one point, rounding may end a piece at one particle and begin the next at another.
+
+    Args:
+        pieces: k pieces.
+        following: (k,) int64, piece that comes next; -1 where it is not known.
+        shift: (k, 2) int64, which periodic image of it.
+        box: (2, 2).
+        size: radius that `JOINT` refers to.
 
     Raises:
-        BoundaryError: where the arcs cannot be chained (see `joined`).
+        BoundaryError: if some end has no start to itself (see `match_ends`).
     """
-    assert packing.diameters is not None
-    radius = 0.5 * packing.diameters
-    cells = disk_cells(packing, TOUCH)
-    disk = cells.arc_i
-    stop = cells.arc_start + cells.arc_angle
-    centre = packing.positions[disk]
-    start, end = (
-        centre + radius[disk][:, None] * np.column_stack([np.cos(a), np.sin(a)]) for a in (cells.arc_start, stop)
-    )
-    pieces = Pieces(disk, start, end, centre, radius[disk], cells.arc_start, cells.arc_angle)
-
-    arcs = np.arange(len(disk))
-    cut = cells.arc_from >= 0
-    begins_at = np.full(len(cells.chord_i), -1)
-    begins_at[cells.arc_from[cut]] = arcs[cut]
-    following, shift = arcs.copy(), np.zeros((len(arcs), 2), dtype=np.int64)
-    following[cut] = begins_at[cells.chord_pair[cells.arc_to[cut]]]
-    shift[cut] = cells.chord_shift[cells.arc_to[cut]]
-    # where three circles meet in one point, rounding may end an arc at one disk and begin the next at another
     loose = np.flatnonzero(following < 0)
     if len(loose):
-        free = not_in(following, len(arcs))
-        after, shift[loose] = joined(end[loose], start[free], packing.box, JOINT * radius.max())
+        free = find_missing(following, len(following))
+        after, shift[loose] = match_ends(pieces.end[loose], pieces.start[free], box, JOINT * size)
         following[loose] = free[after]
-    return chained(pieces, following, shift)
 
 
-def not_in(taken: Indices, count: int) -> Indices:
-    """Numbers below count that do not occur, ascending; negative entries do not matter."""
+def find_missing(taken: Indices, count: int) -> Indices:
+    """Find the numbers below count that do not occur, ascending; negative entries do not matter."""
     left = np.ones(count, dtype=bool)
     left[taken[taken >= 0]] = False
     return np.flatnonzero(left)
 
 
-def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
+def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
     """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance.
 
     Args:
@@ -173,8 +158,8 @@ def joined(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[In
     if not len(crowded):
         return result, shift
     i, j, r, image = near.i[~alone], near.j[~alone], near.r[~alone], near.shift[~alone]
-    free = not_in(result, len(starts))
-    weight = np.hypot(*r.T) + 1e-3 * tolerance  # a sparse matrix would lose zeros
+    free = find_missing(result, len(starts))
+    weight = np.hypot(*r.T) + 1e-3 * tolerance  # any positive constant will do: a sparse matrix would lose zeros
     rows, columns = np.searchsorted(crowded, i), np.searchsorted(free, j)
     try:
         pairs = csr_array((weight, (rows, columns)), shape=(len(crowded), len(free)))

@@ -13,9 +13,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.errors import BoundaryError, InputError
-from jamlab.geometry.rims import SHORTEST
-from jamlab.geometry.voids.boundary_loops import JOINT, Boundary, Pieces, chained, joined, not_in
+from jamlab.errors import BoundaryError
+from jamlab.geometry.cross_product import cross
+from jamlab.geometry.edge_rings import EdgeRings, edge_rings
+from jamlab.geometry.intervals import sweep_intervals
+from jamlab.geometry.voids.boundary_loops import Boundary, Pieces, chain_pieces, join_loose_ends
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
 
@@ -24,22 +26,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class _Edges:
-    """Edges of the polygons, without those of zero length; `turn` is the angle at the tail, `width` is delta/2."""
-
-    particle: Indices
-    tail: Array
-    along: Array
-    length: Array
-    normal: Array
-    before: Indices
-    after: Indices
-    turn: Array
-    width: float
-
-
-@dataclass(frozen=True)
-class _Meetings:
+class _Capsules:
     """Edges and the capsules (of edges) near them: r leads from the tail of the edge to the tail of the capsule."""
 
     edge: Indices
@@ -47,23 +34,23 @@ class _Meetings:
     r: Array
 
 
-def outline_boundary(packing: Packing) -> Boundary:
-    """Boundary of the union of the polygons of a DP packing, each grown by its rim delta/2.
+def trace_polygons(packing: Packing) -> Boundary:
+    """Trace the boundary of the union of the polygons of a DP packing, each grown by its rim delta/2.
 
     Raises:
         InputError: for an SP packing.
         BoundaryError: if outlines of two polygons cross, or too many boundaries meet in one point.
     """
-    edges = _edges(packing)
-    meetings = _meetings(packing, edges)
+    edges = edge_rings(packing)
+    capsules = _find_capsules(packing, edges)
     m = len(edges.length)
     element, low, high = (
-        np.concatenate(pair) for pair in zip(_on_lines(edges, meetings), _on_arcs(edges, meetings), strict=True)
+        np.concatenate(pair) for pair in zip(_cut_lines(edges, capsules), _cut_arcs(edges, capsules), strict=True)
     )
     # elements: 0 .. m - 1 are the moved edges, m .. 2 m - 1 the arcs at their tails
     extent = np.concatenate([edges.length, np.maximum(edges.turn, 0.0)])
-    element, begin, end = _free(element, low, high, extent)
-    pieces = _pieces(edges, element, begin, end)
+    element, begin, end = _uncover(element, low, high, extent)
+    pieces = _draw_pieces(edges, element, begin, end)
 
     successor = np.concatenate([np.where(edges.turn > 0, m, 0)[edges.after] + edges.after, np.arange(m)])
     at_start = np.full(2 * m, -1)
@@ -71,47 +58,26 @@ def outline_boundary(packing: Packing) -> Boundary:
     at_start[element[natural]] = np.flatnonzero(natural)
     following = np.where(end == extent[element], at_start[successor[element]], -1)
     shift = np.zeros((len(element), 2), dtype=np.int64)
-    loose = np.flatnonzero(following < 0)
-    if len(loose):
-        free = not_in(following, len(element))
-        after, shift[loose] = joined(pieces.end[loose], pieces.start[free], packing.box, JOINT * edges.width)
-        following[loose] = free[after]
-    return chained(pieces, following, shift)
+    join_loose_ends(pieces, following, shift, packing.box, edges.rim)
+    return chain_pieces(pieces, following, shift)
 
 
-def _edges(packing: Packing) -> _Edges:
-    if packing.offsets is None:
-        raise InputError("only deformable polygons (model dp) have outlines with rims; this packing has model sp")
-    kept = np.hypot(*packing.edges.T) > SHORTEST * packing.perimeters[packing.particle]
-    particle, tail = packing.particle[kept], packing.positions[kept]
-    first = np.searchsorted(particle, np.arange(packing.n + 1))
-    before, after = np.arange(-1, len(tail) - 1), np.arange(1, len(tail) + 1)
-    before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
-    edge = tail[after] - tail
-    length = np.hypot(*edge.T)
-    along = edge / length[:, None]
-    normal = np.column_stack([along[:, 1], -along[:, 0]])
-    turn = np.arctan2(_cross(along[before], along), np.einsum("ij,ij->i", along[before], along))
-    return _Edges(particle, tail, along, length, normal, before, after, turn, 0.5 * packing.params["delta"])
-
-
-def _meetings(packing: Packing, edges: _Edges) -> _Meetings:
+def _find_capsules(packing: Packing, edges: EdgeRings) -> _Capsules:
     """Edges nearer than delta, as far as one may hide the outline of the other."""
-    i, j, shift = _near_edges(packing, edges)
+    i, j, shift = _find_near_edges(packing, edges)
     own = (edges.particle[i] == edges.particle[j]) & ~shift.any(axis=1)
     r = edges.tail[j] - edges.tail[i] + shift @ packing.box
-    half = 0.5 * edges.length
-    a, b = half[i][:, None] * 2 * edges.along[i], half[j][:, None] * 2 * edges.along[j]
-    crossed = (_cross(a, r) * _cross(a, r + b) < 0) & (_cross(b, -r) * _cross(b, a - r) < 0) & ~own
+    a, b = edges.length[i][:, None] * edges.along[i], edges.length[j][:, None] * edges.along[j]
+    crossed = (cross(a, r) * cross(a, r + b) < 0) & (cross(b, -r) * cross(b, a - r) < 0) & ~own
     if crossed.any():
         m, n = edges.particle[i[crossed][0]], edges.particle[j[crossed][0]]
         raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
-    return _Meetings(i, j, r)
+    return _Capsules(i, j, r)
 
 
-def _near_edges(packing: Packing, edges: _Edges) -> tuple[Indices, Indices, Indices]:
+def _find_near_edges(packing: Packing, edges: EdgeRings) -> tuple[Indices, Indices, Indices]:
     """Pairs of edges whose bounding boxes are nearer than delta, from both sides, and which image of the second."""
-    reach = 2 * edges.width
+    reach = 2 * edges.rim
     half = 0.5 * edges.length[:, None] * edges.along
     source, shift = periodic_copies(edges.tail + half, packing.box, reach + float(edges.length.max()))
     middle, size = (edges.tail + half)[source] + shift @ packing.box, np.abs(half)[source]
@@ -127,27 +93,27 @@ def _near_edges(packing: Packing, edges: _Edges) -> tuple[Indices, Indices, Indi
     return i[kept], j[kept], shift[kept]
 
 
-def _on_lines(edges: _Edges, meetings: _Meetings) -> tuple[Indices, Array, Array]:
+def _cut_lines(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, Array]:
     """Intervals of the moved edges that lie in capsules: edge, and from where to where along it.
 
     A capsule is the union of two disks around its ends and of a rectangle; the part of a line in it is one interval.
     """
-    i, j, w = meetings.edge, meetings.capsule, edges.width
+    i, j, w = capsules.edge, capsules.capsule, edges.rim
     # neighbours on the same polygon hide each other only at reflex corners
     keep = ~((j == edges.after[i]) & (edges.turn[j] >= 0)) & ~((j == edges.before[i]) & (edges.turn[i] >= 0))
-    i, j, r = i[keep], j[keep], meetings.r[keep]
+    i, j, r = i[keep], j[keep], capsules.r[keep]
     u, v = edges.along[i], edges.along[j]
     r = r - w * edges.normal[i]  # from the beginning of the moved edge to the tail of the capsule
     low, high = np.full(len(i), np.inf), np.full(len(i), -np.inf)
     for centre in (r, r + edges.length[j][:, None] * v):
-        place, aside = np.einsum("ij,ij->i", centre, u), _cross(u, centre)
+        place, aside = np.einsum("ij,ij->i", centre, u), cross(u, centre)
         half = np.sqrt(np.maximum((w - aside) * (w + aside), 0.0))
         low = np.where(half > 0, np.minimum(low, place - half), low)
         high = np.where(half > 0, np.maximum(high, place + half), high)
-    cosine, sine = np.einsum("ij,ij->i", u, v), _cross(v, u)
-    x, y = -np.einsum("ij,ij->i", r, v), -_cross(v, r)
-    enter_x, leave_x = _slab(x, cosine, np.zeros(len(i)), edges.length[j])
-    enter_y, leave_y = _slab(y, sine, np.full(len(i), -w), np.full(len(i), w))
+    cosine, sine = np.einsum("ij,ij->i", u, v), cross(v, u)
+    x, y = -np.einsum("ij,ij->i", r, v), -cross(v, r)
+    enter_x, leave_x = _cross_slab(x, cosine, np.zeros(len(i)), edges.length[j])
+    enter_y, leave_y = _cross_slab(y, sine, np.full(len(i), -w), np.full(len(i), w))
     enter, leave = np.maximum(enter_x, enter_y), np.minimum(leave_x, leave_y)
     inside = enter < leave
     low, high = np.where(inside, np.minimum(low, enter), low), np.where(inside, np.maximum(high, leave), high)
@@ -156,7 +122,7 @@ def _on_lines(edges: _Edges, meetings: _Meetings) -> tuple[Indices, Array, Array
     return i[real], low[real], high[real]
 
 
-def _slab(x: Array, slope: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
+def _cross_slab(x: Array, slope: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
     """Interval of s with lower < x + slope s < upper."""
     flat = slope == 0
     safe = np.where(flat, 1.0, slope)
@@ -166,18 +132,18 @@ def _slab(x: Array, slope: Array, lower: Array, upper: Array) -> tuple[Array, Ar
     return enter, np.where(flat, np.where(always, np.inf, -np.inf), np.maximum(a, b))
 
 
-def _on_arcs(edges: _Edges, meetings: _Meetings) -> tuple[Indices, Array, Array]:
+def _cut_arcs(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, Array]:
     """Intervals of the arcs that lie in capsules, as element number (edges come first) and angles from their beginning.
 
     In the frame of the capsule, x along it, y >= 0 the distance of the corner from its line, and the angle psi counted
     from the direction straight at the line: the circle crosses the far side y = w of the capsule at +-beta,
     cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end.
     """
-    i, j, w = meetings.edge, meetings.capsule, edges.width
+    i, j, w = capsules.edge, capsules.capsule, edges.rim
     keep = (edges.turn[i] > 0) & (j != edges.before[i])
-    i, j, r = i[keep], j[keep], meetings.r[keep]
+    i, j, r = i[keep], j[keep], capsules.r[keep]
     v, length = edges.along[j], edges.length[j]
-    x, y = -np.einsum("ij,ij->i", r, v), -_cross(v, r)  # of the corner
+    x, y = -np.einsum("ij,ij->i", r, v), -cross(v, r)  # of the corner
     closest = np.clip(x, 0.0, length)
     near = np.hypot(x - closest, y) < 2 * w
     i, j, v, length, x, y = i[near], j[near], v[near], length[near], x[near], y[near]
@@ -204,23 +170,19 @@ def _on_arcs(edges: _Edges, meetings: _Meetings) -> tuple[Indices, Array, Array]
     return element[real] + len(edges.length), low[real], high[real]
 
 
-def _free(element: Indices, low: Array, high: Array, extent: Array) -> tuple[Indices, Array, Array]:
+def _uncover(element: Indices, low: Array, high: Array, extent: Array) -> tuple[Indices, Array, Array]:
     """What intervals leave of [0, extent] of each element: element, begin and end of every free part."""
     present = np.flatnonzero(extent > 0)
     none = np.zeros(len(present))
     element = np.concatenate([present, element, present])
     low, high = np.concatenate([none - 1, low, extent[present]]), np.concatenate([none, high, extent[present] + 1])
-    order = np.lexsort((low, element))
-    element, low, high = element[order], low[order], high[order]
-    by_end = np.lexsort((high, element))
-    rank = np.empty(len(high), dtype=np.int64)
-    rank[by_end] = np.arange(len(high))
-    reached = high[by_end[np.maximum.accumulate(rank)]]  # how far intervals hide the element so far
+    order, last = sweep_intervals(element, low, high)
+    element, low, reached = element[order], low[order], high[last]
     free = np.flatnonzero((element[1:] == element[:-1]) & (low[1:] > reached[:-1]))
     return element[free], reached[free], low[free + 1]
 
 
-def _pieces(edges: _Edges, element: Indices, begin: Array, end: Array) -> Pieces:
+def _draw_pieces(edges: EdgeRings, element: Indices, begin: Array, end: Array) -> Pieces:
     m = len(edges.length)
     edge, round_ = element % m, element >= m
     first = edges.normal[np.where(round_, edges.before[edge], edge)]
@@ -228,8 +190,8 @@ def _pieces(edges: _Edges, element: Indices, begin: Array, end: Array) -> Pieces
 
     def point(place: Array) -> Array:
         turned = angle + place
-        on_arc = edges.width * np.column_stack([np.cos(turned), np.sin(turned)])
-        on_line = place[:, None] * edges.along[edge] + edges.width * edges.normal[edge]
+        on_arc = edges.rim * np.column_stack([np.cos(turned), np.sin(turned)])
+        on_line = place[:, None] * edges.along[edge] + edges.rim * edges.normal[edge]
         return np.asarray(edges.tail[edge] + np.where(round_[:, None], on_arc, on_line))
 
     start, stop = point(begin), point(end)
@@ -238,11 +200,7 @@ def _pieces(edges: _Edges, element: Indices, begin: Array, end: Array) -> Pieces
         start,
         stop,
         np.where(round_[:, None], edges.tail[edge], 0.5 * (start + stop)),
-        np.where(round_, edges.width, 0.0),
+        np.where(round_, edges.rim, 0.0),
         np.where(round_, angle + begin, 0.0),
         np.where(round_, end - begin, 0.0),
     )
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

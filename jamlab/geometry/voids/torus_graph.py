@@ -1,4 +1,4 @@
-"""Graphs on a torus: which nodes hang together, and in which periodic image of each other they lie.
+"""Graphs on a torus: their connected components, and the periodic images in which the nodes of one lie.
 
 Every link carries the lattice translation from the periodic image that its tail lies in to that of its head. Along a
 spanning tree the translations add up to one for every node; a link that is not in the tree and disagrees with them
@@ -33,8 +33,8 @@ class Components:
     winding: Indices
 
 
-def components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
-    """Connected components of n nodes and their images.
+def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
+    """Find the connected components of n nodes and their images.
 
     Args:
         n: nodes.
@@ -56,12 +56,12 @@ def components(n: int, tail: Indices, head: Indices, shift: Indices) -> Componen
     image = np.zeros((n, 2), dtype=np.int64)
     image[grown] = steps[index[np.searchsorted(key, before[grown] * n + grown)]]
     before[before == n] = np.flatnonzero(before == n)
-    image = summed_images(before, image)
+    image = sum_images(before, image)
     return Components(int(count), label.astype(np.int64), image, image[tail] + shift - image[head])
 
 
-def summed_images(before: Indices, step: Indices) -> Indices:
-    """(n, 2) sum of the steps from the root of a tree to each node.
+def sum_images(before: Indices, step: Indices) -> Indices:
+    """Sum the steps from the root of a tree to each node, (n, 2).
 
     Args:
         before: (n,) int64, node that leads to each node; roots lead to themselves.

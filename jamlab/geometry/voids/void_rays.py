@@ -1,4 +1,4 @@
-"""Rays through voids: what an island of particles that floats in a void sees on the other side.
+"""Rays through voids, which find the loop around the void that an island of particles floats in.
 
 A void with islands has several boundary loops. From the extreme point of an island in some direction a ray goes on in
 that direction, through the void, until it hits a loop of the same void. The extreme of what it hits lies further on, so
@@ -18,14 +18,16 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-JOINT = 1e-7  # how far beyond its ends a piece stops a ray, so that none slips through a joint (radians, half lengths)
-GRAZING = 1e-3  # cosine with the outward normal, from which on a ray comes from inside
-GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it
-LONGEST = 1e4  # ray, in lengths of the cell
+JOINT = 1e-7  # radians or half lengths beyond its ends that a piece stops a ray: none slips through a joint
+GRAZING = 1e-3  # cosine with the outward normal from which on a ray comes from inside; below, it may be rounding
+GRAZE = 1e-12  # how far beside a circle, in radii, a ray still meets it: rounding of its place
+LONGEST = 1e4  # ray, in lengths of the cell; one that hits nothing in so many cells runs between all particles
 
 
-def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """The loop that the ray of each loop hits first.
+def find_first_hits(
+    boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]
+) -> tuple[Indices, Indices]:
+    """Find the loop that the ray of each loop hits first.
 
     Args:
         boundary: loops.
@@ -42,12 +44,13 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):
         return hit, shift
-    direction = _directions(boundary, box, casting)
-    source, origin = _extremes(boundary, box, casting, direction)
+    direction = _choose_directions(boundary, box, casting)
+    source, origin = _find_extremes(boundary, box, casting, direction)
     stopping = np.flatnonzero(~ignored[boundary.loop])
     pieces = boundary.pieces
     reach = float(np.where(pieces.radius > 0, pieces.radius, 0.5 * pieces.length)[stopping].max())
-    open_rays, length = np.arange(len(casting)), 4 * reach
+    area_per_particle = abs(box[0, 0] * box[1, 1]) / (pieces.particle.max() + 1)
+    open_rays, length = np.arange(len(casting)), 2 * np.sqrt(area_per_particle)
     while len(open_rays):
         if length > LONGEST * np.abs(box).sum():
             raise BoundaryError(
@@ -59,10 +62,10 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
         piece = stopping[near.j]
         ray = open_rays[near.i]
         loop, image = boundary.loop[piece], near.shift + boundary.image[source[ray]] - boundary.image[piece]
-        other = ~_same_curve(boundary, casting[ray], loop, image)
+        other = ~_is_same_curve(boundary, casting[ray], loop, image)
         i, piece, loop, image = near.i[other], piece[other], loop[other], image[other]
         centre = near.r[other] + 0.5 * length * d[i]
-        distance, away, behind = _meetings(pieces, piece, centre, d[i])
+        distance, away, behind = _meet_pieces(pieces, piece, centre, d[i])
         nearest = np.full(len(open_rays), np.inf)
         np.minimum.at(nearest, i, distance)
         seen = np.flatnonzero((distance <= length) & (distance <= nearest[i] + JOINT * reach))
@@ -78,7 +81,7 @@ def first_hits(boundary: Boundary, box: Array, casting: Indices, ignored: NDArra
     return hit, shift
 
 
-def _directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
+def _choose_directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
     """(c, 2) unit vectors: to the right of a loop that winds, else across the windings of others, else along x."""
     winding = boundary.winding @ box
     right = np.column_stack([winding[:, 1], -winding[:, 0]])
@@ -88,7 +91,7 @@ def _directions(boundary: Boundary, box: Array, casting: Indices) -> Array:
     return np.asarray(chosen / np.hypot(*chosen.T)[:, None])
 
 
-def _extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array) -> tuple[Indices, Array]:
+def _find_extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array) -> tuple[Indices, Array]:
     """(c,) piece of each loop that reaches furthest in its direction, and (c, 2) the point that it reaches."""
     rank = np.full(len(boundary.winding), -1)
     rank[casting] = np.arange(len(casting))
@@ -106,14 +109,14 @@ def _extremes(boundary: Boundary, box: Array, casting: Indices, direction: Array
     return k[first], point[first]
 
 
-def _same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Indices) -> NDArray[np.bool_]:
+def _is_same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Indices) -> NDArray[np.bool_]:
     """Whether a loop and the image of another are one curve, which a ray from its extreme point cannot meet again."""
     w = boundary.winding[loop]
     along = np.where(w.any(axis=1), w[:, 0] * image[:, 1] == w[:, 1] * image[:, 0], ~image.any(axis=1))
     return np.asarray((loop == other) & along)
 
 
-def _meetings(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
+def _meet_pieces(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
     """Where rays from the origin along unit vectors d meet pieces, moved to `centre`.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Statistics of voids: how many sides they have, how large they are, how close to Plateau borders."""
+"""Statistics of voids: numbers of sides, areas, and shapes beside that of a Plateau border."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
-from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -44,7 +42,7 @@ class VoidStatistics:
 
 
 def void_statistics(*found: Voids) -> VoidStatistics:
-    """P_l, mean area and mean shape of the voids of one or several packings together.
+    """Compute P_l, mean area and mean shape of the voids of one or several packings together.
 
     Raises:
         InputError: if none is given.
@@ -64,7 +62,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
 
 
 def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
-    """Distribution of the areas of voids that do not percolate, over their mean, in bins of equal ratio.
+    """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio.
 
     Args:
         found: voids of one or several packings.
@@ -82,24 +80,8 @@ def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
     if len(np.unique(area)) < 2:
         raise InputError(f"{len(area)} void(s) of one size have no distribution: give more packings")
     ratio = area / area.mean()
+    # 1e-12: the largest and the smallest void lie inside the outer bins, however geomspace rounds
     edges = np.geomspace(ratio.min(), ratio.max() * (1 + 1e-12), bins + 1)
     edges[0] *= 1 - 1e-12
     density, _ = np.histogram(ratio, edges, density=True)
     return edges, density
-
-
-def without_rattlers(packing: Packing) -> Packing:
-    """The force-bearing particles alone: voids are then the faces of the contact network, and rattlers part of them.
-
-    Raises:
-        InputError: if no particle bears force.
-    """
-    kept = ~contacts(packing).rattlers
-    if not kept.any():
-        raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
-    if packing.diameters is not None:
-        return packing.with_state(positions=packing.positions[kept], diameters=packing.diameters[kept])
-    assert packing.offsets is not None
-    offsets = np.concatenate([[0], np.cumsum(np.diff(packing.offsets)[kept])])
-    params = packing.params | {"a0": packing.params["a0"][kept]}
-    return packing.with_state(positions=packing.positions[kept[packing.particle]], offsets=offsets, params=params)

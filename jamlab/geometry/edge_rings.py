@@ -1,0 +1,62 @@
+"""Rings of edges around polygons, without edges of zero length."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.cross_product import cross
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
+
+
+@dataclass(frozen=True)
+class EdgeRings:
+    """Edges of the polygons of a DP packing, counter-clockwise, m of them.
+
+    Attributes:
+        particle: (m,) polygon of each edge, ascending.
+        tail: (m, 2) position at which each edge begins.
+        length: (m,).
+        along: (m, 2) unit vectors.
+        normal: (m, 2) unit vectors that point outwards.
+        before, after: (m,) edges that end at the tail and begin at the head.
+        turn: (m,) exterior angle at the tail, from -pi to pi; positive at convex corners.
+        rim: width of the rim around the polygons, delta/2.
+    """
+
+    particle: Indices
+    tail: Array
+    length: Array
+    along: Array
+    normal: Array
+    before: Indices
+    after: Indices
+    turn: Array
+    rim: float
+
+
+def edge_rings(packing: Packing) -> EdgeRings:
+    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out.
+
+    Raises:
+        InputError: for an SP packing.
+    """
+    if packing.offsets is None:
+        raise InputError("only deformable polygons (model dp) have outlines and rims; this packing has model sp")
+    kept = np.hypot(*packing.edges.T) > SHORTEST * packing.perimeters[packing.particle]
+    particle, tail = packing.particle[kept], packing.positions[kept]
+    first = np.searchsorted(particle, np.arange(packing.n + 1))
+    before, after = np.arange(-1, len(tail) - 1), np.arange(1, len(tail) + 1)
+    before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
+    edge = tail[after] - tail
+    length = np.hypot(*edge.T)
+    along = edge / length[:, None]
+    normal = np.column_stack([along[:, 1], -along[:, 0]])
+    turn = np.arctan2(cross(along[before], along), np.einsum("ij,ij->i", along[before], along))
+    return EdgeRings(particle, tail, length, along, normal, before, after, turn, 0.5 * packing.params["delta"])

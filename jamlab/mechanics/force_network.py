@@ -1,0 +1,77 @@
+"""The force network: the part of a packing that carries load, found once and handed to every linear response."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import Contacts, Meetings, contacts, without_rattlers
+from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.neighbors import Pairs
+from jamlab.packing.packing import Packing
+
+LARGEST_IMBALANCE = 0.01  # of the pressure: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
+
+
+@dataclass(frozen=True)
+class ForceNetwork:
+    """Particles that bear force, what presses on what among them, and their energy.
+
+    Attributes:
+        packing: without its rattlers.
+        held: (n_sites,) bool, positions of the whole packing that remain.
+        meetings: disks that touch, or vertices and edges, numbered as in `packing`.
+        terms: energy terms, numbered as in `packing`.
+    """
+
+    packing: Packing
+    held: NDArray[np.bool_]
+    meetings: Meetings
+    terms: list[Terms]
+
+    def check_at_rest(self) -> None:
+        """Refuse forces that do not balance: a response to strain is that of a minimum.
+
+        Raises:
+            ConvergenceError: the largest force is above 1 % of the pressure.
+        """
+        imbalance = np.hypot(*forces(self.packing, self.terms).T).max()
+        pressure = 0.5 * np.trace(stress(self.packing, self.terms))
+        if imbalance > LARGEST_IMBALANCE * pressure:
+            raise ConvergenceError(
+                f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure "
+                f"{pressure:.2g}"
+            )
+
+
+def force_network(packing: Packing, *, prestress: bool = True, network: Contacts | None = None) -> ForceNetwork:
+    """Take the rattlers out of a packing and build the energy terms of the others.
+
+    Args:
+        packing: SP or DP.
+        prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+        network: contacts of the packing, if they are known already.
+
+    Raises:
+        ConvergenceError: every particle rattles: the packing is not jammed.
+        InputError: droplets without pre-stress.
+    """
+    network = network or contacts(packing)
+    if network.rattlers.all():
+        raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
+    held = ~network.rattlers[packing.particle]
+    bearing, meetings = without_rattlers(packing, network), _renumber(network.meetings, held)
+    return ForceNetwork(bearing, held, meetings, energy_terms(bearing, meetings, prestress=prestress))
+
+
+def _renumber(meetings: Meetings, held: NDArray[np.bool_]) -> Meetings:
+    """Meetings among the sites that are held, numbered as if there were no others."""
+    number = np.cumsum(held) - 1
+    if isinstance(meetings, Pairs):
+        kept = meetings.select(held[meetings.i] & held[meetings.j])
+        return Pairs(number[kept.i], number[kept.j], kept.r, kept.shift)
+    found = meetings.select(held[meetings.vertex] & held[meetings.tail])
+    return VertexContacts(number[found.vertex], number[found.tail], found.place, found.separation, found.shift)

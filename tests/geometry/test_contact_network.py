@@ -1,0 +1,80 @@
+"""Contacts with their vectors, rattlers, and unions of intervals, each against plain loops."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import jamlab
+from jamlab.geometry.contact_network import find_meetings, without_rattlers
+from jamlab.geometry.intervals import sweep_intervals
+from jamlab.geometry.rattlers import find_rattlers
+from jamlab.geometry.touching_disks import touching_disks
+from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.force_network import force_network
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.4])
+def test_disks_that_touch_are_those_of_a_loop(random_disks, touching, tilt):
+    packing = random_disks(tilt)
+    found = touching_disks(packing)
+    wanted = sorted((j, i, *(-r)) for i, j, r in touching(packing))
+    rows = sorted(zip(found.i.tolist(), found.j.tolist(), *found.r.T.tolist(), strict=True))
+    assert len(rows) == len(wanted) > packing.n
+    np.testing.assert_allclose(rows, wanted, atol=1e-12)
+
+
+def test_droplets_are_no_disks(dp_onset):
+    with pytest.raises(jamlab.InputError, match="model dp"):
+        touching_disks(dp_onset)
+
+
+@pytest.mark.parametrize("make", ["disks", "polygons", "spanning"])
+def test_vectors_lead_to_the_image_that_is_touched(make, random_disks, random_polygons, spanning):
+    packing = {"disks": random_disks, "polygons": random_polygons}.get(make, lambda tilt: spanning("outline", tilt))(
+        0.3
+    )
+    network = jamlab.contacts(packing)
+    i, j = network.pairs.T
+    wanted = packing.centroids[j] + network.shift @ packing.box - packing.centroids[i]
+    np.testing.assert_allclose(network.r, wanted, atol=1e-14)
+    if make != "disks":  # the nearest outlines of the two are a contact apart
+        for a, b, r in zip(i, j, network.r, strict=True):
+            x, y = (packing.positions[packing.particle == m] - packing.centroids[m] for m in (a, b))
+            apart = np.hypot(*(y[None] + r - x[:, None]).transpose(2, 0, 1)).min()
+            assert apart < packing.params["delta"] + np.hypot(*packing.edges.T).max()
+
+
+def test_rattlers_are_pruned_one_after_the_other():
+    """A tetrahedron of contacts bears; a chain that hangs on it comes off, but for a particle that counts as held."""
+    pairs = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3], [3, 4], [4, 5], [4, 6]])
+    rattlers, bearing = find_rattlers(pairs, np.ones(7, dtype=bool))
+    assert np.flatnonzero(rattlers).tolist() == [4, 5, 6] and np.flatnonzero(bearing).tolist() == list(range(6))
+    held = np.ones(7, dtype=bool)
+    held[[5, 6]] = False
+    rattlers, bearing = find_rattlers(pairs, held)
+    assert not rattlers.any() and bearing.all()
+
+
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 9), st.integers(0, 9)), max_size=12))
+def test_gaps_between_intervals_are_those_of_a_loop(rows):
+    group, start, length = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
+    start, end = start.astype(float), (start + length).astype(float)
+    order, last = sweep_intervals(group, start, end)
+    for k in range(len(rows)):
+        before = order[: k + 1][group[order[: k + 1]] == group[order[k]]]
+        assert start[before].max(initial=-1) == start[order[k]]
+        assert group[last[k]] == group[order[k]] and end[last[k]] == end[before].max()
+
+
+@pytest.mark.parametrize("name", ["sp_jammed", "dp_onset", "dp_dense"])
+def test_network_renumbers_what_a_new_search_finds(request, name):
+    """Contacts of the packing without rattlers, bit for bit: Newton steps depend on the order of sums."""
+    packing = request.getfixturevalue(name)
+    network, alone = force_network(packing), without_rattlers(packing)
+    fresh = find_meetings(alone)
+    for field, values in vars(network.meetings).items():
+        np.testing.assert_array_equal(values, getattr(fresh, field), err_msg=field)
+    for one, two in zip(network.terms, energy_terms(alone), strict=True):
+        np.testing.assert_array_equal(one.hessian, two.hessian)
+    np.testing.assert_array_equal(packing.positions[network.held], network.packing.positions)

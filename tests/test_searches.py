@@ -1,0 +1,75 @@
+"""How often one measurement looks for neighbours and builds the energy terms: what is found once is handed on."""
+
+import sys
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.packing.neighbors import periodic_copies, periodic_neighbors, periodic_pairs
+
+SEARCHES = (periodic_pairs, periodic_neighbors, periodic_copies)
+
+
+@pytest.fixture
+def calls(monkeypatch, sp_jammed, dp_onset, dp_dense):
+    """Counts of the neighbour searches and of the builds of energy terms, from when all packings are made."""
+    for name in jamlab.__all__:  # a module loaded later would keep the counting functions for good
+        getattr(jamlab, name)
+    counts = Counter()
+
+    def counting(function, kind):
+        def wrapped(*args, **kwargs):
+            counts[kind] += 1
+            return function(*args, **kwargs)
+
+        return wrapped
+
+    kinds = {function: "search" for function in SEARCHES} | {energy_terms: "build"}
+    for module in [m for name, m in sys.modules.items() if name.startswith("jamlab.")]:
+        for function, kind in kinds.items():
+            if getattr(module, function.__name__, None) is function:
+                monkeypatch.setattr(module, function.__name__, counting(function, kind))
+    return counts
+
+
+@pytest.fixture(params=["sp_jammed", "dp_onset", "dp_dense"])
+def packing(request):
+    return request.getfixturevalue(request.param)
+
+
+def test_measure(calls, packing):
+    """Contacts; edges, corners and rays for voids. Terms with and without rattlers. 13 and 6 in release 0.1.0."""
+    jamlab.measure(packing)
+    print(dict(calls))
+    assert 1 <= calls["search"] <= 4 and 1 <= calls["build"] <= 2
+
+
+@pytest.mark.parametrize("law", [jamlab.ContactDamping(), jamlab.StokesDrag()], ids=["contact", "stokes"])
+@pytest.mark.parametrize("method", ["dense", "direct", "reduced"])
+def test_complex_modulus(calls, packing, law, method):
+    """6 and 3 in release 0.1.0."""
+    jamlab.complex_modulus(packing, np.array([1e-2, 1.0]), law, method=method)
+    assert calls["search"] == calls["build"] == 1
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        jamlab.elastic_tensor,
+        jamlab.hessian,
+        lambda p: jamlab.displacement_correlation(p, 1.0),
+        jamlab.dynamical_matrices,
+    ],
+    ids=["elastic_tensor", "hessian", "displacement_correlation", "dynamical_matrices"],
+)
+def test_linear_response(calls, packing, function):
+    function(packing)
+    assert calls["search"] == calls["build"] == 1
+
+
+def test_slow_shear(calls, sp_jammed):
+    jamlab.slow_shear(sp_jammed)
+    assert calls["search"] == calls["build"] == 1
