@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import bars, report
+from jamlab.cli.console import print_packings, progress_bar
 from jamlab.cli.options import File, Frame, Json, Out
 from jamlab.packing.atomic_file import check_target
 
@@ -13,7 +13,7 @@ from jamlab.packing.atomic_file import check_target
 def compress(
     file: File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
-    step: Annotated[float, typer.Option(help="Distance of two states.")] = 0.01,
+    step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
     by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
     error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
@@ -27,7 +27,7 @@ def compress(
 
     check_target(out)
     start = read(file, frame)
-    with bars({start.model: "compress"}, to) as tell:
-        sweep = run(start, to, step, by=by, nearest=nearest, error=error, progress=lambda *a: tell(start.model, *a))
+    with progress_bar("compress", to) as progress:
+        sweep = run(start, to, step, by=by, nearest=nearest, error=error, progress=progress)
         packings = [start, *sweep]
-    report(packings, out, as_json)
+    print_packings(packings, out, as_json)

@@ -4,8 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import jamlab
+from jamlab.cli.main import app
+from jamlab.engine.deck_defaults import installed
 from jamlab.engine.installation import lammps_class
 from jamlab.packing.packing import CONTACT_FORMS
 
@@ -105,6 +108,15 @@ def test_plugin_and_python_list_the_same_contact_forms(lmp):
             lmp.command(f"pair_style circuloline {arguments}")
         names = re.search(listed, str(refused.value))[1].split(separator)
         assert sorted(names) == sorted(CONTACT_FORMS)
+
+
+def test_texts_list_the_contact_forms():
+    """The comment of the decks' default, and the help of `jamlab jam`, which must not load numpy for the list."""
+    deck = (installed("lammps_inputs") / "dp.parameters").read_text()
+    help_text = CliRunner().invoke(app, ["jam", "--help"]).output
+    comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
+    assert comment.split(" | ") == list(CONTACT_FORMS)
+    assert f"{', '.join(CONTACT_FORMS[:-1])} or {CONTACT_FORMS[-1]}." in " ".join(help_text.split())
 
 
 @pytest.mark.parametrize(
