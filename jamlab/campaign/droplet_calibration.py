@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 FITTED = ("gamma", "ka", "delta")
 CONFLUENCE = 0.99  # true packing fraction at which sweeps end and droplets count as confluent
 DISTANCES = {"z": (0.05, 0.1), "G": (0.05, 0.1, 0.15)}  # rho - rho_J; further up z is limited to 6, table 1 is not
-_NEAR_CONFLUENCE = 0.002  # in rho; a sweep that ends earlier has no value there: a fifth of its step
+_NEAR_CONFLUENCE = 0.002  # in rho, a fifth of a step; a sweep that ends earlier is not confluent
 _LEAST_POINTS = 3  # states of a sweep below which interpolation between them is not trusted
 
 

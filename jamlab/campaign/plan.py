@@ -21,18 +21,18 @@ _SAMPLES = 8  # finished tasks to average over; reading more would slow down `pl
 # (n, seconds), medians over seeds on one core of 2026 with the default force laws
 _ONSET_TIME = {
     "sp": ((32, 0.3), (64, 0.5), (128, 1.3), (256, 5.0), (1024, 60.0)),
-    "dp": ((16, 6.0), (32, 20.0), (64, 30.0)),
+    "dp": ((16, 2.0), (32, 5.0), (64, 20.0)),
 }
 _STATE_TIME = {  # of a compression, measured and stored
     "sp": ((32, 0.02), (64, 0.03), (128, 0.05), (256, 0.1), (1024, 0.6)),
-    "dp": ((16, 0.5), (32, 1.2), (64, 2.0)),
+    "dp": ((16, 0.2), (32, 0.3), (64, 0.7)),
 }
-_PACK_TIME = ((32, 0.05), (128, 0.1), (512, 0.7), (2048, 3.0), (32768, 120.0))  # at pressure 1e-2
+_PACK_TIME = ((32, 0.05), (128, 0.1), (512, 0.7), (2048, 1.8), (32768, 120.0))  # at pressure 1e-2
 _PACK_EXPONENT = -0.2  # of the pressure: softer packings converge more slowly
 _STABILIZED_FACTOR = 2.5  # in time, where the box is sheared too
-_SPECTRUM_TIME = {
-    "sp": ((32, 0.03), (128, 0.1), (512, 0.3), (2048, 0.8), (32768, 25.0)),
-    "dp": ((16, 0.5), (64, 2.0)),
+_SPECTRUM_TIME = {  # at 41 frequencies
+    "sp": ((32, 0.03), (128, 0.04), (512, 0.1), (2048, 0.4), (32768, 25.0)),
+    "dp": ((16, 0.08), (64, 0.2)),
 }
 _CORRELATION_FACTOR = 0.2  # time at one frequency over that of a spectrum
 
