@@ -160,7 +160,7 @@ double BondLineTension::single(int type, double rsq, int /*i*/, int /*j*/, doubl
 void *BondLineTension::extract(const char *str, int &dim)
 {
   dim = 1;
-  if (strcmp(str, "gamma") == 0) return (void *) gamma;
-  if (strcmp(str, "eta") == 0) return (void *) eta;
+  if (strcmp(str, "gamma") == 0) return gamma;
+  if (strcmp(str, "eta") == 0) return eta;
   return nullptr;
 }

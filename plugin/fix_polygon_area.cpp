@@ -149,7 +149,7 @@ double FixPolygonArea::compute_scalar()
 void *FixPolygonArea::extract(const char *str, int &dim)
 {
   dim = 0;
-  if (strcmp(str, "ka") == 0) return (void *) &ka;
+  if (strcmp(str, "ka") == 0) return &ka;
   return nullptr;
 }
 

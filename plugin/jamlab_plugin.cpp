@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-/* Entry point of the plugin: registers the four styles with LAMMPS. */
+/* Entry point of the plugin: registers the styles with LAMMPS. */
 
 #include "bond_line_tension.h"
 #include "compute_polygon.h"
@@ -53,6 +53,21 @@ template <class Style> static void *create(void *lmp, int narg, char **arg)
   return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
 }
 
+struct PluginStyle {
+  const char *kind, *name, *info;
+  lammpsplugin_factory1 create;                   // of pair and bond styles
+  lammpsplugin_factory2 create_from_arguments;    // of fix and compute styles
+};
+
+static constexpr PluginStyle STYLES[] = {
+    {"pair", "circuloline", "circulo-line repulsion of deformable polygons",
+     &create<PairCirculoline>, nullptr},
+    {"bond", "line/tension", "line tension of polygon edges", &create<BondLineTension>, nullptr},
+    {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
+    {"compute", "polygon", "area, perimeter and shape factor of polygons", nullptr,
+     &create<ComputePolygon>},
+};
+
 void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   const int found = lammps_version(lmp);
@@ -70,27 +85,14 @@ void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.author = AUTHOR;
   plugin.handle = handle;
 
-  plugin.style = "pair";
-  plugin.name = "circuloline";
-  plugin.info = "circulo-line repulsion of deformable polygons";
-  plugin.creator.v1 = &create<PairCirculoline>;
-  add(&plugin, lmp);
-
-  plugin.style = "bond";
-  plugin.name = "line/tension";
-  plugin.info = "line tension of polygon edges";
-  plugin.creator.v1 = &create<BondLineTension>;
-  add(&plugin, lmp);
-
-  plugin.style = "fix";
-  plugin.name = "polygon/area";
-  plugin.info = "area elasticity of polygons";
-  plugin.creator.v2 = &create<FixPolygonArea>;
-  add(&plugin, lmp);
-
-  plugin.style = "compute";
-  plugin.name = "polygon";
-  plugin.info = "area, perimeter and shape factor of polygons";
-  plugin.creator.v2 = &create<ComputePolygon>;
-  add(&plugin, lmp);
+  for (const auto &style : STYLES) {
+    plugin.style = style.kind;
+    plugin.name = style.name;
+    plugin.info = style.info;
+    if (style.create)
+      plugin.creator.v1 = style.create;
+    else
+      plugin.creator.v2 = style.create_from_arguments;
+    add(&plugin, lmp);
+  }
 }

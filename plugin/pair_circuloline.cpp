@@ -5,7 +5,6 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "contact_forms.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
@@ -21,12 +20,10 @@
 using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
-static constexpr const char *FORMS[] = {"segment", "outline", "segment/smooth"};    // as enum Contact
-static constexpr int NFORMS = 3;
 
 /* ---------------------------------------------------------------------- */
 
-PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), near(lmp)
+PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), facings(lmp)
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -36,7 +33,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), near(lm
   comm_forward = 2;    // where a ghost is among the copies of its polygon
   comm_reverse_off = 2;
   delta = longest_edge = 0.0;
-  contact = OUTLINE;
+  form = OUTLINE;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -97,7 +94,7 @@ template <bool TALLY> void PairCirculoline::push(double *const *f)
   const int *type = atom->type;
   const double per_delta = 1.0 / delta;
 
-  auto touch = [=](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+  auto touch = [this, f, type, per_delta](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
     const double d = sqrt(foot.rsq);
     const double overlap = 1.0 - d * per_delta;
     const double strength = eps[type[vertex]][type[edge.tail]];
@@ -122,25 +119,16 @@ template <bool TALLY> void PairCirculoline::push(double *const *f)
     }
   };
 
-  switch (contact) {
-    case OUTLINE:
-      return outline_contacts(near, x, delta, touch);
-    case SEGMENT:
-      return segment_contacts(near, x, delta, touch);
-    case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(near, x, delta, touch);
-  }
+  for_each_contact(form, facings, x, delta, touch);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::find_facings()
 {
-  static constexpr PolygonFacings::Grouping GROUPING[] = {
-      PolygonFacings::BY_EDGE, PolygonFacings::BY_POLYGON, PolygonFacings::BY_VERTEX};
-  near.mark();
+  facings.mark();
   comm->forward_comm(this);
-  near.build(list, GROUPING[contact], delta + neighbor->skin, longest_edge);
+  facings.build(list, CONTACT_FORMS[form].grouping, delta + neighbor->skin, longest_edge);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -159,14 +147,14 @@ void PairCirculoline::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style circuloline delta longest_edge [contact outline|segment|segment/smooth]
+   pair_style circuloline delta longest_edge [contact form]
 ------------------------------------------------------------------------- */
 
 void PairCirculoline::settings(int narg, char **arg)
 {
   if (narg != 2 && narg != 4)
-    error->all(FLERR, "Pair style circuloline needs: delta longest_edge [contact outline|segment|"
-               "segment/smooth]");
+    error->all(FLERR, "Pair style circuloline needs: delta longest_edge [contact {}]",
+               contact_form_names("|"));
 
   delta = utils::numeric(FLERR, arg[0], false, lmp);
   longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
@@ -174,16 +162,16 @@ void PairCirculoline::settings(int narg, char **arg)
   if (longest_edge <= 0.0)
     error->all(FLERR, "Pair style circuloline: longest edge {} must be positive", arg[1]);
 
-  contact = OUTLINE;
+  form = OUTLINE;
   if (narg == 4) {
     if (strcmp(arg[2], "contact") != 0)
       error->all(FLERR, "Pair style circuloline: unknown keyword {}, expected contact", arg[2]);
-    int form = 0;
-    while (form < NFORMS && strcmp(arg[3], FORMS[form]) != 0) form++;
-    if (form == NFORMS)
-      error->all(FLERR, "Pair style circuloline: unknown contact form {}, expected outline, segment or "
-                 "segment/smooth", arg[3]);
-    contact = static_cast<Contact>(form);
+    int k = 0;
+    while (k < NUMBER_OF_CONTACT_FORMS && strcmp(arg[3], CONTACT_FORMS[k].name) != 0) k++;
+    if (k == NUMBER_OF_CONTACT_FORMS)
+      error->all(FLERR, "Pair style circuloline: unknown contact form {}, use one of {}", arg[3],
+                 contact_form_names(", "));
+    form = static_cast<ContactForm>(k);
   }
 }
 
@@ -214,7 +202,7 @@ void PairCirculoline::coeff(int narg, char **arg)
 
 void PairCirculoline::init_style()
 {
-  near.init(WHO);
+  facings.init(WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "
@@ -233,94 +221,21 @@ double PairCirculoline::init_one(int i, int j)
     error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {} (a data file has it if "
                "written with write_data ... pair ij)", i, j);
   eps[j][i] = eps[i][j];
-  return delta + (contact == SEGMENT ? 2.0 : 1.0) * longest_edge;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::write_restart(FILE *fp)
-{
-  write_restart_settings(fp);
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      if (setflag[i][j]) fwrite(&eps[i][j], sizeof(double), 1, fp);
-    }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::read_restart(FILE *fp)
-{
-  read_restart_settings(fp);
-  allocate();
-
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) {
-      if (comm->me == 0) utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
-      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
-      if (setflag[i][j]) {
-        if (comm->me == 0) utils::sfread(FLERR, &eps[i][j], sizeof(double), 1, fp, nullptr, error);
-        MPI_Bcast(&eps[i][j], 1, MPI_DOUBLE, 0, world);
-      }
-    }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::write_restart_settings(FILE *fp)
-{
-  const int form = contact;
-  fwrite(&delta, sizeof(double), 1, fp);
-  fwrite(&longest_edge, sizeof(double), 1, fp);
-  fwrite(&form, sizeof(int), 1, fp);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::read_restart_settings(FILE *fp)
-{
-  int form = OUTLINE;
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &delta, sizeof(double), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &longest_edge, sizeof(double), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &form, sizeof(int), 1, fp, nullptr, error);
-  }
-  MPI_Bcast(&delta, 1, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&longest_edge, 1, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&form, 1, MPI_INT, 0, world);
-  if (form < 0 || form >= NFORMS)
-    error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin", form);
-  contact = static_cast<Contact>(form);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::write_data(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %.17g\n", i, eps[i][i]);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::write_data_all(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g\n", i, j, eps[i][j]);
+  return delta + CONTACT_FORMS[form].edges * longest_edge;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int PairCirculoline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
 {
-  return near.pack(n, list, buf, pbc);
+  return facings.pack(n, list, buf, pbc);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::unpack_forward_comm(int n, int first, double *buf)
 {
-  near.unpack(n, first, buf);
+  facings.unpack(n, first, buf);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -346,10 +261,10 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 void *PairCirculoline::extract(const char *str, int &dim)
 {
   dim = 0;
-  if (strcmp(str, "delta") == 0) return (void *) &delta;
-  if (strcmp(str, "longest_edge") == 0) return (void *) &longest_edge;
+  if (strcmp(str, "delta") == 0) return &delta;
+  if (strcmp(str, "longest_edge") == 0) return &longest_edge;
   dim = 2;
-  if (strcmp(str, "eps") == 0) return (void *) eps;
+  if (strcmp(str, "eps") == 0) return eps;
   return nullptr;
 }
 
@@ -357,5 +272,5 @@ void *PairCirculoline::extract(const char *str, int &dim)
 
 double PairCirculoline::memory_usage()
 {
-  return Pair::memory_usage() + near.memory_usage() + ghost_force.capacity() * sizeof(double);
+  return Pair::memory_usage() + facings.memory_usage() + ghost_force.capacity() * sizeof(double);
 }

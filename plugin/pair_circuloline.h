@@ -4,6 +4,7 @@
 #ifndef JAMLAB_PAIR_CIRCULOLINE_H
 #define JAMLAB_PAIR_CIRCULOLINE_H
 
+#include "contact_forms.h"
 #include "pair.h"
 #include "polygon_facings.h"
 
@@ -12,13 +13,7 @@
 namespace LAMMPS_NS {
 
 /* Repulsion between the circulo-line outlines (width delta) of polygons, in one
-   of the forms of contact_forms.h:
-
-   contact outline: every vertex meets every other polygon once, at the closest
-     point of its outline.
-   contact segment: Boromand et al. eq 8 to the letter.
-   contact segment/smooth: every vertex meets every edge of other polygons; that
-     is, every pair of edges has half the energy of its four end distances.
+   of the forms of contact_forms.h.
 
    A periodic image of a polygon is another polygon, also to itself. A contact is
    evaluated by the rank that owns its vertex (or edge), with energy and virial
@@ -48,14 +43,12 @@ class PairCirculoline : public Pair {
   double memory_usage() override;
 
  protected:
-  enum Contact { SEGMENT, OUTLINE, SEGMENT_SMOOTH };    // in restart files: append only
-
   double delta;           // width of the circulo-lines
   double longest_edge;    // edges may not outgrow this: it sets the neighbor cutoff
-  Contact contact;
+  ContactForm form;
   double **eps;
 
-  PolygonFacings near;
+  PolygonFacings facings;
   std::vector<double> ghost_force;
 
   void allocate();

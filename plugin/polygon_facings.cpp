@@ -68,8 +68,8 @@ void PolygonFacings::build(const NeighList *list, Grouping grouping, double reac
 
   find_successors();
   check_edges(longest_edge);
-  found.clear();
-  near.clear();
+  facing_list.clear();
+  edge_list.clear();
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
@@ -99,11 +99,11 @@ void PolygonFacings::build(const NeighList *list, Grouping grouping, double reac
     // in an order that does not depend on where atoms are stored: sums have the same digits
     std::sort(candidates.begin(), candidates.end());
     for (std::size_t n = 0; n < candidates.size(); n++) {
-      const int size = static_cast<int>(near.size());
+      const int size = static_cast<int>(edge_list.size());
       if (n == 0 || (grouping == BY_POLYGON && !candidates[n].same_polygon(candidates[n - 1])))
-        found.push_back({i, inext, size, size});
-      near.push_back(candidates[n].edge);
-      found.back().end++;
+        facing_list.push_back({i, inext, size, size});
+      edge_list.push_back(candidates[n].edge);
+      facing_list.back().end++;
     }
   }
 }
@@ -201,7 +201,7 @@ void PolygonFacings::check_edges(double longest_edge) const
 
 double PolygonFacings::memory_usage() const
 {
-  return found.capacity() * sizeof(Facing) + near.capacity() * sizeof(Edge) +
+  return facing_list.capacity() * sizeof(Facing) + edge_list.capacity() * sizeof(Edge) +
       copies.capacity() * sizeof(Copy) + successor.capacity() * sizeof(int) +
       candidates.capacity() * sizeof(Candidate);
 }

@@ -28,7 +28,7 @@ class PolygonFacings : protected Pointers {
   };
   struct Facing {    // a vertex (or an edge) and the edges near it
     int i, j;        // the vertex; the edge from i to j
-    int begin, end;  // range in `edges`
+    int begin, end;  // range in edges()
   };
   enum Grouping {
     BY_POLYGON,    // one facing for each vertex and copy of a polygon near it
@@ -44,8 +44,9 @@ class PolygonFacings : protected Pointers {
   void unpack(int, int, const double *);
   void build(const class NeighList *, Grouping, double reach, double longest_edge);
 
-  const std::vector<Facing> &facings() const { return found; }
-  const std::vector<Edge> &edges() const { return near; }
+  std::vector<Facing>::const_iterator begin() const { return facing_list.begin(); }
+  std::vector<Facing>::const_iterator end() const { return facing_list.end(); }
+  const std::vector<Edge> &edges() const { return edge_list; }
   double memory_usage() const;
 
  private:
@@ -63,8 +64,8 @@ class PolygonFacings : protected Pointers {
   };
 
   PolygonTopology topology;
-  std::vector<Facing> found;
-  std::vector<Edge> near;
+  std::vector<Facing> facing_list;
+  std::vector<Edge> edge_list;
   std::vector<Copy> copies;            // of every local and ghost atom
   std::vector<int> successor;          // next vertex of each atom in the same copy, -1 if absent
   std::vector<Candidate> candidates;   // of one vertex

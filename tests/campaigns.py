@@ -2,7 +2,7 @@
 
 import json
 
-from jamlab.campaign.driver import to_do
+from jamlab.campaign.driver import remaining_tasks
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import run_task
@@ -67,7 +67,7 @@ def run_here(campaign):
     campaign.folder.keep_copy(campaign.file)
     return [
         run_task(str(campaign.folder.path), task.name, task.parameters)
-        for task in to_do(batches(campaign.content), campaign.folder.finished() | campaign.folder.failed())
+        for task in remaining_tasks(batches(campaign.content), campaign.folder.finished() | campaign.folder.failed())
     ]
 
 

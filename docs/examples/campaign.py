@@ -44,7 +44,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
         workers: processes, by default as many as there are cores.
         seeds: packings of each kind.
     """
-    # a campaign is a file; everything it may say is in jamlab/campaign/campaign_file.py
+    # a campaign is a file; jamlab/campaign/file.py lists everything it may contain
     make_folder(folder)
     path = folder / "walkthrough.toml"
     path.write_text(CAMPAIGN.format(seeds=seeds), encoding="utf-8")
@@ -55,7 +55,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
         print(f"{line.sweep:12s} n = {line.n:3d}: {line.left} of {line.tasks} tasks left, {line.seconds:.0f} s")
 
     # run it; kill it when you like, and call it again
-    done = campaign.run(workers, tell=lambda state, line, seconds: print(f"{state:9s} {line}, {seconds:.1f} s"))
+    done = campaign.run(workers, progress=lambda o: print(f"{o.state:9s} {o.line}, {o.seconds:.1f} s"))
     print(f"{done.finished} tasks now, {campaign.status().finished} in all")
 
     # every state of every packing is a row

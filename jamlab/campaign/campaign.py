@@ -1,4 +1,4 @@
-"""A campaign from Python.
+"""Open, run and read a campaign from Python.
 
 campaign = jamlab.open_campaign("campaign.toml")
 campaign.run()
@@ -6,8 +6,8 @@ states = campaign.table("states")
 """
 
 import os
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,14 +18,17 @@ from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
+    from numpy.typing import ArrayLike
 
-    from jamlab.campaign.driver import Tell
+    from jamlab.campaign.driver import CampaignRun
     from jamlab.campaign.plan import Estimate
+    from jamlab.campaign.worker import Outcome
+    from jamlab.packing.packing import Packing
 
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far the tasks of one sweep, model and n are."""
+    """Counts of the tasks of one sweep, model and n."""
 
     sweep: str
     model: str
@@ -36,21 +39,21 @@ class SweepStatus:
 
     @property
     def left(self) -> int:
-        """Tasks to do."""
+        """Number of tasks neither finished nor failed."""
         return self.tasks - self.finished - self.failed
 
 
 @dataclass(frozen=True)
 class Status:
-    """How far a campaign is.
+    """Progress of a campaign.
 
     Attributes:
         sweeps: one entry for each sweep, model and n.
         failures: failed task -> record with label, error and reason.
-        damaged: finished task -> what is wrong with its file; None if files were not looked into.
-        gaps: finished task -> states that it lacks, and why; None if files were not looked into.
-        foreign: finished files that belong to no task of the campaign file, e.g. of seeds taken out again, or made with
-            other defaults of jamlab.
+        damaged: finished task -> damage of its file; None if the files were not read.
+        gaps: finished task -> states it lacks, and why; None if the files were not read.
+        foreign: number of finished files that belong to no task of the campaign file, e.g. because seeds were removed
+            from it, or because the defaults of jamlab have changed.
     """
 
     sweeps: list[SweepStatus]
@@ -61,38 +64,23 @@ class Status:
 
     @property
     def tasks(self) -> int:
-        """All tasks; one that two sweeps share counts in both."""
+        """Number of tasks; one that two sweeps share counts in both."""
         return sum(sweep.tasks for sweep in self.sweeps)
 
     @property
     def finished(self) -> int:
-        """Tasks with a file."""
+        """Number of tasks with a file."""
         return sum(sweep.finished for sweep in self.sweeps)
 
     @property
     def failed(self) -> int:
-        """Tasks that cannot be done."""
+        """Number of tasks that failed."""
         return sum(sweep.failed for sweep in self.sweeps)
 
     @property
     def left(self) -> int:
-        """Tasks to do."""
+        """Number of tasks neither finished nor failed."""
         return sum(sweep.left for sweep in self.sweeps)
-
-
-@dataclass(frozen=True)
-class Run:
-    """What one run did.
-
-    Attributes:
-        finished: tasks done now.
-        failed: tasks that cannot be done, now.
-        repaired: tasks whose files were damaged: where the damaged file is now, and what was wrong.
-    """
-
-    finished: int
-    failed: int
-    repaired: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -101,8 +89,8 @@ class Campaign:
 
     Attributes:
         file: the campaign file.
-        content: what it says.
-        folder: with the files of the tasks.
+        content: of that file.
+        folder: holds the files of the tasks.
     """
 
     file: Path
@@ -115,10 +103,10 @@ class Campaign:
         return self.content.name
 
     def status(self, *, verify: bool = False) -> Status:
-        """How far it is, from the names of files alone.
+        """Count finished, failed and remaining tasks by the names of files alone.
 
         Args:
-            verify: read every finished file and check its checksum.
+            verify: also read every finished file and check its checksum.
 
         Raises:
             InputError: the folder cannot be read.
@@ -137,10 +125,13 @@ class Campaign:
         return Status(sweeps, failures, damaged, gaps, len(finished - known))
 
     def plan(self, only: Iterable[str] | None = None) -> "list[Estimate]":
-        """Tasks, seconds of one core and bytes, without running anything.
+        """Estimate time on one core and disk space of each sweep, model and n, without running anything.
+
+        Args:
+            only: names of sweeps; by default all.
 
         Raises:
-            InputError: no sweep of a name in `only`.
+            InputError: the campaign has no sweep of a name in `only`.
         """
         from jamlab.campaign.plan import plan
 
@@ -155,25 +146,25 @@ class Campaign:
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
         verify: bool = True,
-        tell: "Tell | None" = None,
-    ) -> Run:
-        """Do the tasks that are not done.
+        progress: "Callable[[Outcome], None] | None" = None,
+    ) -> "CampaignRun":
+        """Run all tasks that are neither finished nor failed.
 
         Args:
-            workers: processes on this machine, by default as many as it has cores; with `slurm`, jobs.
-            scheduler: address of a running Dask scheduler instead.
+            workers: number of processes on this machine, by default one per core; with `slurm`, number of jobs.
+            scheduler: address of a running Dask scheduler to use instead.
             slurm: run on SLURM, with the options of the table `slurm` of the campaign file.
-            only: names of sweeps.
-            retry_failed: try tasks again that failed before.
-            verify: read the files that are there first; damaged ones are moved aside and their tasks done again.
-            tell: called after each task with "finished" or "failed", a line of text, and seconds.
+            only: names of sweeps; by default all.
+            retry_failed: run tasks again that failed before.
+            verify: first read the finished files; damaged ones are moved aside and their tasks run again.
+            progress: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
-            InputError: workers that cannot be had.
+            InputError: the workers cannot be started or reached.
             StorageError: the folder is in use or cannot be written. Run again to go on.
             EngineError: the workers are lost. Run again to go on.
         """
-        from jamlab.campaign.driver import Done, drive, to_do
+        from jamlab.campaign.driver import CampaignRun, drive, remaining_tasks
         from jamlab.campaign.plan import longest_first
         from jamlab.campaign.workers import Workers
 
@@ -192,21 +183,23 @@ class Campaign:
                 self.folder.forget_failures(self.folder.failed() & names)
             skip = (finished - repaired.keys()) | self.folder.failed()
             if names <= skip:
-                return Run(0, 0, repaired)
+                return CampaignRun(0, 0, repaired)
             with where.client() as client:
-                done: Done = drive(client, self.folder, to_do(chosen, skip), tell, expected=where.expected)
-        return Run(done.finished, done.failed, repaired)
+                tasks = remaining_tasks(chosen, skip)
+                done = drive(client, self.folder, tasks, progress, expected=where.expected)
+        return replace(done, repaired=repaired)
 
     def table(self, name: str = "states", sweep: str | None = None) -> "pd.DataFrame":
-        """One tidy table of all finished tasks: "states", "onset", "spectra", "quasistatic", "correlation", "voids".
+        """Collect one tidy table from all finished tasks.
 
         Args:
-            name: of the table; columns: `jamlab.campaign.tables.TABLE_COLUMNS`.
-            sweep: tasks of this sweep alone.
+            name: "states", "onset", "spectra", "quasistatic", "correlation" or "voids"; their columns are listed in
+                `jamlab.campaign.tables.TABLE_COLUMNS`.
+            sweep: take the tasks of this sweep only.
 
         Raises:
-            InputError: no such table or sweep.
-            StorageError: a file is damaged: `run` mends that.
+            InputError: there is no such table or sweep.
+            StorageError: a file is damaged; `run` repairs it.
         """
         from jamlab.campaign.tables import table
 
@@ -220,20 +213,29 @@ class Campaign:
         table: str = "states",
         sweep: str | None = None,
         converged: bool = True,
-        **how: Any,
+        along: str | None = None,
+        bins: "ArrayLike | None" = None,
+        statistic: str = "mean",
+        confidence: float = 0.95,
+        resamples: int = 1000,
     ) -> "pd.DataFrame":
-        """Means over packings with bootstrap intervals, see `jamlab.campaign.aggregate.aggregate`.
+        """Average over packings, with bootstrap intervals; see `jamlab.campaign.aggregate.aggregate`.
 
         Args:
             values: columns to average.
-            by: columns that make groups.
-            table: "states" has two more columns here: d_rho = rho - onset and d_phi = phi - onset_phi.
-            sweep: tasks of this sweep alone.
+            by: columns that define the groups.
+            table: to take them from; "states" has two more columns here, d_rho = rho - onset and
+                d_phi = phi - onset_phi.
+            sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
-            how: `along`, `bins`, `statistic`, `confidence`, `resamples`.
+            along: a further column, cut into bins.
+            bins: edges of these bins, ascending.
+            statistic: "mean" or "median" over packings.
+            confidence: level of the intervals.
+            resamples: number of bootstrap samples.
 
         Raises:
-            InputError: a table, sweep or column that is not there, or numbers out of range.
+            InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
         from jamlab.campaign.aggregate import aggregate
@@ -243,15 +245,17 @@ class Campaign:
             frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
         if converged and "converged" in frame.columns:
             frame = frame[frame["converged"].astype(bool)]
-        return aggregate(frame, values, by, **how)
+        return aggregate(
+            frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
+        )
 
     def finished(self, sweep: str | None = None) -> list[str]:
-        """Names of the finished tasks, of all sweeps or one."""
+        """List the names of the finished tasks, of all sweeps or of one."""
         chosen = batches(self.content, None if sweep is None else [sweep])
         return sorted(self.folder.finished() & _names(chosen))
 
-    def packings(self, task: str) -> list[Any]:
-        """The packings of a finished task, frame by frame."""
+    def packings(self, task: str) -> "list[Packing]":
+        """Read the packings of a finished task, frame by frame."""
         from jamlab.packing.hdf5 import read_all
 
         return read_all(self.folder.task_file(task))
@@ -261,11 +265,11 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
     """Open a campaign by its TOML file, or by its folder.
 
     Args:
-        path: the campaign file; or a folder in which a campaign has run.
-        folder: where the tasks are, by default a folder of the campaign's name beside the file.
+        path: the campaign file, or a folder in which a campaign has run.
+        folder: of the tasks; by default beside the file, under the name of the campaign.
 
     Raises:
-        InputError: the file says what no campaign can do, or the folder holds no campaign.
+        InputError: the file is not a valid campaign, or the folder holds none.
     """
     given = Path(path)
     if given.name == COPY and folder is None and (given.parent / "tasks").is_dir():  # the copy in a folder

@@ -1,58 +1,65 @@
-"""Tasks through workers, a bounded number at a time; whatever dies, the files that are there are whole."""
+"""Feed tasks to workers, a bounded number at a time; whatever dies, the files in the folder are whole."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import Batch, Task
-from jamlab.campaign.worker import FAILED, FINISHED, FULL, run_task
+from jamlab.campaign.worker import FAILED, FINISHED, FULL, Outcome, run_task
 from jamlab.errors import EngineError, StorageError
 
-Tell = Callable[[str, str, float], None]  # what happened to a task, a line about it, seconds it took
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
-_PER_WORKER = 2  # submitted at once, so that no worker waits for the driver
+_PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for the driver
 
 
 @dataclass(frozen=True)
-class Done:
-    """What a run did.
+class CampaignRun:
+    """What one run of a campaign did.
 
     Attributes:
-        finished: tasks done now.
-        failed: tasks that cannot be done; their reasons are in the folder.
+        finished: number of tasks finished in this run.
+        failed: number of tasks that failed in this run; their reasons are in the folder.
+        repaired: task whose file was damaged -> what was wrong, and where that file is now.
     """
 
     finished: int
     failed: int
+    repaired: dict[str, str] = field(default_factory=dict)
 
 
-def to_do(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
-    """Tasks whose names are not in `skip`, each once; made one by one as they are needed."""
+def remaining_tasks(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
+    """Yield the tasks whose names are not in `skip`, each once."""
     seen = set(skip)
     for batch in batches:
-        for seed in batch.seeds:
-            name = batch.name_of(seed)
-            if name not in seen:
-                seen.add(name)
-                yield Task(name, {**batch.parameters, "seed": seed})
+        for task in batch.tasks():
+            if task.name not in seen:
+                seen.add(task.name)
+                yield task
 
 
 def drive(
-    client: Any, folder: CampaignFolder, tasks: Iterator[Task], tell: Tell | None = None, *, expected: int = 1
-) -> Done:
+    client: "Client",
+    folder: CampaignFolder,
+    tasks: Iterator[Task],
+    progress: Callable[[Outcome], None] | None = None,
+    *,
+    expected: int = 1,
+) -> CampaignRun:
     """Run tasks until none is left.
 
     Args:
-        client: `distributed.Client`.
+        client: of the Dask scheduler.
         folder: of the campaign, locked.
-        tasks: what to do, best the longest first.
-        tell: called after each task.
-        expected: workers that will come, e.g. when their jobs start.
+        tasks: to run, preferably the longest first.
+        progress: called after each task with its outcome.
+        expected: number of workers to come, e.g. when their jobs start.
 
     Raises:
-        StorageError: the folder cannot be written, e.g. the disk is full; what is under way is given up.
+        StorageError: the folder cannot be written, e.g. the disk is full; running tasks are given up.
         EngineError: the workers cannot run jamlab, or the scheduler is lost.
     """
     from distributed import as_completed
@@ -71,22 +78,22 @@ def drive(
 
     fill()
     for future in ended:
-        state, line, seconds = _result(future, folder, under_way.pop(future.key))
+        outcome = _outcome(future, folder, under_way.pop(future.key))
         future.release()
-        if state == FULL:
-            raise StorageError(f"{line}; make room, then `jamlab campaign resume` goes on")
-        counts[state] += 1
-        if tell is not None:
-            tell(state, line, seconds)
+        if outcome.state == FULL:
+            raise StorageError(f"{outcome.line}; make room, then `jamlab campaign resume` goes on")
+        counts[outcome.state] += 1
+        if progress is not None:
+            progress(outcome)
         fill()
-    return Done(counts[FINISHED], counts[FAILED])
+    return CampaignRun(counts[FINISHED], counts[FAILED])
 
 
-def _result(future: Any, folder: CampaignFolder, task: Task) -> tuple[str, str, float]:
+def _outcome(future: "Future", folder: CampaignFolder, task: Task) -> Outcome:
     from distributed.scheduler import KilledWorker
 
     if future.status == "finished":
-        outcome: tuple[str, str, float] = future.result()
+        outcome: Outcome = future.result()
         return outcome
     if future.status != "error":
         raise EngineError(f"lost the Dask scheduler during {task.label}: start it again, then `jamlab campaign resume`")
@@ -94,7 +101,7 @@ def _result(future: Any, folder: CampaignFolder, task: Task) -> tuple[str, str, 
     if isinstance(error, KilledWorker):
         reason = EngineError(f"{task.label}: its workers died again and again: killed, or out of memory")
         folder.record_failure(task, reason)
-        return FAILED, str(reason), float("nan")
+        return Outcome(FAILED, str(reason), float("nan"))
     raise EngineError(
-        f"workers cannot run {task.label}: {error}; they need the jamlab of the driver and see the folder {folder.path}"
+        f"workers cannot run {task.label}: {error}; they must have the driver's jamlab and see the folder {folder.path}"
     ) from error

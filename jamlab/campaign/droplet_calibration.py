@@ -1,13 +1,15 @@
-"""Calibration of the droplets' force law, which Boromand et al. do not print, against their tables 1 and 2.
+"""Calibrate the droplets' force law, which Boromand et al. do not print, against their tables 1 and 2.
 
-Each of gamma, ka, delta and the number of vertices is halved and doubled in turn, the same seeds compressed from onset
-to rho = 0.99, and every observable read off at fixed distances from onset. The table of changes is the sensitivity of
-the model; a parabola in log2 of each parameter, through its three points, is the surface on which the fit looks for
-the values that come nearest to the paper.
+A campaign scans the parameters: gamma, ka and delta are halved and doubled in turn, and the number of vertices is
+doubled; each time the same seeds are compressed from onset to rho = 0.99. Every observable is read off at fixed
+distances from onset. Its changes between sweeps are the sensitivity of the model. For the fit, every observable is
+modelled as a sum of parabolas, one in log2 of each parameter through its three points, and the parameters are chosen
+that bring all of them closest to the paper.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,21 +26,24 @@ from jamlab.statistics.published_numbers import SHAPE_AT_CONFLUENCE, table_conta
 if TYPE_CHECKING:
     import pandas as pd
 
+    from jamlab.campaign.worker import Outcome
+
 Array = NDArray[np.float64]
 
 FITTED = ("gamma", "ka", "delta")
-CONFLUENCE = 0.99  # last true packing fraction of the sweeps
-DISTANCES = {"z": (0.05, 0.1), "G": (0.05, 0.1, 0.15)}  # rho - rho_J; further up z is bound by 6, table 1 is not
-_LEAST_POINTS = 3
+CONFLUENCE = 0.99  # true packing fraction at which sweeps end and droplets count as confluent
+DISTANCES = {"z": (0.05, 0.1), "G": (0.05, 0.1, 0.15)}  # rho - rho_J; further up z is limited to 6, table 1 is not
+_NEAR_CONFLUENCE = 0.002  # in rho, a fifth of a step; a sweep that ends earlier is not confluent
+_LEAST_POINTS = 3  # states of a sweep below which interpolation between them is not trusted
 
 
 @dataclass(frozen=True)
 class Target:
-    """What the paper says of one observable.
+    """Value of one observable in the paper.
 
     Attributes:
         value: from a fit or a figure of Boromand et al.
-        tolerance: how far off counts as one unit of misfit.
+        tolerance: deviation that counts as one unit of misfit.
         source: where it is printed.
     """
 
@@ -47,7 +52,7 @@ class Target:
     source: str
 
 
-def _at_distance(name: str, distance: float) -> Target:
+def _target_at(name: str, distance: float) -> Target:
     if name == "z":
         return Target(table_contacts("DP(ρ)", distance), 0.1, "table 1")
     value = table_modulus("DP(ρ)", distance)
@@ -55,22 +60,22 @@ def _at_distance(name: str, distance: float) -> Target:
 
 
 TARGETS: Mapping[str, Target] = {
-    **{f"{name}({d:g})": _at_distance(name, d) for name, distances in DISTANCES.items() for d in distances},
+    **{f"{name}({d:g})": _target_at(name, d) for name, distances in DISTANCES.items() for d in distances},
     "A": Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence"),
     "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
 }
 
 
 def campaign_text(n: int, seeds: int, law: Mapping[str, float] | None = None) -> str:
-    """Campaign file of the scan: the default law, and each parameter halved and doubled.
+    """Write the campaign file of the scan: the default law, and each parameter halved and doubled.
 
     Args:
-        n: droplets in each packing, even.
-        seeds: packings for each set of parameters.
-        law: values that replace the defaults as the centre of the scan.
+        n: number of droplets in each packing, even.
+        seeds: number of packings for each set of parameters.
+        law: values that replace the defaults at the centre of the scan.
 
     Raises:
-        InputError: a parameter that cannot be varied.
+        InputError: a parameter cannot be varied.
     """
     centre = {name: float(defaults("dp")[name]) for name in FITTED}
     unknown = set(law or {}) - set(centre)
@@ -97,15 +102,15 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float] | None = None) ->
 
 
 def observables(states: "pd.DataFrame") -> "pd.DataFrame":
-    """What is compared, one row per packing.
+    """Read off the observables to compare, one row per packing.
 
     Args:
         states: table "states" of one sweep of `campaign_text`.
 
     Returns:
-        Columns rho_J, z(d) and G(d) at the `DISTANCES`, A (bare outline) and A with rim, and area deficit
-        1 - a/a_J, the last three at the last state. Values between two states are interpolated; G of states that are
-        not stable is left out.
+        Columns seed, rho_J, z(d) and G(d) at the `DISTANCES`, A of the bare outline, A with rim, and area deficit
+        1 - a/a_J, the last three at the last state. Values between two states are interpolated; unstable states have
+        no G.
     """
     import pandas as pd
 
@@ -116,17 +121,17 @@ def observables(states: "pd.DataFrame") -> "pd.DataFrame":
         distance = (good["rho"] - start["onset"]).to_numpy()
         row: dict[str, Any] = {"seed": seed, "rho_J": start["onset"]}
         for column, name in (("z", "z"), ("g", "G")):
-            row |= {f"{name}({d:g})": _at(d, distance, good[column].to_numpy()) for d in DISTANCES[name]}
+            row |= {f"{name}({d:g})": _interpolate(d, distance, good[column].to_numpy()) for d in DISTANCES[name]}
         last = good.iloc[-1]
-        near = last["rho"] > CONFLUENCE - 0.002
-        row["A"] = last["shape"] if near else np.nan
-        row["A with rim"] = last["shape_rim"] if near else np.nan
-        row["area deficit"] = 1 - last["area"] / start["area"] if near else np.nan
+        confluent = last["rho"] > CONFLUENCE - _NEAR_CONFLUENCE
+        row["A"] = last["shape"] if confluent else np.nan
+        row["A with rim"] = last["shape_rim"] if confluent else np.nan
+        row["area deficit"] = 1 - last["area"] / start["area"] if confluent else np.nan
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _at(d: float, distance: Array, values: Array) -> float:
+def _interpolate(d: float, distance: Array, values: Array) -> float:
     known = np.isfinite(values)
     if known.sum() < _LEAST_POINTS:
         return float("nan")
@@ -134,19 +139,22 @@ def _at(d: float, distance: Array, values: Array) -> float:
 
 
 def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
-    """Mean of every observable for each set of parameters, and the change against the centre on the same seeds.
+    """Average every observable over each set of parameters, and its change from the centre over the same seeds.
 
     Args:
-        tables: name of the sweep -> `observables` of it; "centre" must be there.
+        tables: name of the sweep -> its `observables`; must contain "centre".
 
     Returns:
-        One row per set and observable: mean, its standard error, change, and the standard error of the change (both
-        from packings of equal seed, so that the scatter of the seeds drops out), and the number of packings.
+        One row per set and observable: mean, its standard error, change, the standard error of the change (both from
+        packings of equal seed, so that the scatter between seeds cancels), and the number of packings.
+
+    Raises:
+        InputError: there is no sweep "centre".
     """
     import pandas as pd
 
     if "centre" not in tables:
-        raise InputError("no sweep 'centre' to compare with: run the whole scan")
+        raise InputError("there is no sweep 'centre' to compare with: run the whole scan")
     centre = tables["centre"].set_index("seed")
     rows = []
     for name, table in tables.items():
@@ -173,9 +181,10 @@ class Calibration:
     """Result of the fit.
 
     Attributes:
-        law: gamma (eps/l), ka (eps/l^4), delta (l) that come nearest to the paper.
-        predicted: every target observable there, on the fitted surface.
-        misfit: root of the mean squared misfit, in units of the tolerances; `misfit_at_centre` the same for the centre.
+        law: gamma (eps/l), ka (eps/l^4) and delta (l) that come closest to the paper.
+        predicted: target observables with this law, as modelled.
+        misfit: root mean square of the deviations in units of their tolerances.
+        misfit_at_centre: the same at the centre of the scan.
         at_edge: parameters that ended at the edge of the scan, a factor of 2 off the centre: scan again from there.
     """
 
@@ -187,61 +196,69 @@ class Calibration:
 
 
 def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
-    """Values of gamma, ka and delta within a factor of 2 of the centre that come nearest to `TARGETS`.
+    """Find gamma, ka and delta within a factor of 2 of the centre that come closest to `TARGETS`.
 
     Args:
         changes: from `sensitivity`.
         centre: parameters of the sweep "centre".
 
     Raises:
-        InputError: a set of parameters is missing, or an observable could not be measured.
+        InputError: a sweep is missing, or an observable was not measured.
     """
     table = changes.pivot(index="set", columns="observable", values="mean")
     needed = ["centre", *(f"{name}-{side}" for name in FITTED for side in ("halved", "doubled"))]
     missing = [name for name in needed if name not in table.index]
     if missing:
-        raise InputError(f"sweep {missing[0]!r} is not there: run the whole scan")
+        raise InputError(f"sweep {missing[0]!r} is missing: run the whole scan")
     names = list(TARGETS)
     values = table.loc[needed, names].to_numpy(dtype=np.float64)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         raise InputError(f"{names[column]} of sweep {needed[row]!r} was not measured: add seeds")
-    at_centre, halved, doubled = values[0], values[1::2], values[2::2]
+    at_centre, halved, doubled = values[0], values[1::2], values[2::2]  # x = 0, -1 and 1 in log2 of each parameter
     slope, bend = 0.5 * (doubled - halved), 0.5 * (doubled + halved) - at_centre
     target = np.array([TARGETS[name].value for name in names])
     tolerance = np.array([TARGETS[name].tolerance for name in names])
 
-    def surface(x: Array) -> Array:
+    def predict(x: Array) -> Array:
         return np.asarray(at_centre + x @ slope + x**2 @ bend)
 
     def misfit(x: Array) -> float:
-        return float(np.mean(((surface(x) - target) / tolerance) ** 2))
+        return float(np.mean(((predict(x) - target) / tolerance) ** 2))
 
-    starts = [np.zeros(len(FITTED)), *(0.5 * np.array([a, b, c]) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1))]
+    # the sum of squares may have several minima: start at the centre and half-way to each corner
+    starts = [np.zeros(len(FITTED)), *(0.5 * np.array(list(product((-1, 1), repeat=len(FITTED)))))]
     found = min((minimize(misfit, x, bounds=[(-1, 1)] * len(FITTED)) for x in starts), key=lambda result: result.fun)
     law = {name: float(centre[name] * 2**x) for name, x in zip(FITTED, found.x, strict=True)}
     edge = tuple(name for name, x in zip(FITTED, found.x, strict=True) if abs(x) > 1 - 1e-6)
-    predicted = dict(zip(names, surface(found.x).tolist(), strict=True))
+    predicted = dict(zip(names, predict(found.x).tolist(), strict=True))
     return Calibration(law, predicted, found.fun**0.5, misfit(np.zeros(len(FITTED))) ** 0.5, edge)
 
 
 def calibrate(
-    folder: Path, n: int = 32, seeds: int = 8, law: Mapping[str, float] | None = None, **how: Any
+    folder: Path,
+    n: int = 32,
+    seeds: int = 8,
+    law: Mapping[str, float] | None = None,
+    *,
+    workers: int | None = None,
+    progress: "Callable[[Outcome], None] | None" = None,
 ) -> tuple["pd.DataFrame", Calibration]:
-    """Run the scan and fit; may be stopped and called again.
+    """Run the scan and fit; can be stopped and called again.
 
     Args:
-        folder: of the scan; tasks that are there already are not done again.
-        n: droplets in each packing.
-        seeds: packings for each set of parameters.
-        law: centre of the scan, by default the defaults.
-        how: passed on to `Campaign.run`: `workers`, `tell`.
+        folder: of the scan; its finished tasks are not run again.
+        n: number of droplets in each packing.
+        seeds: number of packings for each set of parameters.
+        law: values that replace the defaults at the centre of the scan.
+        workers: number of processes, by default one per core.
+        progress: called after each task with its outcome, see `Campaign.run`.
 
     Returns:
         The sensitivity table and the fit.
 
     Raises:
-        InputError: values that no scan can start from, or an observable that too few packings reached.
+        InputError: n, seeds or law is invalid, or too few packings reached an observable.
         StorageError: the folder cannot be written.
     """
     from jamlab.campaign.campaign import open_campaign
@@ -255,7 +272,7 @@ def calibrate(
     with atomic_file(file) as temporary:
         temporary.write_text(text, encoding="utf-8")
     campaign = open_campaign(file)
-    campaign.run(**how)
+    campaign.run(workers, progress=progress)
     tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
     changes = sensitivity(tables)
     centre = {name: float(defaults("dp")[name]) for name in FITTED} | dict(law or {})

@@ -1,4 +1,4 @@
-"""Campaigns between machines and programs: merge folders, export tables and frames."""
+"""Exchange campaigns with other machines and programs: merge folders, export tables and frames."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,22 +20,22 @@ FORMATS = ("csv", "parquet", "dump")
 def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
     """Copy finished tasks from other folders into the folder of a campaign.
 
-    Tasks that are there already stay as they are: the same task has the same content wherever it ran.
+    Tasks already present are kept: the same task has the same content wherever it ran.
 
     Args:
-        campaign: takes them; its campaign file is copied into its folder.
+        campaign: receives the tasks; its campaign file is copied into its folder.
         sources: folders in which campaigns ran.
 
     Returns:
-        How many files were "copied", "present" already, and "damaged", which are left out.
+        Numbers of files that were "copied", already "present", and "damaged", hence left out.
 
     Raises:
-        InputError: a source holds no campaign.
+        InputError: there is no campaign in a source.
         StorageError: the folder is in use or cannot be written.
     """
     for source in sources:
         if not (source / "tasks").is_dir():
-            raise InputError(f"no campaign has run in the folder {source}: give folders with a folder tasks in them")
+            raise InputError(f"no campaign has run in the folder {source}: give folders that contain a folder tasks")
     counts = {"copied": 0, "present": 0, "damaged": 0}
     campaign.folder.prepare()
     with campaign.folder.lock():
@@ -58,7 +58,7 @@ def export_table(frame: "pd.DataFrame", path: Path) -> None:
     """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing.
 
     Raises:
-        InputError: another ending, or Parquet without pyarrow.
+        InputError: the path has another suffix, or pyarrow is missing for Parquet.
         StorageError: the file cannot be written.
     """
     if path.suffix not in (".csv", ".parquet"):
@@ -73,10 +73,10 @@ def export_table(frame: "pd.DataFrame", path: Path) -> None:
 
 
 def check_parquet() -> None:
-    """Refuse Parquet where it cannot be written.
+    """Check that Parquet can be written.
 
     Raises:
-        InputError: naming what to install.
+        InputError: pyarrow is not installed.
     """
     try:
         import pyarrow  # noqa: F401
@@ -91,16 +91,16 @@ def export(
 
     Args:
         campaign: to export.
-        out: folder, made if needed.
-        form: "csv", "parquet", or "dump": one LAMMPS text dump a task, for OVITO.
-        tables: names; by default all that have rows.
-        sweep: tasks of this sweep alone.
+        out: folder, made if it does not exist.
+        form: "csv", "parquet", or "dump": one LAMMPS text dump per task, for OVITO.
+        tables: their names; by default all that have rows.
+        sweep: export the tasks of this sweep only.
 
     Returns:
-        The files written.
+        Paths of the files written.
 
     Raises:
-        InputError: an unknown format, table or sweep.
+        InputError: the format, a table or the sweep is unknown.
         StorageError: a file is damaged or cannot be written.
     """
     from jamlab.campaign.tables import TABLES
@@ -110,7 +110,7 @@ def export(
         check_parquet()
     make_folder(out)
     if form == "dump":
-        return _dumps(campaign, out, sweep)
+        return _write_dumps(campaign, out, sweep)
     written = []
     for name in tables or TABLES:
         frame = campaign.table(name, sweep)
@@ -120,7 +120,7 @@ def export(
     return written
 
 
-def _dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
+def _write_dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
     from jamlab.packing.lammps_files import write_dump
 
     written = []

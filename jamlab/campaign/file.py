@@ -1,4 +1,4 @@
-"""The campaign file: TOML, checked key by key before anything runs.
+"""Read the campaign file: TOML, checked key by key before anything runs.
 
     name = "first"
 
@@ -9,14 +9,14 @@
     seeds = 10
     compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
 
-A file holds one or more sweeps; README and `reference.toml` show more keys, `SweepTable` lists all of them.
+A file holds one or more sweeps. README and `reference.toml` show more keys; `SweepTable` lists all of them.
 """
 
 import difflib
 import os
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -26,6 +26,9 @@ from jamlab.errors import InputError, JamlabError
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
 
@@ -33,25 +36,25 @@ _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 
 
 class _Table(BaseModel):
-    """A TOML table: no unknown keys, no text where a number belongs."""
+    """A TOML table without unknown keys and without conversion of text to numbers."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
-def _listed(value: Any) -> Any:
+def _make_list(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
 
 
-def _log_spaced(value: Any) -> Any:
+def _space_evenly_in_log(value: Any) -> Any:
     if isinstance(value, dict):
         grid = _OmegaGrid.model_validate(value)
         omega = np.geomspace(grid.lowest, grid.highest, grid.points)
-        return [float(f"{w:.12g}") for w in omega]  # the same on every machine: task names depend on it
+        return [float(f"{w:.12g}") for w in omega]  # equal on every machine: task names depend on it
     return value
 
 
 Positive = Annotated[float, Field(gt=0)]
-Frequencies = Annotated[list[Positive], BeforeValidator(_log_spaced), Field(min_length=1)]
+Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
 
 
 class _OmegaGrid(_Table):
@@ -60,14 +63,14 @@ class _OmegaGrid(_Table):
     points: Annotated[int, Field(ge=2)]
 
     @model_validator(mode="after")
-    def _ordered(self) -> "_OmegaGrid":
+    def _check_order(self) -> "_OmegaGrid":
         if self.lowest >= self.highest:
-            raise ValueError(f"lowest = {self.lowest:g} is not below highest = {self.highest:g}: exchange them")
+            raise ValueError(f"lowest = {self.lowest:g} is not below highest = {self.highest:g}: swap them")
         return self
 
 
 class Compression(_Table):
-    """States from onset up to a packing fraction, see `jamlab.compress`."""
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction."""
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
@@ -76,16 +79,16 @@ class Compression(_Table):
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
 
     @model_validator(mode="after")
-    def _within(self) -> "Compression":
+    def _check_steps(self) -> "Compression":
         if self.by == "rho" and self.to > 1:
-            raise ValueError(f"to = {self.to:g} is above 1, which no true packing fraction is: lower it or by = 'phi'")
+            raise ValueError(f"to = {self.to:g} is above 1, the highest rho there is: lower it, or set by = 'phi'")
         if self.nearest is not None and self.nearest > self.step:
             raise ValueError(f"nearest = {self.nearest:g} is above step = {self.step:g}: lower it")
         return self
 
 
 class DampingLaws(_Table):
-    """Viscous laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
+    """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
     contact: list[Annotated[float, Field(ge=0)]] = []
     stokes: list[Annotated[float, Field(ge=0)]] = []
@@ -106,23 +109,23 @@ class SweepTable(_Table):
         name: of the sweep, for `--only` and `table(..., sweep=...)`.
         model: "sp", "dp" or a list of both.
         n: even number of particles, or a list.
-        seeds: how many (1, 2, ...), or a list of seeds.
-        compress: from onset up to a packing fraction. Exactly one of `compress`, `pressures` and `onset`.
-        pressures: target pressures, SP in units "k".
-        onset: true: the packings at onset alone.
+        seeds: number of seeds (1, 2, ...), or a list of seeds.
+        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures` and `onset`.
+        pressures: target pressures of disks, in units of k.
+        onset: true: make only the packings at onset.
         ensemble: "fixed-box" or "shear-stabilized".
-        observables: "states" is always among them.
-        damping: laws of the spectra and of the correlation; balanced contact damping by default.
+        observables: tables to measure; "states" is always among them.
+        damping: laws of the spectra and of the correlation; by default balanced contact damping.
         prestress: true, false or both.
-        omega: frequencies of spectra: a list or { lowest, highest, points }, log-spaced.
+        omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
     """
 
     name: Annotated[str, Field(pattern=_NAME)]
-    model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(_listed), Field(min_length=1)]
-    n: Annotated[list[Annotated[int, Field(ge=2, multiple_of=2)]], BeforeValidator(_listed), Field(min_length=1)]
+    model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(_make_list), Field(min_length=1)]
+    n: Annotated[list[Annotated[int, Field(ge=2, multiple_of=2)]], BeforeValidator(_make_list), Field(min_length=1)]
     seeds: list[Annotated[int, Field(ge=0)]] | range
     compress: Compression | None = None
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], Field(min_length=1)] | None = None
@@ -130,7 +133,7 @@ class SweepTable(_Table):
     ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
     observables: list[Observable] = ["states"]
     damping: DampingLaws = DampingLaws(contact=[1.0])
-    prestress: Annotated[list[bool], BeforeValidator(_listed), Field(min_length=1)] = [True]
+    prestress: Annotated[list[bool], BeforeValidator(_make_list), Field(min_length=1)] = [True]
     omega: Frequencies | None = None
     correlation_omega: Frequencies | None = None
     force_law: dict[str, Any] = {}
@@ -140,27 +143,27 @@ class SweepTable(_Table):
 
     @field_validator("seeds", mode="before")
     @classmethod
-    def _count_or_list(cls, value: Any) -> Any:
+    def _count_to_range(cls, value: Any) -> Any:
         if isinstance(value, list):
             return value
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise ValueError("give how many (1 or more), or a list of seeds")
+            raise ValueError("give a number of seeds (1 or more), or a list of seeds")
         return range(1, value + 1)
 
     @field_validator("model", "n", "seeds", "pressures", "observables", "prestress")
     @classmethod
-    def _no_twins(cls, value: Any) -> Any:
+    def _refuse_repetition(cls, value: Any) -> Any:
         if isinstance(value, list):
-            twins = [entry for k, entry in enumerate(value) if entry in value[:k]]
-            if twins:
-                raise ValueError(f"{twins[0]!r} is listed twice: leave one out")
+            repeated = [entry for k, entry in enumerate(value) if entry in value[:k]]
+            if repeated:
+                raise ValueError(f"{repeated[0]!r} is listed twice: leave one out")
             if not value:
                 raise ValueError("the list is empty: give at least one")
         return value
 
     @field_validator("force_law")
     @classmethod
-    def _known_parameters(cls, value: dict[str, Any]) -> dict[str, Any]:
+    def _check_parameters(cls, value: dict[str, Any]) -> dict[str, Any]:
         if not value:
             return value
         from jamlab.protocols.random_start import droplet_params
@@ -172,20 +175,20 @@ class SweepTable(_Table):
         return value
 
     @model_validator(mode="after")
-    def _together(self) -> "SweepTable":
+    def _check_combination(self) -> "SweepTable":
         protocols = [key for key in ("compress", "pressures", "onset") if getattr(self, key) is not None]
         if len(protocols) != 1:
             said = " and ".join(protocols) or "none of them"
             raise ValueError(f"says {said}: give exactly one of compress, pressures and onset = true")
         droplets = "dp" in self.model
         if droplets and self.pressures is not None:
-            raise ValueError("pressures are of model sp (units k): give droplets a sweep of their own with compress")
+            raise ValueError("pressures are for model sp (units k): give droplets a separate sweep with compress")
         if droplets and False in self.prestress:
-            raise ValueError("prestress = false is of model sp: give droplets a sweep of their own")
+            raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
-            raise ValueError("observable 'quasistatic' is of model sp: give droplets a sweep of their own")
+            raise ValueError("observable 'quasistatic' is for model sp: give droplets a separate sweep")
         if self.force_law and "sp" in self.model:
-            raise ValueError("force_law is of model dp, disks have none: give droplets a sweep of their own")
+            raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
         for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
             if observable in self.observables and getattr(self, key) is None:
@@ -193,12 +196,12 @@ class SweepTable(_Table):
             if observable in self.observables and not laws:
                 raise ValueError(f"observable {observable!r} needs a damping law: add contact or stokes to damping")
             if getattr(self, key) is not None and observable not in self.observables:
-                raise ValueError(f"{key} is there, but observable {observable!r} is not: add it or leave {key} out")
+                raise ValueError(f"{key} is given, but observable {observable!r} is not: add it or leave {key} out")
         return self
 
 
 class CampaignTable(_Table):
-    """A whole file: name, sweeps, and options of `dask_jobqueue.SLURMCluster` for `--slurm`."""
+    """A whole file: its name, its sweeps, and options of `dask_jobqueue.SLURMCluster` for `--slurm`."""
 
     name: Annotated[str, Field(pattern=_NAME)]
     sweep: Annotated[list[SweepTable], Field(min_length=1)]
@@ -206,7 +209,7 @@ class CampaignTable(_Table):
 
     @field_validator("sweep")
     @classmethod
-    def _different_names(cls, value: list[SweepTable]) -> list[SweepTable]:
+    def _check_names(cls, value: list[SweepTable]) -> list[SweepTable]:
         names = [sweep.name for sweep in value]
         for name in names:
             if names.count(name) > 1:
@@ -218,24 +221,24 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
     """Read and check a campaign file.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, or says what no campaign can do; one line for each key, with
-            its value and what to do.
+        InputError: the file cannot be read, is not TOML, or is not a valid campaign; one line for each wrong key, with
+            its value and a remedy.
     """
     try:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"cannot read the campaign file {path}: {error.strerror}; check its name") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not TOML: {error}; mend the line that it names") from error
+        raise InputError(f"{path} is not TOML: {error}; correct that line") from error
     try:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
-        lines = [_line(content, problem) for problem in error.errors()]
+        lines = [_explain(content, problem) for problem in error.errors()]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
-def _line(content: dict[str, Any], problem: Any) -> str:
-    """Key, value and remedy of one problem that pydantic found."""
+def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
+    """State key, value and remedy of one problem that pydantic found."""
     place = [part for part in problem["loc"] if not (isinstance(part, str) and part.startswith(("list[", "range")))]
     key, value = "", content
     for part in place:
@@ -283,7 +286,7 @@ _REMEDIES = {
 
 
 def _known_keys(place: list[Any]) -> list[str]:
-    """Keys of the table that holds the last part of a place."""
+    """List the keys of the table that contains the last part of a place."""
     table: type[_Table] = CampaignTable
     inner: dict[Any, type[_Table]] = {
         "sweep": SweepTable,

@@ -1,12 +1,12 @@
-"""The folder of a campaign. The files in it are the only truth; there is no database.
+"""Keep the files of a campaign in a folder. They are the only record; there is no database.
 
 | name                  | content                                                                            |
 |-----------------------|------------------------------------------------------------------------------------|
 | campaign.toml         | copy of the campaign file of the last run                                          |
-| tasks/<task>.h5       | a finished task: it got this name by a rename, after its content was on the disk   |
-| failed/<task>.json    | a task that cannot be done, with the reason; tried again by `--retry-failed` alone |
-| damaged/<task>.<k>.h5 | a file under the name of a task that is not what was written                       |
-| lock                  | held by flock while a driver works here: the kernel frees it when the driver dies  |
+| tasks/<task>.h5       | a finished task, renamed to this name after its content was flushed to disk        |
+| failed/<task>.json    | a failed task, with the reason; run again only with `--retry-failed`               |
+| damaged/<task>.<k>.h5 | a file that was found damaged and moved aside                                      |
+| lock                  | held by flock while a driver runs here; the kernel frees it when the driver dies   |
 """
 
 import fcntl
@@ -29,59 +29,59 @@ COPY = "campaign.toml"
 
 @dataclass(frozen=True)
 class CampaignFolder:
-    """Paths of a campaign and what is in them.
+    """The folder of a campaign.
 
     Attributes:
-        path: the folder; it need not exist until something is written.
+        path: need not exist until something is written.
     """
 
     path: Path
 
     def task_file(self, name: str) -> Path:
-        """Where the finished task is, or will be."""
+        """Return the path of a finished task, whether or not it exists yet."""
         return self.path / "tasks" / f"{name}.h5"
 
     def failure_file(self, name: str) -> Path:
-        """Where the reason of a failed task is, or would be."""
+        """Return the path of the record of a failed task, whether or not it exists."""
         return self.path / "failed" / f"{name}.json"
 
     def finished(self) -> set[str]:
-        """Names of the finished tasks: a listing, no file is opened."""
+        """List the names of the finished tasks, without opening a file."""
         return self._names("tasks", ".h5")
 
     def failed(self) -> set[str]:
-        """Names of the failed tasks."""
+        """List the names of the failed tasks."""
         return self._names("failed", ".json") - self.finished()
 
     def failures(self) -> dict[str, dict[str, Any]]:
-        """Failed task -> its record: label, error, reason, parameters."""
+        """Read the records of the failed tasks: label, error, reason, parameters."""
         records = {}
         for name in sorted(self.failed()):
             try:
                 records[name] = json.loads(self.failure_file(name).read_text(encoding="utf-8"))
-            except (OSError, ValueError):  # damaged: then all that is known is that it failed
+            except (OSError, ValueError):  # damaged: all that is left to know is that it failed
                 records[name] = {"label": name, "error": "unknown", "reason": "its record is damaged"}
         return records
 
     def record_failure(self, task: Task, error: BaseException) -> None:
-        """Write down why a task cannot be done."""
+        """Record why a task failed."""
         trace = "".join(traceback.format_exception(error))
         record = {"label": task.label, "error": type(error).__name__, "reason": str(error), "trace": trace}
         with atomic_file(self.failure_file(task.name)) as temporary:
             temporary.write_text(json.dumps({**record, "parameters": task.parameters}, indent=1), encoding="utf-8")
 
     def forget_failures(self, names: Iterable[str]) -> None:
-        """Let failed tasks be tried again."""
+        """Delete the records of failed tasks, so that they are run again."""
         for name in names:
             self.failure_file(name).unlink(missing_ok=True)
 
     def damages(self, names: Iterable[str]) -> dict[str, str]:
-        """Finished task -> what is wrong with its file; reads every byte."""
+        """Read every byte of finished tasks; return task -> damage of its file."""
         found = ((name, damage(self.task_file(name), name)) for name in sorted(names))
         return {name: reason for name, reason in found if reason is not None}
 
     def gaps(self, names: Iterable[str]) -> dict[str, str]:
-        """Finished task -> which of its states could not be made, and why; tasks without gaps are left out."""
+        """Return, for finished tasks that lack states: task -> which states, and why they could not be made."""
         found = {}
         for name in sorted(names):
             parameters, missing = read_gaps(self.task_file(name))
@@ -91,7 +91,7 @@ class CampaignFolder:
         return found
 
     def move_aside(self, name: str) -> Path:
-        """Move a damaged file to `damaged/`, so that its task is done again."""
+        """Move a damaged file to `damaged/`, so that its task is run again."""
         place = self.path / "damaged"
         place.mkdir(exist_ok=True)
         k = 1
@@ -101,7 +101,7 @@ class CampaignFolder:
         return target
 
     def prepare(self) -> None:
-        """Make the folders.
+        """Make the folders of tasks and failures.
 
         Raises:
             StorageError: they cannot be made.
@@ -110,17 +110,17 @@ class CampaignFolder:
             make_folder(self.path / part)
 
     def sweep_up(self) -> None:
-        """Remove what killed workers left half-written; only under the lock."""
+        """Remove the half-written files of killed workers; hold the lock."""
         for part in ("tasks", "failed"):
             for file in (self.path / part).glob(".jamlab-*.tmp"):
                 file.unlink(missing_ok=True)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Keep other drivers out; a dead driver holds no lock.
+        """Keep other drivers out until the block ends; the lock of a driver that dies is released.
 
         Raises:
-            StorageError: another driver works here.
+            StorageError: another driver runs here.
         """
         with open(self.path / "lock", "a+", encoding="utf-8") as file:
             try:
@@ -129,7 +129,7 @@ class CampaignFolder:
                 file.seek(0)
                 holder = file.read().strip() or "another process"
                 raise StorageError(
-                    f"{holder} works in {self.path}: wait for it, stop it, or give another folder with --out"
+                    f"{holder} is working in {self.path}: wait for it, stop it, or choose another folder with --out"
                 ) from None
             file.seek(0)
             file.truncate()

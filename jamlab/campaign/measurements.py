@@ -1,71 +1,75 @@
-"""What is measured on the states of one task: columns, one table for each observable."""
+"""Measure the states of one task: one table of columns for each observable."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from jamlab.campaign.states import SweepStates
+from jamlab.campaign.states import TaskStates
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.slow_shear import slow_shear
-from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.displacement_correlation import displacement_correlation
 
 Columns = dict[str, NDArray[Any]]
+Row = dict[str, ArrayLike]  # column -> a number, or an array: as many rows as it is long
 
-# columns of each table in a task file; `state` is the frame that a row belongs to
+# columns of each table in a task file; `state` is the frame to which a row belongs
 FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_)
+_STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}
 _LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "prestress": FLAG}
+_SPECTRUM = ("storage", "loss", "g0", "eta0", "eta_inf", "error")  # attributes of `ComplexModulus`
 SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     "onset": {"rho_J": FLOAT, "phi_J": FLOAT, "z_J": FLOAT, "n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
-    "spectra": {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT, **_LAW}
-    | dict.fromkeys(("omega", "storage", "loss", "g0", "eta0", "eta_inf", "error"), FLOAT)
-    | {"converged": FLAG},
-    "quasistatic": {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT, "prestress": FLAG}
-    | dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT),
-    "correlation": {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT, **_LAW}
-    | dict.fromkeys(("omega", "delta", "c", "box"), FLOAT),
+    "spectra": {**_STATE, **_LAW, **dict.fromkeys(("omega", *_SPECTRUM), FLOAT), "converged": FLAG},
+    "quasistatic": {**_STATE, "prestress": FLAG, **dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT)},
+    "correlation": {**_STATE, **_LAW, **dict.fromkeys(("omega", "delta", "c", "box"), FLOAT)},
     "voids": {"state": WHOLE, "sides": WHOLE} | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
 }
 
 
-def sweep_tables(parameters: dict[str, Any], states: SweepStates, pressure: NDArray[np.float64]) -> dict[str, Columns]:
+def measure_tables(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> dict[str, Columns]:
     """Measure every table that the task asks for.
 
     Args:
         parameters: of the task, see `tasks.py`.
-        states: its packings.
-        pressure: (packings,) measured.
+        states: packings of the task.
+        pressure: (packings,) measured pressure.
 
     Returns:
-        Table -> column -> values. What a packing refuses (an unstable one has no spectrum, one whose outlines cross has
-        no voids) stands there as nan and not converged, or has no rows in "voids" and "correlation".
+        Table -> column -> values. An unstable packing has nan in "spectra", where it is not converged, and in
+        "quasistatic", and no rows in "correlation"; one whose outlines cross has no rows in "voids".
     """
-    makers = {"spectra": _spectra, "quasistatic": _quasistatic, "correlation": _correlation, "voids": _voids}
-    tables = {} if "pressures" in parameters else {"onset": _columns("onset", [_onset(states)])}
-    for name, maker in makers.items():
-        if name in parameters["observables"]:
-            tables[name] = _columns(name, list(maker(parameters, states, pressure)))
-    return tables
+    observables = parameters["observables"]
+    tables: dict[str, list[Row]] = {}
+    if "pressures" not in parameters:
+        tables["onset"] = [_onset_row(states)]
+    if "spectra" in observables:
+        tables["spectra"] = _spectrum_rows(parameters, states, pressure)
+    if "quasistatic" in observables:
+        tables["quasistatic"] = _quasistatic_rows(parameters, states, pressure)
+    if "correlation" in observables:
+        tables["correlation"] = _correlation_rows(parameters, states, pressure)
+    if "voids" in observables:
+        tables["voids"] = _void_rows(states)
+    return {name: _stack(name, rows) for name, rows in tables.items()}
 
 
-def _columns(table: str, rows: list[dict[str, Any]]) -> Columns:
-    """Rows of numbers, or of arrays of one length, as columns."""
-    found: Columns = {}
+def _stack(table: str, rows: list[Row]) -> Columns:
+    """Concatenate rows to columns; numbers in a row are repeated to the length of its arrays."""
+    lengths = [max(np.size(value) for value in row.values()) for row in rows]
+    columns: Columns = {}
     for name, kind in SCHEMA[table].items():
-        lengths = [max((np.size(value) for value in row.values()), default=1) for row in rows]
         parts = [np.broadcast_to(row[name], length) for row, length in zip(rows, lengths, strict=True)]
-        found[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
-    return found
+        columns[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
+    return columns
 
 
-def _onset(states: SweepStates) -> dict[str, Any]:
+def _onset_row(states: TaskStates) -> Row:
     packing = states.packings[0]
     network = contacts(packing)
     return {
@@ -78,87 +82,83 @@ def _onset(states: SweepStates) -> dict[str, Any]:
     }
 
 
-def _laws(parameters: dict[str, Any]) -> Iterator[tuple[Damping, bool, dict[str, Any]]]:
-    """Each law with and without pre-stress as asked, and its columns."""
-    chosen = parameters["damping"]
-    laws: list[Damping] = [ContactDamping(beta=beta) for beta in chosen["contact"]]
-    laws += [StokesDrag(eta_f=eta_f) for eta_f in chosen["stokes"]]
-    for law in laws:
-        stokes = isinstance(law, StokesDrag)
-        beta, eta_f = (np.nan, law.eta_f) if isinstance(law, StokesDrag) else (law.beta, np.nan)
-        for prestress in parameters["prestress"]:
-            yield law, prestress, {"stokes": stokes, "beta": beta, "eta_f": eta_f, "prestress": prestress}
-
-
-def _places(states: SweepStates, pressure: NDArray[np.float64]) -> Iterator[tuple[Packing, bool, dict[str, Any]]]:
-    for k, packing in enumerate(states.packings):
-        place = {"state": k, "pressure": pressure[k], "target_pressure": states.target_pressures[k]}
-        yield packing, states.converged[k], place
-
-
-def _spectra(
-    parameters: dict[str, Any], states: SweepStates, pressure: NDArray[np.float64]
-) -> Iterator[dict[str, Any]]:
+def _spectrum_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
     omega = np.array(parameters["omega"])
     limit = parameters["tolerances"]["spectrum_error"]
-    for packing, converged, place in _places(states, pressure):
-        for law, prestress, columns in _laws(parameters):
-            row = place | columns | {"omega": omega}
+    rows = []
+    for k, packing in enumerate(states.packings):
+        for law, prestress in _laws(parameters):
+            row = _state_columns(states, pressure, k) | _law_columns(law, prestress) | {"omega": omega}
             try:
-                s = complex_modulus(packing, omega, law, prestress)
-            except ConvergenceError:  # not jammed, or unstable at a fixed box
-                names = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
-                yield row | dict.fromkeys(names, np.nan) | {"converged": False}
-                continue
-            values: dict[str, Any] = {"storage": s.storage, "loss": s.loss, "error": s.error}
-            values |= {"g0": s.g0, "eta0": s.eta0, "eta_inf": s.eta_inf}
-            yield row | values | {"converged": converged & (s.error <= limit)}
+                spectrum = complex_modulus(packing, omega, law, prestress)
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                row |= dict.fromkeys(_SPECTRUM, np.nan) | {"converged": False}
+            else:
+                row |= {name: getattr(spectrum, name) for name in _SPECTRUM}
+                row["converged"] = states.converged[k] & (spectrum.error <= limit)
+            rows.append(row)
+    return rows
 
 
-def _quasistatic(
-    parameters: dict[str, Any], states: SweepStates, pressure: NDArray[np.float64]
-) -> Iterator[dict[str, Any]]:
-    for packing, _, place in _places(states, pressure):
+def _quasistatic_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
+    rows = []
+    for k, packing in enumerate(states.packings):
         for prestress in parameters["prestress"]:
+            row = _state_columns(states, pressure, k) | {"prestress": prestress}
             try:
-                u = slow_shear(packing, prestress=prestress)
-                medians = {
-                    "approach": u.median_normal,
-                    "sliding": u.median_tangential,
-                    "nonaffine": u.median_nonaffine,
-                }
-            except ConvergenceError:
-                medians = dict.fromkeys(("approach", "sliding", "nonaffine"), float("nan"))
-            yield place | {"prestress": prestress} | medians
+                motion = slow_shear(packing, prestress=prestress)
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                row |= dict.fromkeys(("approach", "sliding", "nonaffine"), np.nan)
+            else:
+                row |= {"approach": motion.median_normal, "sliding": motion.median_tangential}
+                row["nonaffine"] = motion.median_nonaffine
+            rows.append(row)
+    return rows
 
 
-def _correlation(
-    parameters: dict[str, Any], states: SweepStates, pressure: NDArray[np.float64]
-) -> Iterator[dict[str, Any]]:
-    for packing, _, place in _places(states, pressure):
-        for law, prestress, columns in _laws(parameters):
+def _correlation_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
+    rows = []
+    for k, packing in enumerate(states.packings):
+        for law, prestress in _laws(parameters):
             for omega in parameters["correlation_omega"]:
                 try:
-                    c = displacement_correlation(packing, omega, law, prestress)
-                except ConvergenceError:
+                    found = displacement_correlation(packing, omega, law, prestress)
+                except ConvergenceError:  # not jammed, or unstable in a fixed box
                     continue
-                values = {"omega": omega, "delta": c.delta, "c": c.correlation, "box": packing.box[0, 0]}
-                yield place | columns | values
+                row = _state_columns(states, pressure, k) | _law_columns(law, prestress)
+                row |= {"omega": omega, "delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
+                rows.append(row)
+    return rows
 
 
-def _voids(parameters: dict[str, Any], states: SweepStates, pressure: NDArray[np.float64]) -> Iterator[dict[str, Any]]:
+def _void_rows(states: TaskStates) -> list[Row]:
+    rows: list[Row] = []
     for k, packing in enumerate(states.packings):
         try:
-            v = voids(packing)
-        except BoundaryError:
+            found = voids(packing)
+        except BoundaryError:  # outlines cross
             continue
-        closed = v.percolating == 0
-        if closed.any():
-            yield {
-                "state": k,
-                "sides": v.sides[closed],
-                "area": v.area[closed],
-                "perimeter": v.perimeter[closed],
-                "shape": v.shape[closed],
-                "particle_area": (packing.area - v.area.sum()) / packing.n,
-            }
+        closed = found.percolating == 0
+        if not closed.any():
+            continue
+        row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
+        particle_area = (packing.area - found.area.sum()) / packing.n
+        rows.append(row | {"state": k, "particle_area": particle_area})
+    return rows
+
+
+def _state_columns(states: TaskStates, pressure: NDArray[np.float64], k: int) -> Row:
+    return {"state": k, "pressure": pressure[k], "target_pressure": states.target_pressures[k]}
+
+
+def _laws(parameters: dict[str, Any]) -> list[tuple[Damping, bool]]:
+    """List every damping law with and without prestress, as the task asks."""
+    laws: list[Damping] = [ContactDamping(beta=beta) for beta in parameters["damping"]["contact"]]
+    laws += [StokesDrag(eta_f=eta_f) for eta_f in parameters["damping"]["stokes"]]
+    return [(law, prestress) for law in laws for prestress in parameters["prestress"]]
+
+
+def _law_columns(law: Damping, prestress: bool) -> Row:
+    if isinstance(law, StokesDrag):
+        return {"stokes": True, "beta": np.nan, "eta_f": law.eta_f, "prestress": prestress}
+    return {"stokes": False, "beta": law.beta, "eta_f": np.nan, "prestress": prestress}

@@ -1,4 +1,4 @@
-"""The packings of one task: from a random start to onset and up, or at a list of pressures."""
+"""Make the packings of one task: from a random start to onset and above, or at a list of pressures."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,14 +12,14 @@ from jamlab.protocols.target_pressure import pack
 
 
 @dataclass(frozen=True)
-class SweepStates:
+class TaskStates:
     """States of one task.
 
     Attributes:
         packings: frame by frame; in a compression the first is the onset itself.
-        target_pressures: one per packing, k; nan in a compression.
+        target_pressures: one per packing, in units of k; nan in a compression.
         converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
-        missing: what could not be made: `state`, in words, and `reason`.
+        missing: one entry per state that could not be made: `state`, as text, and `reason`.
     """
 
     packings: list[Packing]
@@ -28,14 +28,14 @@ class SweepStates:
     missing: list[dict[str, str]]
 
 
-def sweep_states(parameters: dict[str, Any]) -> SweepStates:
+def make_states(parameters: dict[str, Any]) -> TaskStates:
     """Make the packings of a task.
 
     Args:
         parameters: of the task, see `tasks.py`.
 
     Raises:
-        ConvergenceError: no onset was found, no pressure was met, or the onset lies above `compress.to`.
+        ConvergenceError: no onset was found, no pressure was reached, or the onset lies above `compress.to`.
     """
     missing: list[dict[str, str]] = []
     if "pressures" in parameters:
@@ -43,11 +43,11 @@ def sweep_states(parameters: dict[str, Any]) -> SweepStates:
     else:
         packings = _from_onset(parameters, missing)
         targets = [float("nan")] * len(packings)
-    return SweepStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
+    return TaskStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
 
 
 def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> tuple[list[Packing], list[float]]:
-    """Each pressure from its own random start of the same seed, so that states of one task are independent."""
+    """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other."""
     packings, targets = [], []
     for pressure in parameters["pressures"]:
         try:
@@ -62,7 +62,7 @@ def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> 
 
 
 def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
-    """Up from onset; a sweep that breaks off keeps the states it has."""
+    """Jam and compress; a sweep that breaks off keeps the states made so far."""
     law = parameters["force_law"] if parameters["model"] == "dp" else {}
     tolerance = parameters["tolerances"]["max_force"]
     how = {"ensemble": parameters["ensemble"], "tolerance": tolerance}

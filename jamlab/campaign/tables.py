@@ -1,4 +1,4 @@
-"""Task files into tidy tables."""
+"""Collect task files into tidy tables."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -8,7 +8,7 @@ import numpy as np
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.measurements import SCHEMA
 from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
-from jamlab.errors import InputError
+from jamlab.checks import check_choice
 from jamlab.measure import COLUMNS
 
 if TYPE_CHECKING:
@@ -33,21 +33,23 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
 
 
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFrame":
-    """One table of many tasks, `TABLE_COLUMNS[name]`, sorted by model, n, seed, and as in the files within a task.
+    """Collect one table from many tasks.
 
     Args:
         folder: of the campaign.
-        names: tasks; those without a file are left out.
+        names: of the finished tasks.
         name: one of `TABLES`.
 
+    Returns:
+        Columns `TABLE_COLUMNS[name]`; rows sorted by model, n and seed, and within a task as in its file.
+
     Raises:
-        InputError: no such table.
+        InputError: there is no such table.
         StorageError: a file is damaged.
     """
     import pandas as pd
 
-    if name not in TABLES:
-        raise InputError(f"no table {name!r}: use one of {', '.join(TABLES)}")
+    check_choice("table", name, TABLES)
     parts: list[dict[str, Any]] = []
     for task in names:
         path = folder.task_file(task)
@@ -57,19 +59,19 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
             parameters = file.parameters
         else:
             parameters, found = read_task_table(path, name)
-            columns = _with_law(found)
+            columns = _name_laws(found)
         if columns:
             who = {"task": task, **{key: parameters[key] for key in _WHO[1:]}}
             parts.append({**who, **columns})
     parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
     frames = {}
     for column in TABLE_COLUMNS[name]:
-        values = [np.broadcast_to(np.asarray(part[column]), _rows(part)) for part in parts]
+        values = [np.broadcast_to(np.asarray(part[column]), _row_count(part)) for part in parts]
         frames[column] = np.concatenate(values) if values else np.empty(0)
     return pd.DataFrame(frames)
 
 
-def _rows(part: dict[str, Any]) -> int:
+def _row_count(part: dict[str, Any]) -> int:
     return next(len(values) for values in part.values() if isinstance(values, np.ndarray))
 
 
@@ -103,13 +105,13 @@ def _voids(file: TaskFile) -> dict[str, Any]:
 
 
 def _at_onset(file: TaskFile) -> tuple[float, float]:
-    """rho_J and phi_J; nan for packings at a pressure."""
+    """Return rho_J and phi_J; nan for packings at a pressure."""
     if "onset" not in file.tables:
         return np.nan, np.nan
     return float(file.tables["onset"]["rho_J"][0]), float(file.tables["onset"]["phi_J"][0])
 
 
-def _with_law(columns: dict[str, Any]) -> dict[str, Any]:
+def _name_laws(columns: dict[str, Any]) -> dict[str, Any]:
     if "stokes" not in columns:
         return columns
     return {**columns, "law": np.where(columns["stokes"], "stokes", "contact")}

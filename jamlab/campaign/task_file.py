@@ -1,20 +1,20 @@
-"""One task in one HDF5 file: the frames and observables of `jamlab.packing.hdf5`, and the tables of the campaign.
+"""Write and read the HDF5 file of a task: frames and observables as in `jamlab.packing.hdf5`, and tables.
 
-Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign adds
+Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema adds
 
 | name                      | type           | content                                                               |
 |---------------------------|----------------|-----------------------------------------------------------------------|
 | /campaign task            | str            | name of the task, a hash of its parameters                            |
 | /campaign parameters      | str            | these parameters, JSON                                                |
 | /campaign jamlab_campaign | int            | 1                                                                     |
-| /campaign missing         | str            | JSON list: states that could not be made, with the reason             |
-| /campaign seconds, host   | float, str     | time the task took and where it ran: all that may differ between runs |
+| /campaign missing         | str            | JSON list: states that could not be made, and the reasons             |
+| /campaign seconds, host   | float, str     | wall time and machine: the only content that may differ between runs  |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
-| /tables/<table>/<column>  | (rows,)        | `SCHEMA` of sweep_tables.py; `state` is the frame                     |
+| /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
 
-The file starts with an HDF5 user block of 512 bytes: one line of text with the name of the task and the SHA-256 of all
-that follows. So damage is found at the speed of reading, without HDF5.
+The file starts with an HDF5 user block of 512 bytes: one line of text with the name of the task and the SHA-256 of the
+rest of the file. Damage is thus found at the speed of reading, without HDF5.
 """
 
 import hashlib
@@ -35,11 +35,11 @@ from jamlab.errors import StorageError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.hdf5 import file_image, opened
 
-if TYPE_CHECKING:  # `status` needs neither LAMMPS nor the analysis
+if TYPE_CHECKING:  # `status` must not load LAMMPS and the analysis
     from jamlab.campaign.measurements import Columns
-    from jamlab.campaign.states import SweepStates
+    from jamlab.campaign.states import TaskStates
 
-_USER_BLOCK = 512  # the smallest that HDF5 looks behind
+_USER_BLOCK = 512  # bytes; HDF5 looks for its signature at 0, 512, 1024, ...
 _HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
 
 
@@ -73,7 +73,7 @@ class TaskFile:
 def write_task_file(
     path: Path,
     task: Task,
-    states: "SweepStates",
+    states: "TaskStates",
     measured: Mapping[str, NDArray[np.float64]],
     tables: "Mapping[str, Columns]",
     seconds: float,
@@ -103,7 +103,7 @@ def write_task_file(
 
 
 def damage(path: Path, task: str) -> str | None:
-    """What is wrong with a file that should hold a task, or None.
+    """Describe the damage of the file of a task; None if it is intact.
 
     Raises:
         StorageError: the file cannot be read at all.
@@ -114,16 +114,16 @@ def damage(path: Path, task: str) -> str | None:
         raise StorageError(f"cannot read {path}: {error.strerror}; check the disk and its permissions") from error
     header = _HEADER.fullmatch(content[:_USER_BLOCK])
     if header is None:
-        return "no task file of this jamlab" if content else "empty"
+        return "not a task file of this jamlab" if content else "empty"
     if header[1].decode() != task:
         return f"holds task {header[1].decode()}"
     if hashlib.sha256(memoryview(content)[_USER_BLOCK:]).hexdigest().encode() != header[2]:
-        return "its checksum does not fit: truncated or changed"
+        return "its checksum does not match: truncated or changed"
     return None
 
 
 def read_task_file(path: Path) -> TaskFile:
-    """Read all but the positions.
+    """Read everything except the positions.
 
     Raises:
         StorageError: the file is damaged or was not written by a campaign.
@@ -147,7 +147,7 @@ def read_task_file(path: Path) -> TaskFile:
 
 
 def read_task_table(path: Path, table: str) -> "tuple[dict[str, Any], Columns]":
-    """Parameters and one table alone; no columns if the task did not make it. Errors as in `read_task_file`."""
+    """Read the parameters and one table; no columns if the task has no such table. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         parameters = json.loads(file["campaign"].attrs["parameters"])
         name = f"tables/{table}"
@@ -155,14 +155,14 @@ def read_task_table(path: Path, table: str) -> "tuple[dict[str, Any], Columns]":
 
 
 def read_gaps(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
-    """Parameters, and the states that could not be made: `state` and `reason`. Errors as in `read_task_file`."""
+    """Read the parameters, and `state` and `reason` of each missing state. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         attributes = file["campaign"].attrs
         return json.loads(attributes["parameters"]), json.loads(attributes["missing"])
 
 
 def read_seconds(path: Path) -> float:
-    """Time that a task took. Errors as in `read_task_file`."""
+    """Read the wall time of a task, s. Errors as in `read_task_file`."""
     with _campaign(path) as file:
         return float(file["campaign"].attrs["seconds"])
 
@@ -171,5 +171,5 @@ def read_seconds(path: Path) -> float:
 def _campaign(path: Path) -> Iterator[Any]:
     with opened(path) as file:
         if "campaign" not in file:
-            raise StorageError(f"{path} holds packings, but no task of a campaign: move it elsewhere")
+            raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
         yield file

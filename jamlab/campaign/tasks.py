@@ -1,9 +1,9 @@
-"""Sweeps into tasks: one task is one packing followed through one sweep, and becomes one file.
+"""Turn sweeps into tasks: one task follows one packing through one sweep, and becomes one file.
 
 The name of a task is a hash of everything its result depends on: the parameters of the sweep that matter for it, n, the
-seed, the defaults of the LAMMPS decks, and the version of the file schema. Not the name of the sweep, and nothing about
-where or how fast it runs. So a file may be renamed, sweeps may share tasks, and more seeds add tasks without touching
-those there are.
+seed, the defaults of the LAMMPS decks, and the version of the file schema. The name of the sweep, and where or how fast
+the task runs, do not enter. So a campaign may be renamed, sweeps may share tasks, and more seeds add tasks without
+touching existing ones.
 """
 
 import hashlib
@@ -18,8 +18,8 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.hdf5 import SCHEMA_VERSION
 
-TASK_VERSION = 1  # of the groups of task_file.py and of what the parameters mean
-_NAME_LENGTH = 32
+TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
+_NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Task:
 
     Attributes:
         name: hash of the parameters, 32 hexadecimal digits.
-        parameters: everything the result depends on, plain numbers and text.
+        parameters: everything the result depends on, as plain numbers and text.
     """
 
     name: str
@@ -36,18 +36,18 @@ class Task:
 
     @property
     def label(self) -> str:
-        """For people: model, n and seed."""
+        """Model, n and seed, as text to show."""
         return f"{self.parameters['model']} n={self.parameters['n']} seed={self.parameters['seed']}"
 
 
 @dataclass(frozen=True)
 class Batch:
-    """The tasks of one sweep, model and n: they differ by the seed alone.
+    """The tasks of one sweep, model and n, which differ only by the seed.
 
     Attributes:
         sweep: name of the sweep.
         parameters: of every task, without the seed.
-        seeds: one task each.
+        seeds: one for each task.
     """
 
     sweep: str
@@ -55,40 +55,40 @@ class Batch:
     seeds: list[int] | range
 
     def tasks(self) -> Iterator[Task]:
-        """The tasks, one at a time."""
+        """Yield the tasks."""
         for seed in self.seeds:
             yield Task(self.name_of(seed), {**self.parameters, "seed": seed})
 
     def names(self) -> Iterator[str]:
-        """Names alone, which is all that `status` needs."""
+        """Yield the names of the tasks."""
         return map(self.name_of, self.seeds)
 
     def name_of(self, seed: int) -> str:
-        """Name of the task of one seed."""
+        """Name the task of one seed."""
         digest = self._digest.copy()
         digest.update(f'"seed":{seed}'.encode())
-        return str(digest.hexdigest()[:_NAME_LENGTH])
+        return digest.hexdigest()[:_NAME_LENGTH]
 
     @cached_property
-    def _digest(self) -> Any:
+    def _digest(self) -> "hashlib._Hash":
         return hashlib.sha256(json.dumps(self.parameters, sort_keys=True, separators=(",", ":")).encode())
 
 
 def task_name(parameters: dict[str, Any]) -> str:
-    """Name of the task with these parameters, seed included."""
+    """Name the task with these parameters, which include the seed."""
     rest = {key: value for key, value in parameters.items() if key != "seed"}
     return Batch("", rest, []).name_of(parameters["seed"])
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
-    """All tasks of a campaign, in the order of its file.
+    """List all tasks of a campaign, in the order of its file.
 
     Args:
-        campaign: the file.
-        only: names of sweeps to keep.
+        campaign: content of the file.
+        only: names of sweeps to keep; by default all.
 
     Raises:
-        InputError: no sweep of that name.
+        InputError: the campaign has no sweep of that name.
     """
     names = [sweep.name for sweep in campaign.sweep]
     for name in only or ():
@@ -105,8 +105,8 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
 
 def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
-    law.pop("law", None)  # the protocol decides
-    law.pop("longest_edge", None)  # speed only
+    law.pop("law", None)  # set by the protocol
+    law.pop("longest_edge", None)  # affects speed only
     search = defaults("protocol")
     search.pop("increment_least")  # says when to give up, not what comes out
     parameters: dict[str, Any] = {

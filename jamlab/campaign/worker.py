@@ -1,9 +1,9 @@
-"""One task from its parameters to its file. Runs in a worker process; the driver gets a few words back."""
+"""Carry one task from its parameters to its file. Runs in a worker process, which returns an outcome to the driver."""
 
 import errno
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from threadpoolctl import threadpool_limits
 
@@ -16,45 +16,60 @@ FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
-def run_task(folder: str, name: str, parameters: dict[str, Any]) -> tuple[str, str, float]:
-    """Do a task, unless its file is there.
+class Outcome(NamedTuple):
+    """How a task ended.
+
+    Attributes:
+        state: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can
+            go on).
+        line: the task, and what went wrong, as text to show.
+        seconds: wall time; nan if the workers died.
+    """
+
+    state: str
+    line: str
+    seconds: float
+
+
+def run_task(folder: str, name: str, parameters: dict[str, Any]) -> Outcome:
+    """Run a task unless its file exists.
 
     Args:
         folder: of the campaign, the same path on every machine.
         name: of the task.
         parameters: of the task.
-
-    Returns:
-        "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written: no task can go on);
-        a line for people; seconds.
     """
     began = time.perf_counter()
+
+    def end(state: str, line: str) -> Outcome:
+        return Outcome(state, line, time.perf_counter() - began)
+
     place, task = CampaignFolder(Path(folder)), Task(name, parameters)
     try:
         if not place.task_file(name).exists():
             check_target(place.task_file(name))  # before the work, not after
             with threadpool_limits(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
-                _do(place, task, began)
-        return FINISHED, task.label, time.perf_counter() - began
+                _make_file(place, task, began)
+        return end(FINISHED, task.label)
     except StorageError as error:
-        return FULL, str(error), time.perf_counter() - began
+        return end(FULL, str(error))
     except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
         if isinstance(error, OSError) and error.errno in _NO_SPACE:
-            return FULL, f"no space for {task.label}: {error}", time.perf_counter() - began
+            return end(FULL, f"no space for {task.label}: {error}")
         try:
             place.record_failure(task, error)
         except StorageError as full:
-            return FULL, str(full), time.perf_counter() - began
-        return FAILED, f"{task.label}: {error}", time.perf_counter() - began
+            return end(FULL, str(full))
+        return end(FAILED, f"{task.label}: {error}")
 
 
-def _do(folder: CampaignFolder, task: Task, began: float) -> None:
-    from jamlab.campaign.measurements import sweep_tables
-    from jamlab.campaign.states import sweep_states
+def _make_file(folder: CampaignFolder, task: Task, began: float) -> None:
+    from jamlab.campaign.measurements import measure_tables
+    from jamlab.campaign.states import make_states
     from jamlab.campaign.task_file import write_task_file
     from jamlab.measure import table
 
-    states = sweep_states(task.parameters)
+    states = make_states(task.parameters)
     measured = table(states.packings)
-    tables = sweep_tables(task.parameters, states, measured["pressure"])
+    tables = measure_tables(task.parameters, states, measured["pressure"])
     write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=time.perf_counter() - began)

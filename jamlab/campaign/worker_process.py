@@ -1,7 +1,7 @@
-"""A worker process on this machine: `python -m jamlab.campaign.worker_process SCHEDULER DRIVER_PID`.
+"""Run a worker process on this machine: `python -m jamlab.campaign.worker_process SCHEDULER DRIVER_PID`.
 
-It asks the kernel to be killed when the driver dies (PR_SET_PDEATHSIG), so that no orphan goes on computing, whatever
-the driver died of and whatever this process is doing.
+It asks the kernel to kill it when the driver dies (PR_SET_PDEATHSIG), so that no orphan goes on computing, whatever
+killed the driver and whatever this process is doing.
 """
 
 import asyncio
@@ -10,11 +10,12 @@ import os
 import signal
 import sys
 
+DEATH_TIMEOUT = 60  # s without a scheduler after which a worker exits; as long as a connection may take, see workers.py
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 def die_with(parent: int) -> None:
-    """Have the kernel kill this process when its parent dies; exit at once if it is dead already."""
+    """Have the kernel kill this process when its parent dies; exit at once if the parent is dead already."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
@@ -23,11 +24,11 @@ def die_with(parent: int) -> None:
 async def _serve(scheduler: str) -> None:
     from distributed import Worker
 
-    async with Worker(scheduler, nthreads=1, memory_limit=0, dashboard=False, death_timeout=60) as worker:
+    async with Worker(scheduler, nthreads=1, memory_limit=0, dashboard=False, death_timeout=DEATH_TIMEOUT) as worker:
         await worker.finished()
 
 
 if __name__ == "__main__":
     die_with(int(sys.argv[2]))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the driver ends its workers
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the driver ends its workers
     asyncio.run(_serve(sys.argv[1]))

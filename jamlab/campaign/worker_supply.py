@@ -1,4 +1,4 @@
-"""Worker processes on this machine, started anew whenever one dies.
+"""Keep worker processes running on this machine: a new one starts whenever one dies.
 
 Dask's own nannies give up when a worker dies while it starts, and need `if __name__ == "__main__":` in every script.
 """
@@ -12,18 +12,18 @@ from collections.abc import Callable
 from typing import Self
 
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-_LOOK = 0.1  # seconds between looks at the processes
-_EARLY = 30.0  # a worker that dies sooner than this, s, died early
-_EARLY_DEATHS = 12  # in a row and for each worker, after which something is wrong with the installation
+_LOOK = 0.1  # s between looks at the processes: short against the second that a start takes
+_EARLY = 30.0  # s of life below which a death counts as early: a start, also on a loaded machine
+_EARLY_DEATHS = 12  # in a row and per worker: twice what one task may cause before it fails, see workers.py
 
 
 class WorkerSupply:
-    """Keeps a number of worker processes alive; a context manager.
+    """Keep a number of worker processes alive; a context manager.
 
     Args:
-        scheduler: address.
-        count: processes.
-        give_up: called when workers die as fast as they start; `failure` says so, and none is started anew.
+        scheduler: its address.
+        count: number of processes.
+        give_up: called when workers die as fast as they start; `failure` then holds the reason, and none is started.
     """
 
     def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:

@@ -1,7 +1,8 @@
-"""Dask workers: processes on this machine, a running scheduler, or jobs of SLURM. One task at a time in each.
+"""Start or find Dask workers: processes on this machine, a running scheduler, or SLURM jobs; one task each at a time.
 
-Every worker is a process of its own, because LAMMPS and its MPI are not made for threads. Workers on this machine die
-with the driver, see `worker_process.py`. SLURM's exit when they lose their scheduler, which lives in the driver.
+Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Workers on this
+machine die with the driver, see `worker_process.py`; SLURM jobs exit when they lose their scheduler, which is part of
+the driver.
 """
 
 import contextlib
@@ -9,18 +10,27 @@ import logging
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from jamlab.campaign.worker_process import DEATH_TIMEOUT
 from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.errors import EngineError, InputError
 
-_DEATH_TIMEOUT = 60  # seconds after which a job without its scheduler ends
+if TYPE_CHECKING:
+    from dask_jobqueue import SLURMCluster
+    from distributed import Client, LocalCluster
+
 _SETTINGS = {
-    "distributed.scheduler.worker-ttl": None,  # a long factorisation keeps a worker from answering; death is seen
-    "distributed.scheduler.allowed-failures": 5,  # workers that may die over one task
-    "distributed.comm.timeouts.connect": "60s",
-    "logging.distributed": "critical",  # what matters comes back as an outcome or an error
+    # a long factorisation keeps a worker from answering; its death is noticed by the closed connection
+    "distributed.scheduler.worker-ttl": None,
+    # workers that may die during one task before it counts as the cause: some are killed for other reasons
+    "distributed.scheduler.allowed-failures": 5,
+    "distributed.comm.timeouts.connect": "60s",  # twice Dask's default: a loaded machine is slow to answer
+    "logging.distributed": "critical",  # failures are reported as outcomes or errors
 }
+_FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs already
+_RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
+_SLURM_DEFAULTS = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
 
 
 @dataclass(frozen=True)
@@ -28,8 +38,8 @@ class Workers:
     """Where tasks run.
 
     Attributes:
-        count: worker processes here, or SLURM jobs; by default the cores this process may use.
-        scheduler: address of a running Dask scheduler, whose workers see the same folder.
+        count: worker processes on this machine, by default one per core that this process may use; or SLURM jobs.
+        scheduler: address of a running Dask scheduler whose workers see the same folder.
         slurm: start SLURM jobs with `slurm_options`.
         slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
     """
@@ -43,24 +53,24 @@ class Workers:
         if self.count is not None and self.count < 1:
             raise InputError(f"workers = {self.count}: must be 1 or more")
         if self.scheduler is not None and (self.slurm or self.count is not None):
-            raise InputError(f"scheduler = {self.scheduler}: it has its own workers, leave workers and slurm out")
+            raise InputError(f"scheduler = {self.scheduler}: it has its own workers: leave out workers and slurm")
 
     @contextlib.contextmanager
-    def client(self) -> Iterator[Any]:
-        """A connected `distributed.Client`; what was started for it ends with it.
+    def client(self) -> "Iterator[Client]":
+        """Connect a client; what is started for it ends with it.
 
         Raises:
-            InputError: no scheduler answers, its workers run several tasks at once, or SLURM is not usable.
-            EngineError: workers on this machine die as soon as they start.
+            InputError: no scheduler answers, its workers run several tasks at once, or SLURM cannot be used.
+            EngineError: the workers on this machine die as soon as they start.
         """
         import dask
         from distributed import Client
 
         with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
             if self.scheduler is not None:
-                yield stack.enter_context(_external(self.scheduler))
+                yield stack.enter_context(_connect(self.scheduler))
                 return
-            cluster = stack.enter_context(self._slurm_cluster() if self.slurm else _scheduler())
+            cluster = stack.enter_context(self._slurm_cluster() if self.slurm else _local_scheduler())
             client = stack.enter_context(Client(cluster, set_as_default=False))
             if self.slurm:
                 cluster.scale(jobs=self.expected)
@@ -75,41 +85,41 @@ class Workers:
 
     @property
     def expected(self) -> int:
-        """Workers that there will be; 1 where a scheduler has its own."""
+        """Number of workers to come; 1 where a scheduler has its own."""
         if self.scheduler is not None or self.slurm:
             return self.count or 1
         return self.count or len(os.sched_getaffinity(0))
 
-    def _slurm_cluster(self) -> Any:
+    def _slurm_cluster(self) -> "SLURMCluster":
         try:
             from dask_jobqueue import SLURMCluster
         except ImportError:
             raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
-        options = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"} | self.slurm_options
-        fixed = {"processes": 1, "death_timeout": _DEATH_TIMEOUT}
+        options = _SLURM_DEFAULTS | self.slurm_options
+        fixed = {"processes": 1, "death_timeout": DEATH_TIMEOUT}
         try:
             return SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
             raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
 
 
-def _cancel_all(client: Any) -> None:
-    """Let the driver, which waits for results, go on: every future ends as cancelled."""
-    client.restart(timeout=10, wait_for_workers=False)
+def _cancel_all(client: "Client") -> None:
+    """Cancel every future, so that the driver stops waiting for results."""
+    client.restart(timeout=_RESTART_TIMEOUT, wait_for_workers=False)
 
 
-def _scheduler() -> Any:
-    """A scheduler in this process, without workers."""
+def _local_scheduler() -> "LocalCluster":
+    """Start a scheduler in this process, without workers."""
     from distributed import LocalCluster
 
     return LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
 
 
-def _external(address: str) -> Any:
+def _connect(address: str) -> "Client":
     from distributed import Client
 
     try:
-        client = Client(address, timeout="10s", set_as_default=False)
+        client = Client(address, timeout=_FIND_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
             f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "
@@ -119,7 +129,7 @@ def _external(address: str) -> Any:
         if threads != 1:
             client.close()
             raise InputError(
-                f"worker {worker} of {address} runs {threads} tasks at once in threads, LAMMPS cannot:"
+                f"worker {worker} of {address} runs {threads} tasks at once in threads, which LAMMPS cannot:"
                 " start workers with `dask worker --nthreads 1 --nworkers N`"
             )
     return client

@@ -1,28 +1,32 @@
-"""`jamlab calibrate`: scan, fit, print."""
+"""`jamlab calibrate`: fit the force law of droplets to published tables."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from jamlab.cli.console import err_console, print_json, print_table
+from jamlab.cli.options import Json
+
+if TYPE_CHECKING:
+    from jamlab.campaign.worker import Outcome
 
 
 def calibrate(
     out: Annotated[Path, typer.Option(help="Folder of the scan; run again to go on.")] = Path("calibration"),
     n: Annotated[int, typer.Option("--n", help="Number of droplets, even.")] = 32,
-    seeds: Annotated[int, typer.Option(help="Packings for each set of parameters.")] = 8,
-    workers: Annotated[int | None, typer.Option(help="Processes, by default one per core.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")] = False,
+    seeds: Annotated[int, typer.Option(help="Number of packings for each set of parameters.")] = 8,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; default: all cores.")] = None,
+    as_json: Json = False,
 ) -> None:
-    """Fit gamma, ka and delta of the droplets to tables 1 and 2 of Boromand et al.; how much each of them matters."""
+    """Fit gamma, ka and delta of droplets to tables 1 and 2 of Boromand et al., and show how much each matters."""
     from jamlab.campaign.droplet_calibration import TARGETS
     from jamlab.campaign.droplet_calibration import calibrate as run
 
-    def tell(state: str, line: str, seconds: float) -> None:
-        err_console.print(f"{state} {line}, {seconds:.0f} s", soft_wrap=True, highlight=False)
+    def show(outcome: "Outcome") -> None:
+        err_console.print(f"{outcome.state} {outcome.line}, {outcome.seconds:.0f} s", soft_wrap=True, highlight=False)
 
-    changes, found = run(out, n, seeds, workers=workers, tell=tell)
+    changes, found = run(out, n, seeds, workers=workers, progress=show)
     changes.to_csv(out / "sensitivity.csv", index=False)
     if as_json:
         print_json({"sensitivity": changes.to_dict("records"), **vars(found)})

@@ -1,11 +1,15 @@
-"""`jamlab campaign`: parse, call one function, print."""
+"""`jamlab campaign`: ensembles of packings from one file."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.options import Json
+
+if TYPE_CHECKING:
+    from jamlab.campaign.plan import Estimate
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -14,14 +18,15 @@ app = typer.Typer(
     epilog="Start with: jamlab campaign plan campaign.toml",
 )
 Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]
-Folder = Annotated[Path | None, typer.Option("--out", help="Folder of the tasks; default: the name, beside the file.")]
-Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; may be repeated.")]
-Count = Annotated[int | None, typer.Option(help="Worker processes (with --slurm: jobs); default: all cores.")]
+Folder = Annotated[
+    Path | None, typer.Option("--out", help="Folder of the tasks; default: beside the file, under the campaign's name.")
+]
+Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; can be repeated.")]
+Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")]
-Slurm = Annotated[bool, typer.Option("--slurm", help="Run on SLURM, options in [slurm] of the file.")]
-Retry = Annotated[bool, typer.Option("--retry-failed", help="Try tasks again that failed before.")]
-Trust = Annotated[bool, typer.Option("--no-verify", help="Do not read the finished files first.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
+Slurm = Annotated[bool, typer.Option("--slurm", help="Run on SLURM, with the options in [slurm] of the file.")]
+Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
+Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 
 
 @app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
@@ -36,12 +41,12 @@ def run(
     no_verify: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """Do the tasks that are not done; stop it at any time, run it again to go on."""
+    """Run the tasks that are left; stop at any time, and run again to go on."""
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.cli.campaign_progress import told
+    from jamlab.cli.campaign_progress import show_tasks
 
     campaign = open_campaign(file, out)
-    with told(campaign, only) as tell:
+    with show_tasks(campaign, only) as progress:
         done = campaign.run(
             workers,
             scheduler=scheduler,
@@ -49,10 +54,10 @@ def run(
             only=only,
             retry_failed=retry_failed,
             verify=not no_verify,
-            tell=tell,
+            progress=progress,
         )
     for task, line in done.repaired.items():
-        err_console.print(f"done again: {task}: {line}", soft_wrap=True, highlight=False)
+        err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
     if as_json:
         print_json({"finished": done.finished, "failed": done.failed, "repaired": done.repaired})
         return
@@ -71,7 +76,7 @@ def status(
     verify: Annotated[bool, typer.Option("--verify", help="Read every file and check its checksum.")] = False,
     as_json: Json = False,
 ) -> None:
-    """How many tasks are finished, failed and left, and why tasks failed."""
+    """Count the tasks that are finished, failed and left, and say why tasks failed."""
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
@@ -96,14 +101,14 @@ def status(
     for line in (found.gaps or {}).values():
         out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
     if found.damaged:
-        out_console.print(f"`jamlab campaign resume {file}` does them again", soft_wrap=True)
+        out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
     if found.foreign:
         out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
 
 
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
-    """Dry run: tasks, estimated time and bytes."""
+    """Dry run: count tasks, estimate time and disk space."""
     import os
 
     from jamlab.campaign.campaign import open_campaign
@@ -116,20 +121,19 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
         totals = {"workers": count, "seconds": seconds / count, "core_seconds": seconds, "bytes": size}
         print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
         return
-    cells = [_cells(line) for line in lines]
     names = ["sweep", "model", "n", "tasks", "left", "states", "core time", "size", "time from"]
-    print_table(f"campaign {campaign.name}", names, cells)
-    left = sum(line.left for line in lines)
-    out_console.print(f"{left} tasks left: about {_time(seconds / count)} on {count} workers, {size / 1e6:.0f} MB")
+    print_table(f"campaign {campaign.name}", names, [_format_cells(line) for line in lines])
+    left, time = sum(line.left for line in lines), _format_time(seconds / count)
+    out_console.print(f"{left} tasks left: about {time} on {count} workers, {size / 1e6:.0f} MB")
 
 
-def _cells(line: Any) -> list[str]:
+def _format_cells(line: "Estimate") -> list[str]:
     counts = [str(value) for value in (line.n, line.tasks, line.left, line.states)]
     source = "finished tasks" if line.measured else "estimate"
-    return [line.sweep, line.model, *counts, _time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
+    return [line.sweep, line.model, *counts, _format_time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
 
 
-def _time(seconds: float) -> str:
+def _format_time(seconds: float) -> str:
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
@@ -142,7 +146,7 @@ def merge(
     out: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Copy finished tasks from other folders into this campaign's."""
+    """Copy finished tasks from other folders into the folder of this campaign."""
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.exchange import merge as copy
 
@@ -156,9 +160,9 @@ def merge(
 @app.command(epilog="Example: jamlab campaign export campaign.toml --to tables --format csv --table states")
 def export(
     file: Where,
-    to: Annotated[Path, typer.Option(help="Folder to write into.")] = Path("tables"),
+    to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("tables"),
     form: Annotated[str, typer.Option("--format", help="csv, parquet, or dump (frames for OVITO).")] = "csv",
-    table: Annotated[list[str] | None, typer.Option(help="Name of a table; may be repeated; default: all.")] = None,
+    table: Annotated[list[str] | None, typer.Option(help="Name of a table; can be repeated; default: all.")] = None,
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     out: Folder = None,
     as_json: Json = False,

@@ -1,38 +1,39 @@
-"""What a running campaign shows on stderr: a bar on a terminal, else a line now and then."""
+"""Show a running campaign on stderr: a bar on a terminal, otherwise a line now and then."""
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
 
 from jamlab.campaign.campaign import Campaign
-from jamlab.campaign.driver import Tell
 from jamlab.campaign.tasks import batches
+from jamlab.campaign.worker import FAILED, Outcome
 from jamlab.cli.console import err_console
 
-_EVERY = 30.0  # seconds between lines where there is no terminal
+_LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
 
 
 @contextmanager
-def told(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Tell]:
-    """A function for `Campaign.run(tell=...)`; failures are printed as they come."""
+def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Callable[[Outcome], None]]:
+    """Count tasks, and print failures at once; yields a function for `Campaign.run(progress=...)`."""
     names = {name for batch in batches(campaign.content, only) for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     quiet = not err_console.is_terminal
-    with Progress(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as progress:
-        bar = progress.add_task(campaign.name, total=total, completed=before)
+    with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
+        bar = bars.add_task(campaign.name, total=total, completed=before)
         count, last = before, time.monotonic()
 
-        def tell(state: str, line: str, seconds: float) -> None:
+        def show(outcome: Outcome) -> None:
             nonlocal count, last
             count += 1
-            progress.advance(bar)
-            if state == "failed":
-                progress.console.print(f"failed: {line}", soft_wrap=True, highlight=False)
-            elif quiet and time.monotonic() - last > _EVERY:
+            bars.advance(bar)
+            if outcome.state == FAILED:
+                bars.console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
+            elif quiet and time.monotonic() - last > _LINE_INTERVAL:
                 last = time.monotonic()
                 err_console.print(f"{count} of {total} tasks", soft_wrap=True, highlight=False)
 
-        yield tell
+        yield show

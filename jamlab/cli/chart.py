@@ -1,42 +1,37 @@
-"""Command line of the charts."""
+"""`jamlab chart`: speed, accuracy and limits of methods."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.options import Json
 
 chart = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="What methods cost, how wrong they are, and where they break.",
+    help="What methods cost, how accurate they are, and where they fail.",
     epilog="Start with: jamlab chart speed-accuracy --quick --out charts",
 )
 Out = Annotated[Path, typer.Option(help="Folder for CSV, PNG and HTML.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Smaller and fewer packings, under a minute.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
-
-
-def tell(name: str) -> None:
-    """One line of progress on stderr."""
-    err_console.print(f"[dim]{name}[/]", highlight=False)
 
 
 @chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic minimisers --out charts")
 def speed_accuracy(
-    topic: Annotated[list[str] | None, typer.Option(help="One topic, may be given again; by default all.")] = None,
+    topic: Annotated[list[str] | None, typer.Option(help="One topic; can be repeated; default: all.")] = None,
     quick: Quick = False,
     out: Out = Path("jamlab-charts"),
     as_json: Json = False,
 ) -> None:
-    """Time and error of every method against a stated reference: Pareto charts, CSV, one HTML page."""
+    """Chart time and error of every method against a stated reference: Pareto charts, CSV, one HTML page."""
     from dataclasses import asdict
 
     from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
-    found = run(out, topic or (), quick=quick, progress=tell)
+    found = run(out, topic or (), quick=quick, progress=print_stage)
     beaten = defaults_off_the_front(found)
     if as_json:
         trials: dict[str, Any] = {name: [asdict(t) for t in rows] for name, rows in found.items()}
@@ -49,21 +44,19 @@ def speed_accuracy(
 
 @chart.command("stability", epilog="Example: jamlab chart stability --quick --out charts")
 def stability(
-    maps: Annotated[
-        list[str] | None, typer.Option("--map", help="One map, may be given again; by default all.")
-    ] = None,
+    maps: Annotated[list[str] | None, typer.Option("--map", help="One map; can be repeated; default: all.")] = None,
     quick: Quick = False,
     out: Out = Path("jamlab-charts"),
     as_json: Json = False,
 ) -> None:
-    """Where methods fail: each point a run with its verdict; maps, CSV, one HTML page."""
+    """Map where methods fail, one verdict for each run: maps, CSV, one HTML page."""
     from dataclasses import asdict
 
     from jamlab.benchmarks.failure_maps.page import counts
     from jamlab.benchmarks.failure_maps.page import stability as run
     from jamlab.benchmarks.failure_maps.verdict import VERDICTS
 
-    found = run(out, maps or (), quick=quick, progress=tell)
+    found = run(out, maps or (), quick=quick, progress=print_stage)
     if as_json:
         runs: dict[str, Any] = {name: [asdict(r) for r in rows] for name, rows in found.items()}
         print_json({"out": str(out), "maps": runs})
@@ -74,14 +67,14 @@ def stability(
 
 @chart.command("table", epilog="Example: jamlab chart table --out model_choice.json")
 def table(
-    out: Annotated[Path, typer.Option(help="JSON file to write; in a checkout beside model_choice.py.")] = Path(
+    out: Annotated[Path, typer.Option(help="JSON file to write; in a checkout, beside model_choice.py.")] = Path(
         "model_choice.json"
     ),
-    quick: Annotated[bool, typer.Option("--quick", help="Two packings at two levels: to see that it works.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Two packings at two levels, as a trial.")] = False,
 ) -> None:
-    """Measure the table by which model="auto" chooses; under ten minutes."""
+    """Measure the table from which model="auto" chooses, in under ten minutes."""
     from jamlab.benchmarks.model_table import make_table
 
     smaller: dict[str, Any] = {"n": 16, "seeds": range(1001, 1003), "levels": (0.87, 0.9)} if quick else {}
-    made = make_table(out, progress=tell, **smaller)
+    made = make_table(out, progress=print_stage, **smaller)
     out_console.print(f"wrote {out}: {len(made['rows'])} rows in {made['provenance']['wall_time']} s", soft_wrap=True)

@@ -1,22 +1,23 @@
-"""Command line of the comparison with other codes."""
+"""`jamlab compare`: the same packing in other codes."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.options import Json, Seed
 
 
 def compare(
     n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
-    seed: Annotated[int, typer.Option(help="Seed of the random start.")] = 1,
+    seed: Seed = 1,
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
     recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd or jaxdem.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of tables.")] = False,
+    as_json: Json = False,
 ) -> None:
-    """The same disks in jax-md, OpenMM, ASE and LAMMPS' own styles: one point, one minimum, time on one core."""
+    """Compare energy, minimum and time on one core with jax-md, OpenMM, ASE and LAMMPS' own styles."""
     from jamlab.benchmarks.other_codes.compare import compare as run
     from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary
     from jamlab.benchmarks.other_codes.page import comparison_tables, write_comparison
@@ -29,7 +30,7 @@ def compare(
         return
     if out is not None:
         make_folder(out)
-    rows = run(n, seed, phi, progress=lambda name: err_console.print(f"[dim]{name}[/]", highlight=False))
+    rows = run(n, seed, phi, progress=print_stage)
     if out is not None:
         write_comparison(out, rows, n, phi)
     if as_json:

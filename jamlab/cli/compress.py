@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import bars, report
+from jamlab.cli.console import print_packings, progress_bar
 from jamlab.cli.options import File, Frame, Json, Out, Tolerance
 from jamlab.packing.atomic_file import check_target
 
@@ -13,7 +13,7 @@ from jamlab.packing.atomic_file import check_target
 def compress(
     file: File,
     to: Annotated[float, typer.Option(help="Last packing fraction.")],
-    step: Annotated[float, typer.Option(help="Distance of two states.")] = 0.01,
+    step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
     by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
     error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
@@ -28,7 +28,7 @@ def compress(
 
     check_target(out)
     start = read(file, frame)
-    with bars({start.model: "compress"}, to) as tell:
+    with progress_bar("compress", to) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}
-        packings = [start, *run(start, to, step, progress=lambda *a: tell(start.model, *a), **how)]
-    report(packings, out, as_json)
+        packings = [start, *run(start, to, step, progress=progress, **how)]
+    print_packings(packings, out, as_json)

@@ -1,12 +1,12 @@
-"""The main job: both models from a random start through jamming to rho = 0.95, measured, stored and drawn.
+"""Take both models from a random start through jamming to rho = 0.95; measure, store and draw the packings.
 
-The two models run side by side in processes of their own; pictures and page are made from what they return.
+The two models run side by side in separate processes; pictures and page are made from the packings they return.
 """
 
 import multiprocessing
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.managers import SyncManager
@@ -25,27 +25,26 @@ from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.compression import compress
-from jamlab.protocols.onset import jam
+from jamlab.protocols.relaxation import Progress, jam
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.mean_spectrum import Spectra
 
 STEP = 0.01  # in rho, between stored states
-OMEGA = np.logspace(-6, 2, 41)
+OMEGA = np.logspace(-6, 2, 41)  # 1/tau_1: from the slow to the fast limit of G*, five per decade
+_POLL = 0.2  # s between looks whether both models have ended
 HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
 FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".2e", "g": ".4f", "shape": ".4f"}
 
-Progress = Callable[[str, str, float], None]  # model, stage, packing fraction
-
 
 @dataclass(frozen=True)
-class Run:
+class ModelSweep:
     """One model from onset to the densest state.
 
     Attributes:
         model: "sp" or "dp".
         packings: onset first.
         measured: column -> (len(packings),), see `jamlab.measure`.
-        seconds: wall time.
+        seconds: wall time of the whole sweep.
     """
 
     model: str
@@ -54,21 +53,23 @@ class Run:
     seconds: float
 
 
-def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
-    """Run both models, write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
+def run_demo(
+    n: int, seed: int, to: float, out: Path, progress: Mapping[str, Progress]
+) -> tuple[dict[str, ModelSweep], Spectra | None]:
+    """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
 
     Args:
         n: even number of particles.
         seed: of the random start.
         to: last true packing fraction.
-        out: folder, made if it is missing.
-        progress: called with the model, stage and packing fraction reached.
+        out: folder, made if it does not exist.
+        progress: model -> a function called with the stage and packing fraction reached.
 
     Returns:
-        Runs by model, and G*(omega) of the densest SP packing, or None if that packing is not stable.
+        Sweeps by model, and G*(omega) of the densest SP packing, or None if that packing is unstable.
 
     Raises:
-        InputError, ConvergenceError: from the protocol.
+        InputError, ConvergenceError: from the protocols.
         StorageError: the folder cannot be written.
     """
     missing = not out.exists()
@@ -87,24 +88,26 @@ def run_demo(n: int, seed: int, to: float, out: Path, progress: Progress) -> tup
             out.rmdir()
 
 
-def _run_into(out: Path, n: int, seed: int, to: float, progress: Progress) -> tuple[dict[str, Run], Spectra | None]:
-    runs = _run_both(n, seed, to, progress)
+def _run_into(
+    out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
+) -> tuple[dict[str, ModelSweep], Spectra | None]:
+    sweeps = _run_both(n, seed, to, progress)
     try:
-        densest = runs["sp"].packings[-1]
+        densest = sweeps["sp"].packings[-1]
         spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (densest.converged,))
     except ConvergenceError:
         spectrum = None
-    for run in runs.values():
-        write(out / f"{run.model}.h5", run.packings, run.measured)
-    _draw(runs, spectrum, out, {"n": str(n), "seed": str(seed)})
-    return runs, spectrum
+    for sweep in sweeps.values():
+        write(out / f"{sweep.model}.h5", sweep.packings, sweep.measured)
+    _draw(sweeps, spectrum, out, {"n": str(n), "seed": str(seed)})
+    return sweeps, spectrum
 
 
-def rows(run: Run) -> list[list[str]]:
-    """Table of a run as text, one row per state; a state that did not converge is marked."""
+def table_rows(sweep: ModelSweep) -> list[list[str]]:
+    """Format a sweep as a table, one row per state; a state that did not converge is marked."""
     lines = []
-    for k, packing in enumerate(run.packings):
-        row = {name: values[k] for name, values in run.measured.items()}
+    for k, packing in enumerate(sweep.packings):
+        row = {name: values[k] for name, values in sweep.measured.items()}
         cells = [f"{row[name]:{form}}" for name, form in FORMATS.items()]
         if np.isnan(row["g"]):
             cells[list(FORMATS).index("g")] = "not stable"
@@ -113,46 +116,47 @@ def rows(run: Run) -> list[list[str]]:
     return lines
 
 
-def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str, str, float]]") -> Run:
+def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str, str, float]]") -> ModelSweep:
     began = time.perf_counter()
 
-    def tell(stage: str, fraction: float) -> None:
+    def report(stage: str, fraction: float) -> None:
         queue.put((model, stage, fraction))
 
-    onset = jam(model, n, seed, progress=tell)
+    onset = jam(model, n, seed, progress=report)
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
-    packings = [onset, *compress(onset, to, STEP, progress=tell)]
-    return Run(model, packings, table(packings), time.perf_counter() - began)
+    packings = [onset, *compress(onset, to, STEP, progress=report)]
+    return ModelSweep(model, packings, table(packings), time.perf_counter() - began)
 
 
-def _run_both(n: int, seed: int, to: float, progress: Progress) -> dict[str, Run]:
+def _run_both(n: int, seed: int, to: float, progress: Mapping[str, Progress]) -> dict[str, ModelSweep]:
     context = multiprocessing.get_context("spawn")  # a fork would share what LAMMPS and MPI hold
     with context.Manager() as manager, ProcessPoolExecutor(2, mp_context=context) as pool:
-        queue = _queue(manager)
+        queue = _make_queue(manager)
         futures = {model: pool.submit(_run_model, model, n, seed, to, queue) for model in ("dp", "sp")}
         while not all(future.done() for future in futures.values()):
             try:
-                progress(*queue.get(timeout=0.2))
+                model, stage, fraction = queue.get(timeout=_POLL)
             except Empty:
                 continue
+            progress[model](stage, fraction)
         return {model: futures[model].result() for model in ("sp", "dp")}
 
 
-def _queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
+def _make_queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
     queue: Queue[tuple[str, str, float]] = manager.Queue()
     return queue
 
 
-def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict[str, str]) -> None:
-    densest = {model: run.packings[-1] for model, run in runs.items()}
+def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, facts: dict[str, str]) -> None:
+    densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
-            label=MODEL_STYLE[model]["label"], rho=run.measured["rho"][-1], z=run.measured["z"][-1]
+            label=MODEL_STYLE[model]["label"], rho=sweep.measured["rho"][-1], z=sweep.measured["z"][-1]
         )
-        for model, run in runs.items()
+        for model, sweep in sweeps.items()
     }
-    tables = {model: run.measured for model, run in runs.items()}
+    tables = {model: sweep.measured for model, sweep in sweeps.items()}
     unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon_r/l^2$ (DP)"
     pictures = {
         "Packings in their periodic cell: large particles blue, small ones pink, rattlers grey; black lines join "
@@ -180,7 +184,7 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
             modulus_figure({f"SP, ρ = {tables['sp']['rho'][-1]:.3f}": spectrum}, r"$\epsilon/\sigma^2$"),
         )
     images = {caption: html_page.save_png(figure, out / name) for caption, (name, figure) in pictures.items()}
-    times = {f"wall time {model.upper()}": f"{run.seconds:.1f} s" for model, run in runs.items()}
+    times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
     parameters = {k: v for k, v in densest["dp"].params.items() if k != "a0"}
     html_page.write_page(
         out / "index.html",
@@ -188,7 +192,7 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
         "From a random start at φ = 0.20 through jamming onset (first row of each table) to dense packings. Lengths, "
         "energies and stresses in the units of Boromand et al.; A is the mean shape factor (SP: disks cut by their "
         "power cells; DP: polygons without rim, 1.012 and 1.024 when round).",
-        [html_page.TextTable(MODEL_STYLE[m]["label"], HEADINGS, rows(run)) for m, run in runs.items()],
+        [html_page.TextTable(MODEL_STYLE[m]["label"], HEADINGS, table_rows(sweep)) for m, sweep in sweeps.items()],
         images,
         facts
         | {"DP parameters": ", ".join(f"{k} = {v}" for k, v in parameters.items())}
@@ -198,11 +202,11 @@ def _draw(runs: dict[str, Run], spectrum: Spectra | None, out: Path, facts: dict
     )
 
 
-def unconverged(runs: dict[str, Run]) -> list[str]:
-    """States whose minimisation did not meet the tolerance, by name."""
+def unconverged(sweeps: dict[str, ModelSweep]) -> list[str]:
+    """Name the states whose minimisation did not reach the tolerance."""
     return [
-        f"{run.model} rho = {rho:.4f}: max force {packing.max_force:.1e}"
-        for run in runs.values()
-        for packing, rho in zip(run.packings, run.measured["rho"], strict=True)
+        f"{sweep.model} rho = {rho:.4f}: max force {packing.max_force:.1e}"
+        for sweep in sweeps.values()
+        for packing, rho in zip(sweep.packings, sweep.measured["rho"], strict=True)
         if not packing.converged
     ]

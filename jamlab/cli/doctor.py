@@ -7,7 +7,7 @@ from jamlab.cli.options import Json
 
 
 def doctor(as_json: Json = False) -> None:
-    """What is installed, whether the plugin and MPI work, and how to mend what does not."""
+    """Check what is installed and whether the plugin and MPI work, and say how to repair what does not."""
     from jamlab.engine.doctor import examine
 
     findings = examine()

@@ -1,4 +1,4 @@
-"""Command line: figures of both papers."""
+"""`jamlab figure`: figures of both papers."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,41 +7,59 @@ import typer
 from rich.text import Text
 
 from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.options import Json
 from jamlab.errors import InputError
 
 
 def figure(
     names: Annotated[
         list[str],
-        typer.Argument(help="Figures such as boromand-6; all; list: their names; reference: thin a campaign's tables."),
+        typer.Argument(
+            help="Figures such as boromand-6; all; list: show their names; reference: reduce a campaign's tables."
+        ),
     ],
     source: Annotated[
-        Path | None, typer.Option("--from", help="Campaign or folder of reference tables; default: those packed in.")
+        Path | None, typer.Option("--from", help="Campaign or folder of reference tables; default: those installed.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-figures"),
-    commit: Annotated[str, typer.Option(help="With the name reference: commit to write down.")] = "unknown",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead of lines.")] = False,
+    commit: Annotated[str, typer.Option(help="With the name reference: commit to record.")] = "unknown",
+    as_json: Json = False,
 ) -> None:
-    """Figures of both papers from our own packings, each with a verdict: measured, interval, paper's value."""
-    from jamlab.cli.figure_tables import open_tables, save_reference
+    """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
+    if names == ["list"]:
+        _list_figures(as_json)
+    elif names == ["reference"]:
+        _write_reference(source, out, commit, as_json)
+    else:
+        _draw_figures(names, source, out, as_json)
+
+
+def _list_figures(as_json: bool) -> None:
     from jamlab.figures.papers import gallery
 
-    if names == ["list"]:
-        found = gallery.titles()
-        if as_json:
-            print_json(found)
-        else:
-            print_table("figures", ["name", "shows"], [[name, title] for name, title in found.items()])
-        return
-    if names == ["reference"]:
-        if source is None:
-            raise InputError("reference needs a campaign: name its file or folder with --from")
-        written = save_reference(source, out, commit)
-        if as_json:
-            print_json({"out": str(out), "bytes": written})
-        else:
-            print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
-        return
+    titles = gallery.titles()
+    if as_json:
+        print_json(titles)
+    else:
+        print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
+
+
+def _write_reference(source: Path | None, out: Path, commit: str, as_json: bool) -> None:
+    from jamlab.cli.figure_tables import save_reference
+
+    if source is None:
+        raise InputError("reference needs a campaign: name its file or folder with --from")
+    written = save_reference(source, out, commit)
+    if as_json:
+        print_json({"out": str(out), "bytes": written})
+    else:
+        print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
+
+
+def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
+    from jamlab.cli.figure_tables import open_tables
+    from jamlab.figures.papers import gallery
+
     chosen = gallery.check_names(names)
     tables = open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)

@@ -1,4 +1,4 @@
-"""Tables that figures are drawn from: of a campaign, or the reference data packed with jamlab."""
+"""Open the tables behind the figures: those of a campaign, or the reference data installed with jamlab."""
 
 from pathlib import Path
 
@@ -8,10 +8,13 @@ from jamlab.packing.versions import versions
 
 
 def open_tables(source: Path | None) -> EnsembleTables:
-    """Tables of a campaign (its file or folder) or of reference tables; None: the reference data packed with jamlab.
+    """Open the tables of a campaign (its file or folder) or a folder of reference tables.
+
+    Args:
+        source: None stands for the reference data installed with jamlab.
 
     Raises:
-        InputError, StorageError: neither of these.
+        InputError, StorageError: `source` is neither.
     """
     if source is None:
         return reference_tables()
@@ -22,7 +25,7 @@ def open_tables(source: Path | None) -> EnsembleTables:
 
 
 def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
-    """Thin the tables of a campaign to reference data, with what made them.
+    """Reduce the tables of a campaign to reference data, and record their origin.
 
     Args:
         source: campaign file or folder.
@@ -30,10 +33,10 @@ def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
         commit: of the code that ran the campaign.
 
     Returns:
-        Table -> bytes.
+        Table -> size in bytes.
 
     Raises:
-        InputError: no campaign, or none of its tasks is finished.
+        InputError: there is no campaign, or none of its tasks is finished.
         StorageError: the folder cannot be written.
     """
     campaign = open_campaign(source)

@@ -11,23 +11,23 @@ from jamlab.errors import InputError
 
 
 def gstar(
-    files: Annotated[list[Path] | None, typer.Argument(help="HDF5 files; several: mean and band.")] = None,
-    n: Annotated[int | None, typer.Option("--n", help="Without files: disks of a packing to make, even.")] = None,
-    pressure: Annotated[float | None, typer.Option(help="Without files: its pressure, k.")] = None,
+    files: Annotated[list[Path] | None, typer.Argument(help="HDF5 files; several give a mean and a band.")] = None,
+    n: Annotated[int | None, typer.Option("--n", help="Without files: number of disks to pack, even.")] = None,
+    pressure: Annotated[float | None, typer.Option(help="Without files: pressure to pack them to, k.")] = None,
     seed: Seed = 1,
     frame: Frame = -1,
-    beta: Annotated[float, typer.Option(help="Contact damping: sliding over approach.")] = 1.0,
+    beta: Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")] = 1.0,
     stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False,
-    eta_f: Annotated[float, typer.Option(help="Fluid viscosity of Stokes drag, k tau_1.")] = 1.0,
+    eta_f: Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")] = 1.0,
     prestress: Annotated[bool, typer.Option(help="Keep the contact forces in the Hessian.")] = True,
     method: Annotated[str, typer.Option(help="auto, dense, direct or reduced.")] = "auto",
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
-    points: Annotated[int, typer.Option(help="Frequencies, log-spaced.")] = 41,
+    points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
     out: Annotated[Path | None, typer.Option(help="Picture (.png) or numbers (.h5) to write.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Complex shear modulus G*(omega), Baumgarten & Tighe, of packings of disks or droplets."""
+    """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe."""
     import numpy as np
 
     from jamlab.cli import spectrum_output

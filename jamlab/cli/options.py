@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options shared by several commands."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +10,6 @@ N = Annotated[int, typer.Option("--n", help="Number of particles, even.")]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option(help="HDF5 file to write.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
-Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: no residual shear stress.")]
-Frame = Annotated[int, typer.Option(help="Frame of the file; -1 is the last.")]
+Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
+Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]
 Tolerance = Annotated[float | None, typer.Option(help="Largest force at a minimum; default 1e-12, droplets 1e-10.")]

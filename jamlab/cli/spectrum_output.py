@@ -1,4 +1,4 @@
-"""Spectra to a picture or an HDF5 file."""
+"""Write spectra to a picture or an HDF5 file."""
 
 from pathlib import Path
 
@@ -13,10 +13,10 @@ from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra
 
 
 def check_output(path: Path) -> None:
-    """Refuse a name that is neither a picture nor HDF5, or cannot be written.
+    """Check that a path has a known suffix and can be written.
 
     Raises:
-        InputError: naming the endings that are known.
+        InputError: the suffix is neither .png nor .h5.
         StorageError: see `jamlab.packing.atomic_file.check_target`.
     """
     if path.suffix not in (".png", ".h5"):

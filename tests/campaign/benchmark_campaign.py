@@ -23,12 +23,12 @@ def timed(folder, name, workers, seeds, step=2e-3):
     compression(path, name, n=32, seeds=seeds, step=step)
     ends, spans = [], []
 
-    def tell(state, line, seconds):
+    def progress(outcome):
         ends.append(time.perf_counter())
-        spans.append(seconds)
+        spans.append(outcome.seconds)
 
     began = time.perf_counter()
-    assert jamlab.open_campaign(path).run(workers, tell=tell).finished == seeds
+    assert jamlab.open_campaign(path).run(workers, progress=progress).finished == seeds
     return ends[-1] - ends[0], time.perf_counter() - began, spans[1:]
 
 

@@ -37,7 +37,7 @@ def test_command_line(full, tmp_path, capsys):
 def test_workers_that_cannot_be_had(tmp_path):
     with pytest.raises(InputError, match="workers = 0: must be 1 or more"):
         Workers(count=0)
-    with pytest.raises(InputError, match="leave workers and slurm out"):
+    with pytest.raises(InputError, match="leave out workers and slurm"):
         Workers(count=2, scheduler="tcp://127.0.0.1:1")
 
 

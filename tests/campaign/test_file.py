@@ -8,7 +8,7 @@ import pytest
 from campaigns import SWEEP, names, written
 
 import jamlab
-from jamlab.campaign.driver import to_do
+from jamlab.campaign.driver import remaining_tasks
 from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.tasks import batches, task_name
 from jamlab.engine.deck_defaults import defaults
@@ -23,8 +23,8 @@ from jamlab.errors import InputError
         ({"n": 0}, r"n\[1\] = 0: must be 2 or more"),
         ({"n": "x"}, r"n\[1\] = 'x': must be a whole number"),
         ({"n": []}, r"n = \[\]: the list is empty"),
-        ({"seeds": 0}, r"seeds = 0: give how many"),
-        ({"seeds": True}, r"seeds = True: give how many"),
+        ({"seeds": 0}, r"seeds = 0: give a number of seeds"),
+        ({"seeds": True}, r"seeds = True: give a number of seeds"),
         ({"seeds": [1, 2, 1]}, r"seeds = \[1, 2, 1\]: 1 is listed twice"),
         ({"seeds": [-1]}, r"seeds\[1\] = -1: must be 0 or more"),
         ({"seed": 3}, r"seed = 3: unknown key, did you mean seeds\?"),
@@ -32,21 +32,21 @@ from jamlab.errors import InputError
         ({"ensemble": "npt"}, r"ensemble = 'npt': use one of 'fixed-box' or 'shear-stabilized'"),
         ({"compress": None}, r"none of them: give exactly one of compress, pressures and onset"),
         ({"pressures": [0.01]}, r"compress and pressures: give exactly one"),
-        ({"compress": {"to": 1.2}}, r"to = 1.2 is above 1, .*: lower it or by = 'phi'"),
+        ({"compress": {"to": 1.2}}, r"to = 1.2 is above 1, .*: lower it, or set by = 'phi'"),
         ({"compress": {"to": 0.9, "nearest": 0.1}}, r"nearest = 0.1 is above step = 0.01: lower it"),
         ({"compress": {"to": 0.9, "steps": 0.1}}, r"compress\.steps = 0.1: unknown key, did you mean step\?"),
         ({"compress": {"step": 0.1}}, r"compress\.to is missing: add it"),
         ({"compress": 0.9}, r"compress = 0.9: must be a table"),
         ({"compress": None, "pressures": [0.5]}, r"pressures\[1\] = 0.5: must be 0.3 or less"),
-        ({"compress": None, "pressures": [0.01], "model": ["sp", "dp"]}, r"pressures are of model sp"),
-        ({"model": "dp", "prestress": False}, r"prestress = false is of model sp"),
-        ({"model": "dp", "observables": ["quasistatic"]}, r"'quasistatic' is of model sp"),
+        ({"compress": None, "pressures": [0.01], "model": ["sp", "dp"]}, r"pressures are for model sp"),
+        ({"model": "dp", "prestress": False}, r"prestress = false is for model sp"),
+        ({"model": "dp", "observables": ["quasistatic"]}, r"'quasistatic' is for model sp"),
         ({"model": "dp", "force_law": {"gama": 1.0}}, r"force_law: model dp has no parameter 'gama': use .*gamma"),
         ({"model": "dp", "force_law": {"ka": -1.0}}, r"force_law: .*'ka'\] is -1.0"),
-        ({"force_law": {"gamma": 0.1}}, r"force_law is of model dp"),
+        ({"force_law": {"gamma": 0.1}}, r"force_law is for model dp"),
         ({"observables": ["void"]}, r"observables\[1\] = 'void': use one of"),
         ({"observables": ["spectra"]}, r"'spectra' needs omega"),
-        ({"omega": [1.0]}, r"omega is there, but observable 'spectra' is not"),
+        ({"omega": [1.0]}, r"omega is given, but observable 'spectra' is not"),
         ({"observables": ["spectra"], "omega": [1.0], "damping": {}}, r"'spectra' needs a damping law"),
         ({"observables": ["spectra"], "omega": [-1.0]}, r"omega\[1\] = -1.0: must be above 0"),
         (
@@ -117,6 +117,6 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
 
 def test_a_task_of_two_sweeps_is_done_once():
     content = CampaignTable.model_validate({"name": "c", "sweep": [SWEEP, SWEEP | {"name": "again", "seeds": 3}]})
-    tasks = list(to_do(batches(content), set()))
+    tasks = list(remaining_tasks(batches(content), set()))
     assert sorted(task.parameters["seed"] for task in tasks) == [1, 2, 3]
-    assert [t.parameters["seed"] for t in to_do(batches(content), {tasks[0].name})] == [2, 3]
+    assert [t.parameters["seed"] for t in remaining_tasks(batches(content), {tasks[0].name})] == [2, 3]

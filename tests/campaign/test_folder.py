@@ -139,7 +139,7 @@ def test_two_drivers_do_not_share_a_folder(tmp_path):
     folder = CampaignFolder(tmp_path)
     folder.prepare()
     with folder.lock():
-        with pytest.raises(StorageError, match=f"process {os.getpid()} on .* works in {tmp_path}: wait"):
+        with pytest.raises(StorageError, match=f"process {os.getpid()} on .* is working in {tmp_path}: wait"):
             jamlab.open_campaign(written(tmp_path / "c.toml"), tmp_path).run(1)
     with folder.lock():  # free again
         pass

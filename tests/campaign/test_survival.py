@@ -13,7 +13,7 @@ import pytest
 from campaigns import compression
 
 import jamlab
-from jamlab.campaign.driver import to_do
+from jamlab.campaign.driver import remaining_tasks
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import run_task
 
@@ -110,7 +110,7 @@ def undisturbed(tmp_path_factory):
     """The same tasks in this process."""
     campaign = jamlab.open_campaign(write_file(tmp_path_factory.mktemp("undisturbed")))
     campaign.folder.prepare()
-    for task in to_do(batches(campaign.content), set()):
+    for task in remaining_tasks(batches(campaign.content), set()):
         assert run_task(str(campaign.folder.path), task.name, task.parameters)[0] == "finished"
     return campaign.folder.path
 

@@ -25,7 +25,7 @@ def test_tables_have_their_columns_and_one_row_for_each(full):
     assert len(full.table("spectra")) == 2 * 2 * 2 * 2  # pressures, laws, pre-stress, frequencies
     assert len(full.table("quasistatic")) == 4
     assert set(full.table("states", sweep="sheared")["n"]) == {32}
-    with pytest.raises(InputError, match="no table 'state': use one of states"):
+    with pytest.raises(InputError, match="table 'state': use one of states"):
         full.table("state")
 
 

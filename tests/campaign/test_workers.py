@@ -70,7 +70,7 @@ def test_only_a_few_tasks_wait_at_once(campaign, scheduler, tmp_path):
         campaign.folder.task_file(name).touch()
     known = []
     with WorkerSupply(scheduler, 1, pytest.fail), Workers(scheduler=scheduler).client() as client:
-        tasks = driver.to_do(batches(content), set())
+        tasks = driver.remaining_tasks(batches(content), set())
         done = driver.drive(client, campaign.folder, tasks, lambda *_: known.append(len(client.futures)))
     assert (done.finished, len(known)) == (200, 200)
     assert max(known) <= 2

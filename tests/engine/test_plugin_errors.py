@@ -1,10 +1,16 @@
 """What LAMMPS says to a deck that uses the plugin wrongly: the style, the value and the remedy."""
 
+import re
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import jamlab
+from jamlab.cli.main import app
+from jamlab.engine.deck_defaults import installed
 from jamlab.engine.installation import lammps_class
+from jamlab.packing.packing import CONTACT_FORMS
 
 HEAD = """
 units lj
@@ -84,12 +90,33 @@ def test_a_correct_deck_runs(lmp, tmp_path):
         ("0.0 2.0", "delta 0.0 must be positive"),
         ("0.25 -2.0", "longest edge -2.0 must be positive"),
         ("0.25 2.0 form outline", "unknown keyword form, expected contact"),
-        ("0.25 2.0 contact sphere", "unknown contact form sphere, expected outline, segment or segment/smooth"),
+        ("0.25 2.0 contact sphere", "unknown contact form sphere, use one of "),
     ],
 )
 def test_pair_style(refuses, arguments, message):
     """Arguments of pair_style circuloline."""
     refuses(f"pair_style circuloline {arguments}", message)
+
+
+def test_plugin_and_python_list_the_same_contact_forms(lmp):
+    """Both messages of the plugin that list the forms, against the list of Python."""
+    for arguments, listed, separator in (
+        ("0.25 2.0 contact sphere", r"contact form sphere, use one of ([\w/, ]+?) \(", ", "),
+        ("0.25", r"\[contact ([\w/|]+)\]", "|"),
+    ):
+        with pytest.raises(Exception, match=listed) as refused:
+            lmp.command(f"pair_style circuloline {arguments}")
+        names = re.search(listed, str(refused.value))[1].split(separator)
+        assert sorted(names) == sorted(CONTACT_FORMS)
+
+
+def test_texts_list_the_contact_forms():
+    """The comment of the decks' default, and the help of `jamlab jam`, which must not load numpy for the list."""
+    deck = (installed("lammps_inputs") / "dp.parameters").read_text()
+    help_text = CliRunner().invoke(app, ["jam", "--help"]).output
+    comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
+    assert comment.split(" | ") == list(CONTACT_FORMS)
+    assert f"{', '.join(CONTACT_FORMS[:-1])} or {CONTACT_FORMS[-1]}." in " ".join(help_text.split())
 
 
 @pytest.mark.parametrize(
