@@ -11,9 +11,8 @@ import numpy as np
 import pandas as pd
 import paper_tables
 import pytest
-from typer.testing import CliRunner
+from commands import call
 
-from jamlab.cli.main import app
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.claims import Claim, claim
@@ -284,27 +283,22 @@ def test_figures_that_the_tables_do_not_give_are_told(tmp_path):
 
 def test_command(tmp_path):
     save(tables(), tmp_path / "reference", {})
-    run = CliRunner()
-    call = ["figure", "baumgarten-5", "--from", str(tmp_path / "reference"), "--out", str(tmp_path / "out")]
-    shown = run.invoke(app, call)
+    words = ["figure", "baumgarten-5", "--from", str(tmp_path / "reference"), "--out", str(tmp_path / "out")]
+    shown = call(tmp_path, *words)
     assert shown.exit_code == 0
     assert re.search(
         r"baumgarten-5: exponent of approach in p = 0\.2\d+ \[0\.2\d+, 0\.2\d+\], paper 0\.25", shown.stdout
     )
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
-    content = json.loads(run.invoke(app, [*call, "--json"]).stdout)
+    content = json.loads(call(tmp_path, *words, "--json").stdout)
     assert [c["verdict"] for c in content["claims"]] == ["agrees"] * 3
-    assert "boromand-11" in run.invoke(app, ["figure", "list"]).stdout
-    assert set(json.loads(run.invoke(app, ["figure", "list", "--json"]).stdout)) == set(gallery.FIGURES)
+    assert "boromand-11" in call(tmp_path, "figure", "list").stdout
+    assert set(json.loads(call(tmp_path, "figure", "list", "--json").stdout)) == set(gallery.FIGURES)
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (["boromand-3"], "no figure boromand-3"),
-        (["boromand-4", "--from", "nowhere"], "nowhere"),
-    ],
+    ("words", "named"), [(["boromand-3"], "boromand-3"), (["boromand-4", "--from", "nowhere"], "nowhere")]
 )
-def test_bad_calls_are_refused(call, message):
-    result = CliRunner().invoke(app, ["figure", *call])
-    assert isinstance(result.exception, InputError | StorageError) and re.search(message, str(result.exception))
+def test_bad_calls_are_refused(tmp_path, words, named):
+    done = call(tmp_path, "figure", *words)
+    assert done.exit_code == 1 and named in done.stderr and not list(tmp_path.iterdir())
