@@ -1,10 +1,18 @@
 """Fixtures that several test files share: packings and a campaign that are made once per run."""
 
+import os
+
 import campaigns
 import numpy as np
 import pytest
+from hypothesis import settings
 
 import jamlab
+
+# HYPOTHESIS_PROFILE=extensive or --hypothesis-profile=extensive: new examples in every run, twenty times as many
+settings.register_profile("fast", max_examples=25, deadline=None, derandomize=True)
+settings.register_profile("extensive", max_examples=500, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 

@@ -27,9 +27,11 @@ def _disks(p):
     x, d, box = p.positions, p.diameters, p.box
     energy, forces, moment = 0.0, np.zeros_like(x), np.zeros((2, 2))
     for i in range(len(x)):
-        for j in range(i):
+        for j in range(i + 1):
             s = (d[i] + d[j]) / 2
             for a, b in IMAGES:
+                if j == i and (a, b) <= (0, 0):  # its own images: one of two opposite ones, not itself
+                    continue
                 r = x[i] - x[j] + a * box[0] + b * box[1]
                 distance = math.hypot(r[0], r[1])
                 if distance >= s:

@@ -25,7 +25,8 @@ from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.compression import compress
-from jamlab.protocols.relaxation import Progress, jam
+from jamlab.protocols.onset import jam
+from jamlab.protocols.relaxation import Progress
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.mean_spectrum import Spectra
 

@@ -1,8 +1,11 @@
 """The command `jamlab`: all commands, and one line for every error a user can cause."""
 
 import sys
+from collections.abc import Sequence
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze
@@ -19,7 +22,31 @@ from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
 from jamlab.errors import JamlabError
 
+
+class Commands(TyperGroup):
+    """All commands: print one line for every error a user can cause; `--debug` shows where it came from."""
+
+    debug = False
+
+    def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> Any:
+        """Take `--debug` out of the words, wherever it stands, and run the command."""
+        words = list(sys.argv[1:] if args is None else args)
+        self.debug = "--debug" in words
+        return super().main([word for word in words if word != "--debug"], *rest, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; exit with 1 after an error."""
+        try:
+            return super().invoke(ctx)
+        except JamlabError as error:
+            if self.debug:
+                raise
+            err_console.print(f"[red]error:[/] {error}", soft_wrap=True, highlight=False)
+            raise typer.Exit(1) from None
+
+
 app = typer.Typer(
+    cls=Commands,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -42,16 +69,8 @@ app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compar
 
 
 def main() -> None:
-    """Entry point: one line for every error a user can cause, `--debug` shows where it came from."""
-    debug = "--debug" in sys.argv
-    arguments = [a for a in sys.argv[1:] if a != "--debug"]
-    try:
-        app(args=arguments)
-    except JamlabError as error:
-        if debug:
-            raise
-        err_console.print(f"[red]error:[/] {error}", soft_wrap=True, highlight=False)
-        sys.exit(1)
+    """Run the words of the shell."""
+    app()
 
 
 if __name__ == "__main__":

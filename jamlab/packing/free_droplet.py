@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import newton
 
+from jamlab.errors import InputError
+
 Array = NDArray[np.float64]
 
 
@@ -19,10 +21,20 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
     Args:
         nv: (n,) vertices of each droplet.
         params: `gamma`, `ka`, and `a0` of shape (n,).
+
+    Raises:
+        InputError: no area balances, line tension shrinks a droplet to a point.
     """
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)
     gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)
+    # the force on the area is least at a = (gamma sqrt(c)/(2 ka))^(2/3); it must be inwards there
+    largest = np.min(2 * (a0 / 3) ** 1.5 / np.sqrt(c))
+    if gamma > ka * largest:
+        raise InputError(
+            f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; "
+            f"lower gamma or raise ka, gamma/ka must not be above {largest:.4g}"
+        )
     area: Array = newton(
         lambda a: ka * (a - a0) + gamma * np.sqrt(c / a),
         a0,

@@ -1,10 +1,8 @@
 """Other codes on the same disks: agreement, absent peers, recipes."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from commands import call
 
 import jamlab
 from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum
@@ -93,15 +91,7 @@ def test_recipe_holds_what_its_script_reads(tmp_path, name):
 
 
 def test_command_line(tmp_path):
-    command = [sys.executable, "-m", "jamlab.cli", "compare", "--recipe", "hoomd", "--out", "h", "--n", "16"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0 and "conda" in done.stdout, done.stderr
-    done = subprocess.run(
-        [sys.executable, "-m", "jamlab.cli", "compare", "--phi", "0.2", "--n", "8", "--json"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 1 and "raise phi" in done.stderr and not done.stdout
+    done = call(tmp_path, "compare", "--recipe", "hoomd", "--out", "h", "--n", "16")
+    assert done.exit_code == 0 and "conda" in done.stdout, done.stderr
+    done = call(tmp_path, "compare", "--phi", "0.2", "--n", "8", "--json")
+    assert done.exit_code == 1 and "raise phi" in done.stderr and not done.stdout

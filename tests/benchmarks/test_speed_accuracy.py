@@ -1,11 +1,10 @@
 """Speed-accuracy charts: who is dominated, what is written, what is refused."""
 
 import csv
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from commands import call
 
 import jamlab
 from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front, speed_accuracy
@@ -49,7 +48,7 @@ def test_chart_of_packing_fractions(tmp_path):
     assert sum(row["default"] == "True" for row in rows) == 3
     page = (tmp_path / "speed-accuracy.html").read_text()
     assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
-    assert (tmp_path / "packing-fraction.png").stat().st_size > 10_000
+    assert (tmp_path / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_figure_rings_the_default_and_greys_the_beaten():
@@ -66,9 +65,8 @@ def test_figure_rings_the_default_and_greys_the_beaten():
 
 
 def test_unknown_topic_is_refused(tmp_path):
-    command = [sys.executable, "-m", "jamlab.cli", "chart", "speed-accuracy", "--topic", "weather", "--out", "c"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 1 and "weather" in done.stderr and "minimisers" in done.stderr
+    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "c")
+    assert done.exit_code == 1 and "weather" in done.stderr and "minimisers" in done.stderr
     assert not (tmp_path / "c").exists()
     with pytest.raises(jamlab.InputError):
         speed_accuracy(tmp_path / "c", ["weather"])

@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 import pytest
+from commands import call
 
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.workers import Workers
@@ -15,12 +16,11 @@ from jamlab.errors import InputError
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 
-def test_command_line(full, tmp_path, capsys):
-    from jamlab.cli.main import app
-
+def test_command_line(full, tmp_path):
     def said(*words):
-        app(args=["campaign", *map(str, words)], standalone_mode=False)
-        return capsys.readouterr().out
+        done = call(tmp_path, "campaign", *words)
+        assert done.exit_code == 0, done.stderr
+        return done.stdout
 
     status = json.loads(said("status", full.folder.path, "--verify", "--json"))
     assert (status["tasks"], status["finished"], status["damaged"]) == (6, 6, {})

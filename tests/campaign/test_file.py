@@ -73,7 +73,7 @@ def test_files_that_are_no_campaign_file(tmp_path):
         jamlab.open_campaign(tmp_path)
     path = written(tmp_path / "c.toml")
     path.write_text(path.read_text() + path.read_text().split("\n", 1)[1])
-    with pytest.raises(InputError, match="two sweeps have the name 'disks': rename one"):
+    with pytest.raises(InputError, match=r"'disks'.*rename"):
         jamlab.open_campaign(path)
     with pytest.raises(InputError, match="has no sweep 'x': use one of disks"):
         jamlab.open_campaign(written(tmp_path / "c.toml")).plan(only=["x"])
@@ -112,7 +112,8 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
     assert task_name(dict(reversed(task.parameters.items()))) == task.name
     # the defaults of the decks are part of the name: new ones make new tasks
     assert task.parameters["force_law"]["ka"] == defaults("dp")["ka"]
-    assert not set(names(written(path, model="dp", force_law={"gamma": 0.11}))) & set(names(path)) - set(names(path))
+    before = set(names(path))
+    assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))
 
 
 def test_a_task_of_two_sweeps_is_done_once():

@@ -80,7 +80,7 @@ def test_workers_with_threads_are_refused(campaign, scheduler):
     line = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2", "--no-nanny"]
     with subprocess.Popen([*line, "--no-dashboard"], stderr=subprocess.DEVNULL) as process:
         try:
-            with pytest.raises(InputError, match=r"runs 2 tasks at once in threads, .* --nthreads 1"):
+            with pytest.raises(InputError, match=r"2 tasks.*--nthreads 1"):
                 for _ in range(200):  # until the worker is there
                     with Workers(scheduler=scheduler).client():
                         time.sleep(0.1)
@@ -106,7 +106,7 @@ def test_a_task_that_kills_its_workers_is_recorded(campaign, monkeypatch):
 
 @pytest.mark.slow
 def test_no_scheduler_there(campaign):
-    with pytest.raises(InputError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9: start one"):
+    with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:9.*start"):
         campaign.run(scheduler="tcp://127.0.0.1:9")
 
 

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: processes, exit codes, one-line errors, nothing half-written."""
+"""The command line as a user meets it: exit codes, one-line errors, nothing half-written."""
 
 import json
 import subprocess
@@ -8,21 +8,25 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from commands import call
 
 import jamlab
+from jamlab.cli.main import app
 
-JAMLAB = [sys.executable, "-m", "jamlab.cli"]
+MODULE = [sys.executable, "-m", "jamlab.cli"]
+SCRIPT = [Path(sys.executable).with_name("jamlab")]
 
 
-def call(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
-    return subprocess.run([*JAMLAB, *arguments], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+def start(folder, program, *words):
+    """Run a command as a process of its own."""
+    return subprocess.run([*program, *words], cwd=folder, capture_output=True, text=True, timeout=300, check=False)
 
 
 @pytest.fixture(scope="module")
 def packed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("packed")
     done = call(folder, "pack", "--n", "32", "--pressure", "0.02", "--seed", "3", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     return folder / "packing.h5", json.loads(done.stdout)
 
 
@@ -37,20 +41,20 @@ def test_pack_writes_what_it_prints(packed):
 def test_gstar_limits_and_picture(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "gstar", str(path), "--points", "5", "--out", "gstar.png", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     printed = json.loads(done.stdout)
     assert printed["storage"][0] == pytest.approx(printed["g0"], rel=1e-6)
-    assert (tmp_path / "gstar.png").stat().st_size > 10_000
+    assert (tmp_path / "gstar.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
     """Two files give a mean and write numbers; --n and --pressure make the packing."""
     path, _ = packed
     other = ("pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--ensemble", "shear-stabilized", "--json")
-    assert call(tmp_path, *other).returncode == 0
+    assert call(tmp_path, *other).exit_code == 0
     options = ("--points", "3", "--json")
     done = call(tmp_path, "gstar", str(path), "packing.h5", "--out", "both.h5", *options)
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     printed = json.loads(done.stdout)
     assert len(printed["packings"]) == 2
     assert printed["loss"] == pytest.approx([sum(p["loss"][k] for p in printed["packings"]) / 2 for k in range(3)])
@@ -62,9 +66,9 @@ def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
 
 def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
     done = call(tmp_path, "jam", "--n", "16", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     sweep = ("compress", "onset.h5", "--to", "0.86", "--by", "phi", "--nearest", "1e-3", "--error", "0.1", "--json")
-    assert call(tmp_path, *sweep).returncode == 0
+    assert call(tmp_path, *sweep).exit_code == 0
     assert all(p.ensemble == "shear-stabilized" for p in jamlab.read_all(tmp_path / "sweep.h5"))
 
 
@@ -79,14 +83,14 @@ def test_a_picture_of_droplets_is_analysed(tmp_path):
             grey[(x - 40 * column - 20) ** 2 + (y - 40 * row - 20) ** 2 < 15**2] = 255
     Image.fromarray(grey).save(tmp_path / "droplets.png")
     done = call(tmp_path, "analyze", "droplets.png", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout)["rho"][0] == pytest.approx(np.pi * 15**2 / 40**2, rel=0.03)
 
 
 def test_compress_and_analyze_agree(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "compress", str(path), "--to", "0.9", "--step", "0.02", "--out", "sweep.h5", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     printed = json.loads(done.stdout)
     assert abs(printed["rho"][-1] - 0.9) < 1e-6
     again = json.loads(call(tmp_path, "analyze", "sweep.h5", "--json").stdout)
@@ -127,30 +131,44 @@ def test_bad_input_names_the_value_and_writes_nothing(packed, tmp_path, argument
         file["x"] = 1
     before = sorted(tmp_path.iterdir())
     done = call(tmp_path, *(a.format(packed=packed[0]) for a in arguments))
-    assert done.returncode != 0
-    assert "Traceback" not in done.stderr
+    assert done.exit_code != 0
     errors = [line for line in done.stderr.splitlines() if line.lower().startswith("error")]
     assert len(errors) == 1 and named in errors[0]
     assert done.stdout == ""
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_doctor_finds_this_installation_right():
-    done = call(Path.cwd(), "doctor", "--json")
+def test_installed_script_finds_this_installation_right(tmp_path):
+    done = start(tmp_path, SCRIPT, "doctor", "--json")
     findings = json.loads(done.stdout)
     assert done.returncode == 0, findings
     assert {"LAMMPS", "plugin", "MPI run"} <= set(findings)
 
 
-def test_every_command_shows_an_example():
-    for command in ("demo", "jam", "pack", "compress", "analyze", "gstar", "doctor"):
-        assert f"Example: jamlab {command}" in call(Path.cwd(), command, "--help").stdout
+def test_module_is_the_command_and_separates_results_from_errors(tmp_path):
+    done = start(tmp_path, MODULE, "jam", "--n", "8", "--seed", "1", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["onset"] == jamlab.read(tmp_path / "onset.h5").onset
+    done = start(tmp_path, MODULE, "analyze", "absent.h5")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("error:") and "absent.h5" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_debug_shows_where_an_error_came_from(tmp_path):
+    done = start(tmp_path, MODULE, "analyze", "--debug", "absent.h5")
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr and "StorageError" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("command", [command.name or command.callback.__name__ for command in app.registered_commands])
+def test_every_command_shows_an_example(tmp_path, command):
+    assert f"Example: jamlab {command}" in call(tmp_path, command, "--help").stdout
 
 
 def test_demo_small(tmp_path):
     """The main job on few particles: all files there, page self-contained, every state converged."""
     done = call(tmp_path, "demo", "--n", "8", "--to", "0.88", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert "not converged" not in done.stderr
     out = tmp_path / "jamlab-demo"
     names = {"sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png", "index.html"}

@@ -91,14 +91,14 @@ def test_bad_numbers_of_ranks(minimum, ranks):
 
 def test_polygons_are_refused(random_polygons):
     """One rank is faster there."""
-    with pytest.raises(jamlab.InputError, match="ranks = 2: polygons are minimised on one rank"):
+    with pytest.raises(jamlab.InputError, match=r"ranks = 2.*one rank"):
         minimize_on_ranks(random_polygons(), force=1e-9, style="cg", steps=10, ranks=2)
 
 
 def test_missing_mpiexec_is_told(start, monkeypatch, tmp_path):
     """Programs are looked for beside the interpreter."""
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
-    with pytest.raises(jamlab.EngineError, match=r"no mpiexec and lmp in .* for ranks = 2: run `jamlab doctor`"):
+    with pytest.raises(jamlab.EngineError, match=r"ranks = 2.*jamlab doctor"):
         minimize_on_ranks(start, force=1e-9, style="cg", steps=10, ranks=2)
 
 

@@ -6,6 +6,7 @@ import shapely
 from matplotlib.figure import Figure
 
 from jamlab.figures import geometry_pictures as geometry_figures
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.packing import Packing
 
@@ -65,6 +66,7 @@ def test_walls_of_a_row_stand_in_the_middle():
 
 def test_figure_of_either_model(dp_dense, sp_jammed):
     for packing in (dp_dense, sp_jammed):
-        figure = geometry_figures.geometry_figure(packing)
-        assert len(figure.axes) == 4  # three pictures and a scale
-        figure.draw_without_rendering()
+        overlaps, middle, cells, scale = geometry_figures.geometry_figure(packing).axes
+        assert middle.get_title() == rf"{len(voids(packing).sides)} voids, $\rho$ = {packing_fraction(packing):.4f}"
+        assert (overlaps.get_title(), scale.get_ylabel()) == ("overlaps", "local packing fraction")
+        assert cells.get_title() == {"sp": "power cells", "dp": "set-Voronoi cells"}[packing.model]

@@ -1,6 +1,7 @@
 """Pictures: what is drawn where, from packings whose picture is known."""
 
 import numpy as np
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 import jamlab
@@ -17,18 +18,29 @@ def drawn(packing):
     return axes
 
 
+def fills(axes):
+    """Paths of all that is filled."""
+    return [path for part in axes.collections if isinstance(part, PolyCollection) for path in part.get_paths()]
+
+
+def lines(axes):
+    """Straight lines of two ends: those between particles in contact."""
+    segments = [s for part in axes.collections if isinstance(part, LineCollection) for s in part.get_segments()]
+    return [segment for segment in segments if len(segment) == 2]
+
+
 def test_particles_repeat_in_every_periodic_image():
     packing = jamlab.Packing("sp", BOX, [[0.1, 2.0], [2.0, 2.0]], {"eps": 1.0}, diameters=[1.0, 1.4])
-    fills = drawn(packing).collections[0::2][:9]
-    centres = np.concatenate([[path.vertices[:-1].mean(axis=0) for path in fill.get_paths()] for fill in fills])
-    for x, y in ((0.1, 2.0), (4.1, 2.0), (-3.9, -2.0), (2.0, 6.0)):
-        assert np.min(np.hypot(*(centres - [x, y]).T)) < 0.03
+    centres = np.array([path.vertices[:-1].mean(axis=0) for path in fills(drawn(packing))])
+    cells = 4.0 * np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
+    wanted = (packing.positions[:, None] + cells).reshape(-1, 2)
+    assert len(centres) == len(wanted) == 18
+    assert all(np.min(np.hypot(*(centres - place).T)) < 0.03 for place in wanted)
 
 
 def test_contact_lines_cross_the_boundary_from_both_sides():
     packing = jamlab.Packing("sp", BOX, [[0.2, 1.0], [3.6, 1.0]], {"eps": 1.0}, diameters=[1.0, 1.0])
-    lines = drawn(packing).collections[-1].get_segments()
-    ends = sorted(tuple(np.round(line[:, 0], 9)) for line in lines)
+    ends = sorted(tuple(np.round(line[:, 0], 9)) for line in lines(drawn(packing)))
     assert ends == [(0.2, -0.4), (3.6, 4.2)]
 
 
@@ -36,10 +48,8 @@ def test_droplets_are_filled_to_their_rim():
     polygon = regular_polygon(12, 1.0)
     params = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.2, "eta": 0.0, "contact": "outline", "a0": [1.0]}
     packing = jamlab.Packing("dp", BOX, polygon + 2.0, params, offsets=[0, 12])
-    fill = drawn(packing).collections[0].get_paths()[0].vertices
-    radius = np.hypot(*(polygon[0]))
-    widest = np.hypot(*(fill - [-2.0, -2.0]).T).max()  # the first image drawn lies one cell down and left
-    assert abs(widest - radius - 0.1) < 1e-3
+    (fill,) = (path.vertices for path in fills(drawn(packing)) if path.contains_point((2.0, 2.0)))
+    assert abs(np.hypot(*(fill - 2.0).T).max() - np.hypot(*polygon[0]) - 0.1) < 1e-3
 
 
 def test_states_without_a_value_are_counted_not_drawn():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
@@ -57,7 +57,6 @@ def test_lens_of_two_circles(r, radius_i, radius_j, lens):
 
 
 @given(st.floats(0, 2), st.floats(0.1, 1))
-@settings(max_examples=50, deadline=None)
 def test_lens_by_integration(r, small):
     x = np.linspace(-1, 1, 20_001)
     height = np.minimum(np.sqrt(1 - x**2), np.sqrt(np.maximum(small**2 - (x - r) ** 2, 0)))
@@ -97,7 +96,6 @@ def test_pairs_count_the_smaller_disk_of_a_nested_pair():
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.2, 0.35]))
-@settings(max_examples=25, deadline=None)
 def test_bounds(seed, scale):
     """Bonferroni: pairs <= exact <= nominal; and nothing covers more than the cell or less than its largest disk."""
     packing = random_disks(seed, scale=scale)
@@ -142,7 +140,6 @@ def test_nested_disks_as_triples():
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.2, 0.35]))
-@settings(max_examples=25, deadline=None)
 def test_bonferroni(seed, scale):
     packing = random_disks(seed, scale=scale)
     pairs, triples, exact = (packing_fraction(packing, m) for m in ("pairs", "triples", "cells"))

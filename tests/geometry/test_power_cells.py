@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
@@ -190,7 +190,6 @@ def test_polygons_are_refused():
 
 
 @given(scenes())
-@settings(max_examples=25, deadline=None)
 def test_sum_of_areas_is_the_union(packing):
     np.testing.assert_allclose(disk_cells(packing).area.sum(), union_of_polygons(packing), atol=3e-6)
 
@@ -216,7 +215,6 @@ def test_each_cell_is_the_disk_clipped_by_its_radical_lines():
 
 
 @given(scenes())
-@settings(max_examples=25, deadline=None)
 def test_free_arcs_are_the_growth_of_the_union(packing):
     """d(area of the union) = sum(R Theta) dR when all radii grow by dR."""
     step = 1e-5
@@ -229,7 +227,6 @@ def test_free_arcs_are_the_growth_of_the_union(packing):
 
 
 @given(scenes())
-@settings(max_examples=25, deadline=None)
 def test_free_arcs_join_into_closed_loops(packing):
     """An arc that ends on the chord of i towards j goes on along j, from the chord towards i."""
     cells = disk_cells(packing)
@@ -252,7 +249,6 @@ def test_free_arcs_join_into_closed_loops(packing):
 
 
 @given(scenes())
-@settings(max_examples=25, deadline=None)
 def test_both_sides_of_a_chord_have_the_same_length(packing):
     cells = disk_cells(packing)
     matrix = np.zeros((packing.n, packing.n))
@@ -264,7 +260,6 @@ def test_both_sides_of_a_chord_have_the_same_length(packing):
 
 
 @given(scenes(), st.integers(0, 2**32 - 1))
-@settings(max_examples=25, deadline=None)
 def test_areas_do_not_depend_on_origin_image_order_or_lattice_vectors(packing, seed):
     rng = np.random.default_rng(seed)
     cells = disk_cells(packing)

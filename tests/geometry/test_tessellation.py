@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
@@ -48,7 +48,6 @@ def test_wall_between_unequal_disks_lies_on_the_radical_line():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
 def test_cells_fill_the_box_and_obey_euler(seed):
     packing = scene(seed)
     cells = tessellation(packing)
@@ -62,7 +61,6 @@ def test_cells_fill_the_box_and_obey_euler(seed):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=15, deadline=None)
 def test_cells_do_not_depend_on_origin_image_or_lattice_vectors(seed):
     packing, rng = scene(seed), np.random.default_rng(seed)
     cells = tessellation(packing)

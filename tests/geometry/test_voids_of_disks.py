@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
@@ -221,7 +221,6 @@ def test_disk_of_no_size_is_refused():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=60, deadline=None)
 def test_voids_and_disks_fill_the_cell(seed):
     packing = scene(seed)
     check_sum(packing, voids(packing))
@@ -309,7 +308,6 @@ def table(found):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=25, deadline=None)
 def test_voids_do_not_depend_on_origin_image_order_or_lattice_vectors(seed):
     packing, rng = scene(seed), np.random.default_rng(seed)
     expected = table(voids(packing))

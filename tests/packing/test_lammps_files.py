@@ -130,7 +130,7 @@ def test_written_atoms_lie_in_the_box_and_keep_their_bits_if_they_did_before(tmp
 
 def test_a_position_too_far_for_the_image_flags_is_refused(tmp_path):
     packing = Packing("sp", np.eye(2), [[0.5, 0.5], [0.5, -512.5]], {"eps": 1.0}, diameters=np.ones(2))
-    with pytest.raises(InputError, match=r"positions\[1\] of particle 1 lies 513 boxes away"):
+    with pytest.raises(InputError, match=r"positions\[1\].*513.*shift"):
         write_data(tmp_path / "p.data", packing)
     assert os.listdir(tmp_path) == []
     write_data(tmp_path / "p.data", packing.with_state(positions=[[0.5, 0.5], [511.5, -511.5]]))
@@ -193,7 +193,7 @@ def test_dump_has_the_same_doubles(tmp_path):
 def test_dump_frames_have_one_size(tmp_path):
     with pytest.raises(InputError, match="no packings"):
         write_dump(tmp_path / "run.dump", [])
-    with pytest.raises(InputError, match="frame 1 is model dp with 20 positions, frame 0 is model sp with 40"):
+    with pytest.raises(InputError, match=r"frame 1 .*dp.*20.*sp.*40.*separate files"):
         write_dump(tmp_path / "run.dump", [disks(0.0), polygons(0.0)])
     assert os.listdir(tmp_path) == []
 
@@ -218,5 +218,5 @@ def test_a_failure_keeps_the_old_files(tmp_path, monkeypatch):
 
 
 def test_a_missing_folder_is_named(tmp_path):
-    with pytest.raises(StorageError, match=f"there is no folder {tmp_path}/absent; create it"):
+    with pytest.raises(StorageError, match=f"{tmp_path}/absent.*create"):
         write_data(tmp_path / "absent" / "p.data", disks(0.0))

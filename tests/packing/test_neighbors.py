@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
@@ -42,7 +42,6 @@ def layers_for(a, b, box, cutoff):
 
 
 @given(scenes())
-@settings(max_examples=60, deadline=None)
 def test_neighbors_are_those_of_brute_force(scene):
     a, b, box, cutoff = scene
     found = periodic_neighbors(a, b, box, cutoff)
@@ -52,7 +51,6 @@ def test_neighbors_are_those_of_brute_force(scene):
 
 
 @given(scenes())
-@settings(max_examples=60, deadline=None)
 def test_pairs_are_half_of_the_neighbors(scene):
     points, _, box, cutoff = scene
     pairs = rows(periodic_pairs(points, box, cutoff))
@@ -80,7 +78,6 @@ def test_box_smaller_than_the_cutoff_lists_every_image():
 
 @given(st.integers(-7, 7), st.integers(0, 2**32 - 1))
 @example(50, 0)
-@settings(max_examples=20, deadline=None)
 def test_equivalent_sheared_lattices_have_the_same_pairs(k, seed):
     points = np.random.default_rng(seed).random((20, 2))
     box = np.array([[1.0, 0.0], [0.37, 1.1]])

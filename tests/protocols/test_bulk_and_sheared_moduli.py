@@ -170,13 +170,13 @@ def test_strain_is_halved_until_no_contact_changes():
 @pytest.mark.parametrize("modulus", [jamlab.bulk_modulus, jamlab.shear_modulus])
 def test_strains_that_are_none(packings, modulus, strain):
     """Named."""
-    with pytest.raises(jamlab.InputError, match=f"strain = {strain!r}: must be a number above 0 and at most 0.1"):
+    with pytest.raises(jamlab.InputError, match=rf"strain = {strain!r}.*at most 0\.1"):
         modulus(packings["deep"], "finite-strain", strain=strain)
 
 
 def test_what_has_no_bulk_modulus(packings, random_disks):
     """Unknown methods, loose packings, states that are no minimum."""
-    with pytest.raises(jamlab.InputError, match="unknown method 'born': use one of linear-response"):
+    with pytest.raises(jamlab.InputError, match=r"'born'.*linear-response"):
         jamlab.bulk_modulus(packings["deep"], "born")
     with pytest.raises(jamlab.ConvergenceError, match="every particle rattles"):
         jamlab.bulk_modulus(random_disks(phi=0.01))

@@ -122,7 +122,7 @@ def test_what_has_no_modulus_is_refused(random_disks, packings):
     loose = packings["near"].with_state(box=2 * packings["near"].box, positions=2 * packings["near"].positions)
     with pytest.raises(jamlab.ConvergenceError, match="every particle rattles"):
         jamlab.shear_modulus(loose)
-    with pytest.raises(jamlab.InputError, match="unknown method 'guess': use one of linear-response"):
+    with pytest.raises(jamlab.InputError, match=r"'guess'.*linear-response"):
         jamlab.shear_modulus(packings["near"], "guess")
     for angle in ("x", np.nan, [[0.0]]):
         with pytest.raises(jamlab.InputError, match="give one direction in radian"):
@@ -230,7 +230,7 @@ def test_complex_modulus_solves_the_equation_of_motion(packing, damping):
 @pytest.mark.parametrize("omega", [0.0, -1.0, np.nan, np.inf])
 def test_frequencies_must_be_positive(packings, omega):
     """The value is named; droplets and unknown methods are refused too."""
-    with pytest.raises(jamlab.InputError, match=f"omega = {omega}: frequencies must be positive"):
+    with pytest.raises(jamlab.InputError, match=f"omega = {omega}.*positive"):
         jamlab.complex_modulus(packings["near"], [1.0, omega])
 
 

@@ -243,7 +243,7 @@ def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
     plain = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
     monkeypatch.setenv("JAMLAB_FACTORISATION", name)
     if name == "guess":
-        with pytest.raises(jamlab.InputError, match="JAMLAB_FACTORISATION = 'guess': use one of pardiso, scipy"):
+        with pytest.raises(jamlab.InputError, match=r"JAMLAB_FACTORISATION.*'guess'.*pardiso, scipy"):
             jamlab.complex_modulus(packings[1e-4], OMEGA)
         return
     if name == "pardiso" and find_spec("pypardiso") is None:

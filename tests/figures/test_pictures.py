@@ -1,0 +1,177 @@
+"""Pictures beside stored ones, pixel by pixel: colours, order of drawing, markers, legends.
+
+Both models are drawn in the stored states `states/*.h5`, so that no rounding of LAMMPS moves a line. Text is left out
+and panels stand in a fixed grid, since fonts and their sizes differ between versions of matplotlib; what the text says
+is compared as text. Edges are sharp, which keeps the files small. After a change that is meant, draw the stored
+pictures again, look at them, and commit them:
+
+    pytest tests/figures/test_pictures.py --mpl-generate-path=tests/figures/baseline
+"""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.text import Text
+
+import jamlab
+from jamlab.benchmarks.speed_accuracy.pareto_figure import pareto_figure
+from jamlab.benchmarks.speed_accuracy.trial import Topic, Trial
+from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
+from jamlab.figures.packing_pictures import draw_packing, modulus_figure
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.tables import reference_tables
+from jamlab.packing.deformation import at_phi
+from jamlab.rheology.mean_spectrum import Spectra
+
+HERE = Path(__file__).parent
+SHARP = {"lines.antialiased": False, "patch.antialiased": False, "text.hinting": "none"}
+picture = pytest.mark.mpl_image_compare(
+    baseline_dir="baseline", style=["default", SHARP], tolerance=2, savefig_kwargs={"dpi": 80}, deterministic=True
+)
+
+
+def bare(figure, columns=1):
+    """The figure without text, ticks and grid lines, its panels in a row."""
+    figure.set_layout_engine("none")
+    scales = [axes for axes in figure.axes if axes.get_label() == "<colorbar>"]
+    panels = [axes for axes in figure.axes if axes not in scales]
+    for group, left, width in ((panels, 0.06, 0.84), (scales, 0.93, 0.03)):
+        for k, axes in enumerate(group):
+            axes.set_position([(k + left) / columns, 0.14, width / columns, 0.8])
+    for text in figure.findobj(Text):
+        text.set(text="", fontsize=0.1)  # else the height of an empty line moves legends
+    for axes in figure.axes:
+        axes.xaxis.set_visible(False)
+        axes.yaxis.set_visible(False)
+    return figure
+
+
+def state(name):
+    return jamlab.read(HERE / "states" / f"{name}.h5")
+
+
+def both(draw, width=7.0, height=3.6):
+    """The two models side by side, small."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    for axes, name in zip(figure.subplots(1, 2), ("disks", "droplets"), strict=True):
+        draw(axes, state(name), name)
+    return bare(figure, columns=2)
+
+
+def paper_figure(name):
+    return gallery.draw(name, shipped())
+
+
+@cache
+def shipped():
+    return reference_tables()
+
+
+@picture
+def test_packings():
+    """Large blue, small pink, rattlers grey, contacts black."""
+    return both(draw_packing)
+
+
+@picture
+def test_voids():
+    """One colour for each number of sides, digits in large voids, legend below."""
+    return both(draw_voids)
+
+
+@picture
+def test_cells():
+    """Colours of local packing fraction, with their scale."""
+    return both(draw_cells, width=8.0)
+
+
+@picture
+def test_overlaps():
+    """Dark lenses, white chords; legend below."""
+    return both(lambda axes, packing, title: draw_overlaps(axes, at_phi(packing, 1.2 * packing.phi), title))
+
+
+def modulus():
+    s = jamlab.complex_modulus(state("disks"), np.geomspace(1e-4, 1e2, 25), method="dense")
+    return modulus_figure({"contact damping": Spectra((s,), "k", (True,))}, "k")
+
+
+def chart():
+    trials = [
+        Trial("N = 64", "exact", "", 3e-3, 1e-14, default=True),
+        Trial("N = 64", "pairs", "", 1e-3, 2e-4),
+        Trial("N = 64", "pixels", "256", 2e-2, 1e-3),
+        Trial("N = 64", "pixels", "1024", 3e-1, 1e-4),
+        Trial("N = 64", "broken", "", 1e-2, np.nan),
+        Trial("N = 1024", "exact", "", 4e-2, 1e-14, default=True),
+        Trial("N = 1024", "pairs", "", 2e-2, 1e-4),
+    ]
+    return pareto_figure(Topic("packing fraction", "error of rho", "exact areas", lambda quick: trials), trials)
+
+
+@picture
+def test_complex_modulus():
+    """G' filled, G'' open, slopes dotted."""
+    return bare(modulus())
+
+
+@picture
+def test_speed_accuracy_chart():
+    """The front coloured, the beaten grey, the default ringed."""
+    return bare(chart(), columns=2)
+
+
+@picture
+def test_boromand_9():
+    """Coordination and shape against true packing fraction, both models with their bands."""
+    return bare(paper_figure("boromand-9").figure, columns=2)
+
+
+@picture
+def test_baumgarten_1():
+    """G' and G'' over eleven decades with the slopes of the paper."""
+    return bare(paper_figure("baumgarten-1").figure)
+
+
+def test_numbers_behind_a_figure():
+    """Every point of a figure with its interval, as `jamlab figure` writes it."""
+    stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
+    pd.testing.assert_frame_equal(paper_figure("baumgarten-1").table, stored, rtol=1e-6, check_dtype=False)
+
+
+@pytest.mark.parametrize(
+    ("draw", "labels", "entries"),
+    [
+        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*$  [k]")], 2),
+        (chart, [("CPU time on one core, s", "error of rho")] * 2, 6),
+        (
+            lambda: paper_figure("boromand-9").figure,
+            [
+                (r"true packing fraction $\rho$", "coordination z"),
+                (r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"),
+            ],
+            4,
+        ),
+        (
+            lambda: paper_figure("baumgarten-1").figure,
+            [(r"frequency $\omega\,\tau_1$", "$G'$ (filled), $G''$ (open)  [$k$]")],
+            1,
+        ),
+    ],
+    ids=["complex modulus", "chart", "boromand-9", "baumgarten-1"],
+)
+def test_axes_name_quantity_and_unit_and_legends_cover_no_point(draw, labels, entries):
+    figure = draw()
+    figure.draw_without_rendering()
+    assert [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes] == labels
+    legends = figure.findobj(Legend)
+    assert sum(len(legend.get_texts()) for legend in legends) == entries
+    for axes in figure.axes:
+        for line in axes.lines:
+            places = line.get_transform().transform(line.get_xydata())
+            assert not any(legend.get_window_extent().count_contains(places) for legend in legends)
