@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jamlab.geometry.voids.torus_graph import components
+from jamlab.geometry.voids.torus_graph import find_components
 
 COPIES = 6  # divisible by 2 and 3: tells the windings of a few links apart
 
@@ -57,7 +57,7 @@ def reached(windings):
 @given(graphs())
 def test_components_images_and_windings(graph):
     n, tail, head, shift = graph
-    found = components(n, tail, head, shift)
+    found = find_components(n, tail, head, shift)
     alone = joined(n, zip(tail.tolist(), head.tolist(), strict=True))
     assert found.count == len(set(alone)) == len(set(found.label.tolist()))
     assert len(set(zip(alone, found.label.tolist(), strict=True))) == found.count

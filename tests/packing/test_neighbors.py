@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+import vesin
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
@@ -125,7 +126,6 @@ def test_a_cutoff_over_too_many_images_is_refused():
 @settings(max_examples=60, deadline=None)
 def test_pairs_are_those_of_vesin(scene):
     """Another neighbour list, that of a library: all images in small and tilted boxes, float64 vectors."""
-    vesin = pytest.importorskip("vesin")
     points, _, box, cutoff = scene
     spatial, cell = np.zeros((len(points), 3)), np.eye(3) * 3 * cutoff  # layers too far apart to see each other
     spatial[:, :2], cell[:2, :2] = points, box

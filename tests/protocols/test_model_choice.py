@@ -10,7 +10,7 @@ from scipy import stats
 
 import jamlab
 from jamlab.benchmarks.model_table import make_table
-from jamlab.benchmarks.speed_accuracy.droplet_models import unjamming
+from jamlab.benchmarks.speed_accuracy.droplet_models import find_unjamming
 from jamlab.engine.deck_defaults import defaults
 from jamlab.protocols.model_choice import QUANTITIES, Way, expected_error, list_ways, read_table
 from jamlab.protocols.scene import bring_to, default_way
@@ -154,4 +154,4 @@ def test_unjamming_of_disks_is_their_onset():
     """Decompressed from 0.01 above, the packing loses its pressure where it was found to jam."""
     onset = jamlab.jam("sp", 16, 3, ensemble="shear-stabilized")
     *_, above = jamlab.compress(onset, onset.phi + 0.01, 0.01, by="phi")
-    assert unjamming(above) == pytest.approx(jamlab.packing_fraction(onset), abs=1e-3)
+    assert find_unjamming(above) == pytest.approx(jamlab.packing_fraction(onset), abs=1e-3)

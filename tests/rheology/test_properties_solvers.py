@@ -9,8 +9,8 @@ from scipy import sparse
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.reduced_model import reduce
-from jamlab.rheology.relaxation_spectrum import all_modes, spectrum
-from jamlab.rheology.slow_and_fast_limits import limits
+from jamlab.rheology.relaxation_spectrum import build_spectrum, find_all_modes
+from jamlab.rheology.slow_and_fast_limits import find_limits
 
 OMEGA = np.logspace(-4, 4, 9)
 
@@ -46,8 +46,8 @@ def plain(motion, omega):
 @given(motions())
 def test_reduced_is_dense_is_direct(motion):
     wanted = np.array([plain(motion, w) for w in OMEGA])
-    ends = limits(motion)
-    dense = spectrum(all_modes(motion, ends)[0], ends, motion.area).modulus(OMEGA)
+    ends = find_limits(motion)
+    dense = build_spectrum(find_all_modes(motion, ends)[0], ends, motion.area).modulus(OMEGA)
     reduced = reduce(motion, ends, OMEGA).spectrum.modulus(OMEGA)
     direct = np.array([solve_frequency(motion, w)[1] for w in OMEGA])
     for got in (dense, reduced, direct):
@@ -57,8 +57,8 @@ def test_reduced_is_dense_is_direct(motion):
 @given(motions())
 def test_limits_bound_every_modulus(motion):
     """G' rises from G_0; G''/omega falls from eta_0 to eta_inf."""
-    ends = limits(motion)
-    model = spectrum(all_modes(motion, ends)[0], ends, motion.area)
+    ends = find_limits(motion)
+    model = build_spectrum(find_all_modes(motion, ends)[0], ends, motion.area)
     found = model.modulus(OMEGA)
     k, b = motion.k.toarray(), motion.b.toarray()
     slow = np.append(-np.linalg.solve(k[:-1, :-1], k[:-1, -1]), 1.0)
