@@ -41,5 +41,7 @@ def test_every_name_is_the_class_or_function_of_its_module():
 
 def test_functions_stay_functions_after_every_module_was_imported():
     """A module named as a function, such as `measure`, must not take its place."""
-    done = subprocess.run([sys.executable, "-W", "error", "-c", EVERYTHING], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", EVERYTHING], capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
