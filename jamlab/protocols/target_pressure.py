@@ -18,7 +18,7 @@ from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance, quench
 
-HIGHEST_PRESSURE = 0.3  # k; beyond, disks overlap by a third and third neighbours meet
+HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
 
