@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-/* Entry point of the plugin: registers the four styles with LAMMPS. */
+/* Entry point of the plugin: registers the styles with LAMMPS. */
 
 #include "bond_line_tension.h"
+#include "command_quiet.h"
 #include "compute_polygon.h"
 #include "fix_polygon_area.h"
 #include "pair_circuloline.h"
@@ -92,5 +93,11 @@ void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "polygon";
   plugin.info = "area, perimeter and shape factor of polygons";
   plugin.creator.v2 = &create<ComputePolygon>;
+  add(&plugin, lmp);
+
+  plugin.style = "command";
+  plugin.name = "jamlab/quiet";
+  plugin.info = "a command without its output on the screen";
+  plugin.creator.v1 = &create<CommandQuiet>;
   add(&plugin, lmp);
 }
