@@ -26,6 +26,7 @@ BEGIN {
     if ((strength in given) && ("law" in rule) && value_of("law") != strength && value_of("law") ~ /^(eps|k)$/)
       refuse(strength " = " given[strength] ": has no effect with law " value_of("law"))
   }
+  if (used("small_polygon")) { polygon("small"); polygon("large") }
   if (refused) { print "shell rm -f " out ".parts " out ".given " out ".settings\nquit 1"; exit }
   print "variable quiet string \"" (plugin && value_of("screen") == "table" ? "jamlab/quiet" : "") "\""
 }
@@ -34,6 +35,12 @@ function value_of(name) { return name in given ? given[name] : name in carried ?
 
 function refuse(text) { gsub(/["$]/, "'", text); print "print \"REFUSED: " text "\""; refused = 1 }
 
+function polygon(size,    corners, path, line) {   # a template in quotes, since its folder may hold spaces
+  corners = value_of("nv_" size); path = dir "/polygon" corners ".mol"
+  if ((getline line < path) < 0) refuse("nv_" size " = " corners ": there is no " path)
+  else print "variable " size "_polygon index \"'" path "'\""
+}
+
 function read(part,    line, comment, word, at) {   # settings of a part and of those it includes, the first one counts
   if (part in seen) return
   seen[part] = 1
@@ -41,9 +48,8 @@ function read(part,    line, comment, word, at) {   # settings of a part and of 
     comment = ""
     if (at = index(line, "#")) { comment = substr(line, at + 1); line = substr(line, 1, at - 1) }
     if (split(line, word) >= 4 && word[1] == "variable" && word[3] == "index") {
-      if (!(word[2] in rule)) {
-        order[++count] = word[2]; standard[word[2]] = word[4]
-        match(comment, /\[[^]]*\]/); rule[word[2]] = substr(comment, RSTART + 1, RLENGTH - 2)
+      if (!(word[2] in rule) && match(comment, /\[[^]]*\]/)) {
+        order[++count] = word[2]; standard[word[2]] = word[4]; rule[word[2]] = substr(comment, RSTART + 1, RLENGTH - 2)
       }
       sub(/^ *variable +[^ ]+ +index/, "", line)
     }
@@ -71,7 +77,7 @@ function check(name, value,    known, k, problem) {
 }
 
 function broken(value, wanted,    part, n, k, limit) {   # the rule, if the value breaks it
-  if (wanted == "text") return ""
+  if (wanted == "text") return value ~ /[ \t"$]/ || value ~ /'/ ? "a name without spaces and quotes" : ""
   if (index(wanted, "|")) {
     n = split(wanted, part, / *[|] */)
     for (k = 1; k <= n; k++) if (value == part[k]) return ""

@@ -19,12 +19,13 @@ void CommandQuiet::command(int narg, char **arg)
 {
   if (narg < 1) error->all(FLERR, "jamlab/quiet needs a command to run");
 
-  // Input parses into the memory behind arg: copy first, and quote again
+  // Input parses into the memory behind arg: copy first, and quote again what was quoted
   std::string line;
   for (int i = 0; i < narg; i++) {
     const std::string word = arg[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n") == std::string::npos;
-    line += (i ? " " : "") + (plain ? word : "\"" + word + "\"");
+    const bool plain = !word.empty() && word.find_first_of(" \t\n$") == std::string::npos;
+    const std::string quote = plain ? "" : word.find('"') == std::string::npos ? "\"" : "'";
+    line += (i ? " " : "") + quote + word + quote;
   }
 
   FILE *const shown = screen;
