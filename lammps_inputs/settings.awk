@@ -111,8 +111,9 @@ function data_file(file,    line, status, found, word, n, k, at, name, value, si
   for (k = 3; k <= n; k++) {
     at = index(word[k], "="); name = substr(word[k], 1, at - 1); value = substr(word[k], at + 1)
     if (name == "units" && ("law" in rule)) name = "law"
-    if (name == "model" && value != substr(deck, 4, 2)) refuse(file " holds " value ", this deck takes " substr(deck, 4, 2))
-    if (name == "converged" && !value && !("minimum" in seen))
+    if (name == "model" && value != substr(deck, 4, 2))
+      refuse(file " holds " value ", this deck takes " substr(deck, 4, 2))
+    if (name == "converged" && value == 0 && !("minimum" in seen || "minimize." in seen))
       refuse(file " is no minimum (converged=0): bring it to one first")
     if (name ~ /^d[1-9][0-9]*$/) { sizes++; list = list " " word[k] }
     else if (!(name in rule)) continue

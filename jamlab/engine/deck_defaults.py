@@ -13,7 +13,7 @@ from jamlab.errors import EngineError, StorageError
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
 _DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
-_SENTENCE = re.compile(r".*?[.:](?= |$)")
+_SUMMARY = re.compile(r"(.*?)(?:, by plain LAMMPS|[.:] |[.]$)")
 
 
 @cache
@@ -40,11 +40,11 @@ def deck(name: str) -> Path:
 
 
 def summaries(folder: Path) -> dict[str, str]:
-    """Names of the decks in a folder, each with the sentence that its leading comment opens with."""
+    """Names of the decks in a folder, each with what the first sentence of its comment says it does."""
     found = {}
     for path in sorted(folder.glob("in.*")):
         comment = " ".join(line.removeprefix("#").strip() for line in path.read_text().split("\n\n")[0].splitlines())
-        found[path.name] = _SENTENCE.match(comment)[0].removesuffix(":")  # type: ignore[index]
+        found[path.name] = _SUMMARY.match(comment)[1]  # type: ignore[index]
     return found
 
 
