@@ -337,7 +337,9 @@ def test_every_setting_has_a_rule():
     openings = set()
     for path in installed("lammps_inputs").iterdir():
         text = path.read_text()
-        assert {name for name in bare.findall(text)} <= {"deck", "small_polygon", "large_polygon", "title", "form"}, path.name
+        assert {name for name in bare.findall(text)} <= {"deck", "small_polygon", "large_polygon", "title", "form"}, (
+            path.name
+        )
         if path.name.startswith("in."):
             opening = text.partition("variable deck")[2].partition("\n\n")[0]
             openings.add(opening.replace(path.name, "DECK").replace("index dp ", "index sp "))
