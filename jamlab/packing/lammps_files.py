@@ -4,6 +4,11 @@ Both say the same: one atom per disk or vertex, with ids 1, 2, ... in the order 
 is the particle plus one; the atom type is the rank of the particle's size, smallest first. Numbers have 17 significant
 digits, so they read back as the same doubles.
 
+LAMMPS has no place for the force law, so a data file has a comment line for it, which LAMMPS skips wherever it stands:
+    # jamlab model=dp units=eps gamma=0.4 ka=300 eps=1 delta=0.25 eta=0 contact=outline ensemble=fixed-box converged=1
+    # jamlab model=sp units=k k=1 d1=0.83333333333333337 d2=1.1666666666666665
+`d1` .. are the diameters of the atom types. A deck appends such a line to a file of `write_data` by `print ... append`.
+
 In a LAMMPS deck, after the commands of `common.settings`:
     SP: atom_style atomic;     read_data FILE
     DP: atom_style molecular;  fix d_a0 all property/atom d_a0;  read_data FILE fix d_a0 NULL d_a0
@@ -15,10 +20,12 @@ digit: who needs all digits sets the positions again after read_data.
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.packing import Packing
@@ -26,6 +33,9 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 MAX_TYPES = 64  # pair coefficients go by pairs of types: LAMMPS is meant for few of them
+_MARK = "# jamlab "
+_TEXTS = ("model", "units", "contact", "ensemble")  # entries of the comment that are no numbers
+_STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
 
@@ -116,11 +126,56 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
             file.write("\n".join(_dump_lines(step, packing, table)) + "\n")
 
 
+def describe(packing: Packing) -> str:
+    """A comment line with what LAMMPS files cannot hold: model, units, force law, diameters of the types, minimum.
+
+    Numbers have 17 significant digits; rest areas of droplets are left to the section `d_a0`.
+    """
+    entries: dict[str, Any] = {"model": packing.model, "units": packing.units}
+    entries |= {name: value for name, value in packing.params.items() if name != "a0"}
+    if packing.model == "sp":
+        entries |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
+    entries |= {name: getattr(packing, name) for name in _STATE}
+    return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
+
+
+def described(lines: Iterable[str]) -> dict[str, Any]:
+    """The entries of the `# jamlab` comment among lines of a data file; the last one counts; without one: empty.
+
+    Returns:
+        Text for model, units, contact and ensemble, bool for converged, float for every other name.
+
+    Raises:
+        InputError: an entry without a value, or whose value is no number.
+    """
+    found = [line for line in lines if line.startswith(_MARK)]
+    return dict(_value(word) for word in found[-1].removeprefix(_MARK).split()) if found else {}
+
+
+def _entry(name: str, value: Any) -> str:
+    if name in _TEXTS:
+        return f"{name}={value}"
+    if is_number(value) or isinstance(value, bool):
+        return f"{name}={value:.17g}"
+    raise InputError(f"params[{name!r}] is {value!r}: a LAMMPS file holds numbers and names only")
+
+
+def _value(word: str) -> tuple[str, Any]:
+    name, _, text = word.partition("=")
+    if name in _TEXTS:
+        return name, text
+    try:
+        number = float(text)
+    except ValueError:
+        raise InputError(f"the comment `{_MARK}` has the entry {word!r}: give it as name=number") from None
+    return name, bool(number) if name == "converged" else number
+
+
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     polygons = packing.model == "dp"
     count = len(packing.positions)
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
-    yield f"# jamlab {packing.model}, units {packing.units}"
+    yield describe(packing)
     yield ""
     yield f"{count} atoms"
     if polygons:
