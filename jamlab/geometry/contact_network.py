@@ -66,6 +66,28 @@ def contacts(packing: Packing) -> Contacts:
     return Contacts(pairs, rattlers, bearing)
 
 
+def contacts_are_certain(packing: Packing) -> bool:
+    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact.
+
+    Both coordinates of both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and
+    smaller must touch the same others.
+    """
+    if not packing.rounding:
+        return True
+    reach = 3 * packing.rounding
+    if reach >= (packing.params["delta"] if packing.diameters is None else packing.diameters.min()):
+        return False
+    larger, smaller = (contacts(_grown(packing, growth)) for growth in (reach, -reach))
+    return np.array_equal(larger.pairs, smaller.pairs)
+
+
+def _grown(packing: Packing, growth: float) -> Packing:
+    """Particles that touch at distances larger by `growth`."""
+    if packing.diameters is not None:
+        return packing.with_state(diameters=packing.diameters + growth)
+    return packing.with_state(params={**packing.params, "delta": packing.params["delta"] + growth})
+
+
 def _prune(pairs: NDArray[np.int64], n: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Take out particles with too few contacts until none is left."""
     rattlers = np.zeros(n, dtype=bool)

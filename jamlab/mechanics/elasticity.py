@@ -115,8 +115,14 @@ def check_at_rest(packing: Packing) -> None:
     """Refuse a packing whose forces do not balance: response to strain is that of a minimum.
 
     Raises:
-        ConvergenceError: the largest force is above 1 % of the pressure.
+        ConvergenceError: the largest force is above 1 % of the pressure, or positions are rounded to fewer digits than
+            float64 has.
     """
+    if packing.rounding:
+        raise ConvergenceError(
+            f"positions are known to {packing.rounding:.2g} only, so the packing is at no energy minimum: relax it "
+            "first, jamlab.relaxed(packing)"
+        )
     imbalance, pressure = np.hypot(*forces(packing).T).max(), 0.5 * np.trace(stress(packing))
     if imbalance > 0.01 * pressure:
         raise ConvergenceError(
