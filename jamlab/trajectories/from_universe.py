@@ -56,7 +56,7 @@ class UniverseFrames:
         self._given = (radii, units, params)
         self._box = None if box is None else finite_array("box", box, (2, 2))
         self._relaxed = relaxed
-        self._types = np.array([str(name) for name in _attribute(self.group, "types", ["1"] * len(self.group))])
+        self._types = _types(self.group, radii)
         bonds = _bonds(self.group)
         self._rings = rings_of_bonds(bonds, len(self.group)) if len(bonds) else None
         residues = _attribute(self.group.residues, "rest_areas", None)
@@ -126,7 +126,7 @@ def from_universe(
 
     Args:
         u: Universe, or an AtomGroup of it.
-        radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}; default those of the Universe.
+        radii: of disks: one number, (n,), or by type or name, {"1": 0.5, "2": 0.7}; default those of the Universe.
         units: "eps" or "k", see `Packing`; default those of the Universe, or "eps".
         params: of the force law, any of them, see `Packing`; `a0` may be one number.
         box: (2, 2) lattice vectors, for trajectories without a box, such as XYZ.
@@ -164,6 +164,13 @@ def _attribute(group: Any, name: str, default: Any) -> Any:
         return getattr(group, name)
     except (NoDataError, AttributeError):
         return default
+
+
+def _types(group: Any, radii: Radii) -> NDArray[np.str_]:
+    """Types of atoms, or where radii go by them their names: formats such as XYZ have names, and types are guessed."""
+    types, names = (np.array([str(v) for v in _attribute(group, k, ["1"] * len(group))]) for k in ("types", "names"))
+    known = {str(name) for name in radii} if isinstance(radii, Mapping) else set()
+    return names if not set(types.tolist()) <= known and set(names.tolist()) <= known else types
 
 
 def _bonds(group: Any) -> NDArray[np.int64]:

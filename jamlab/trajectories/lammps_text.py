@@ -60,6 +60,7 @@ def rounding(words: Sequence[str], positions: Array) -> float:
         positions: (n, 2) of all.
     """
     digits = max(len(word.lower().partition("e")[0].lstrip("+-0.").replace(".", "")) for word in words[:_SAMPLE])
-    if digits >= FULL_DIGITS:
+    largest = float(np.abs(positions).max())
+    if digits >= FULL_DIGITS or not largest:
         return 0.0
-    return float(np.abs(positions).max() * 10.0 ** (1 - max(digits, 1)))
+    return float(0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - max(digits, 1)))

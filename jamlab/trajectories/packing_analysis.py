@@ -9,7 +9,7 @@ from MDAnalysis.analysis.results import ResultsGroup
 from numpy.typing import ArrayLike
 
 from jamlab.checks import check_choice
-from jamlab.errors import InputError
+from jamlab.errors import InputError, JamlabError
 from jamlab.measure import QUANTITIES, measure
 from jamlab.trajectories.force_law import Radii
 from jamlab.trajectories.from_universe import UniverseFrames
@@ -64,7 +64,12 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
             self.results[name] = np.full(self.n_frames, np.nan)
 
     def _single_frame(self) -> None:
-        for name, value in measure(self._frames.packing(), self._quantities).items():
+        packing = self._frames.packing()
+        try:
+            found = measure(packing, self._quantities)
+        except JamlabError as error:
+            raise type(error)(f"frame {self._ts.frame}: {error}") from error
+        for name, value in found.items():
             self.results[name][self._frame_index] = value
 
     def _get_aggregator(self) -> ResultsGroup:
