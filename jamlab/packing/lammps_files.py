@@ -129,7 +129,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
 
 
 def describe(packing: Packing) -> str:
-    """A comment line with what LAMMPS files cannot hold: model, units, force law, diameters of the types, minimum.
+    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum.
 
     Numbers have 17 significant digits; rest areas of droplets are left to the section `d_a0`.
     """
@@ -144,10 +144,11 @@ def describe(packing: Packing) -> str:
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
-    """The entries of the `# jamlab` comment among lines of a data file; the last one counts; without one: empty.
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several.
 
     Returns:
-        Text for model, units, contact and ensemble, bool for converged, float for every other name.
+        Text for model, units, contact and ensemble, bool for converged, float for every other name; empty without such
+        a line.
 
     Raises:
         InputError: an entry without a value, or whose value is no number.
@@ -231,7 +232,7 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
 
 
 def _numbers(packing: Packing) -> dict[str, float]:
-    """What the comment of a data file says, as columns of a dump."""
+    """Columns of a dump with the entries of `describe`."""
     law = {name: value for name, value in packing.params.items() if name != "a0"}
     if packing.model == "dp":
         law["contact"] = CONTACT_FORMS.index(law["contact"])

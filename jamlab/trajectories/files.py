@@ -32,10 +32,10 @@ def read(
 ) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
-    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. For those of
-    other programs give what they lack: what neither says is taken from the defaults of the decks, and named in
-    `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged` False
-    and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
+    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. For files of
+    other programs give what they lack: parameters found nowhere have the defaults of the decks, and their names stand
+    in `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged`
+    False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
 
     Args:
         path: file.
@@ -81,12 +81,12 @@ def _kind(path: FilePath) -> str:
     for kind, suffixes in (("data", DATA), ("dump", DUMP), ("gsd", GSD)):
         if suffix in suffixes:
             return kind
-    return "hdf5"  # whose reader says what is amiss
+    return "hdf5"  # its reader refuses other files with a reason
 
 
 def _refuse_law(path: FilePath, *given: object) -> None:
     if any(value is not None for value in given):
-        raise InputError(f"{path} says its sizes, units and force law: leave out radii, units and params")
+        raise InputError(f"{path} holds sizes, units and force law: leave out radii, units and params")
 
 
 def _frames(

@@ -22,31 +22,31 @@ def force_law(
 
     Args:
         model: "sp" or "dp".
-        found: entries of the file, see `jamlab.packing.lammps_files.described`; others than of the law are left alone.
+        found: entries of the file, see `jamlab.packing.lammps_files.described`.
         units: given by the user; default those of the file, or "eps".
         params: given by the user.
 
     Returns:
-        Units, parameters, and the names of those that neither file nor user says: defaults of the decks.
+        Units, parameters, and the names of those found in neither, which have the defaults of the decks.
 
     Raises:
         InputError: unknown names, or values that differ from those of the file.
     """
-    told = str(found.get("units", units or "eps"))
-    check_choice("units", told, UNITS)
-    if (model, told) not in FORCE_LAW:
-        raise InputError(f"model {model} has no units {told!r}")
-    names = [name for name in FORCE_LAW[model, told] if name != "a0"]
+    chosen = str(found.get("units", units or "eps"))
+    check_choice("units", chosen, UNITS)
+    if (model, chosen) not in FORCE_LAW:
+        raise InputError(f"model {model} has no units {chosen!r}")
+    names = [name for name in FORCE_LAW[model, chosen] if name != "a0"]
     given = {name: value for name, value in (params or {}).items() if name != "a0"}
     for name in given:
         if name not in names:
-            raise InputError(f"model {model} in units {told} has no parameter {name!r}: use {', '.join(names)}")
+            raise InputError(f"model {model} in units {chosen} has no parameter {name!r}: use {', '.join(names)}")
     for name, value in {**given, **({} if units is None else {"units": units})}.items():
         if name in found and found[name] != value:
-            raise InputError(f"{name} = {value!r} was given, but the source says {found[name]!r}")
+            raise InputError(f"{name} = {value!r} was given, but the source has {found[name]!r}")
     law = {name: given.get(name, found.get(name)) for name in names}
     assumed = [name for name in names if law[name] is None]
-    return told, law | {name: defaults(model)[name] for name in assumed}, assumed
+    return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
 
 
 def deck_diameters(types: NDArray[np.str_]) -> Array | None:

@@ -28,7 +28,7 @@ _FLAT = 1e-4  # a plane: largest height over the width of the box
 
 
 class UniverseFrames:
-    """What stays the same in the frames of a Universe, and `packing`, what the present frame is.
+    """Convert frames of a Universe one by one; its topology is read once.
 
     Args:
         atoms: Universe or AtomGroup, see `from_universe`.
@@ -64,7 +64,7 @@ class UniverseFrames:
         self._entries = _entries(self.group)
 
     def packing(self) -> Packing:
-        """The packing of the present frame. Errors as in `from_universe`."""
+        """Convert the present frame. Errors as in `from_universe`."""
         step = self.trajectory.ts
         positions = self.group.positions.astype(np.float64)
         box = _box(self.trajectory) if self._box is None else self._box
@@ -113,13 +113,13 @@ def from_universe(
     stop: int | None = None,
     step: int | None = None,
 ) -> list[Packing]:
-    """Packings of the frames of a trajectory.
+    """Convert the frames of a trajectory to packings.
 
     Atoms without bonds are disks. Bonds that close rings make droplets of their vertices, whole again where the box cut
-    them. A Universe of `jamlab.universe` holds units, force law and sizes; for others give what they lack. What nobody
-    says of the force law has the defaults of the decks, and its names stand in `provenance["assumed"]`.
+    them. A Universe of `jamlab.universe` holds units, force law and sizes; for others give what they lack. Parameters
+    found nowhere have the defaults of the decks, and their names stand in `provenance["assumed"]`.
 
-    MDAnalysis holds coordinates in float32, whatever the file holds. `provenance` says so ("precision", "rounding"),
+    MDAnalysis holds coordinates in float32, whatever the file holds. The `provenance` has "precision" and "rounding",
     `converged` is False and `max_force` None. In `jamlab.measure` z is nan where rounding could open or close a
     contact; moduli and G* are refused. `relaxed=True` takes every frame to the minimum next to it first. `jamlab.read`
     keeps all digits of LAMMPS files.
@@ -184,7 +184,7 @@ def _bonds(group: Any) -> NDArray[np.int64]:
 
 
 def _entries(group: Any) -> dict[str, Any]:
-    """What `jamlab.universe` wrote to the segment; radii stand for the diameters of types."""
+    """Read the description that `jamlab.universe` left in the segment, without diameters: atoms have radii."""
     found = _attribute(group.segments, "descriptions", [])
     entries = described([str(text) for text in found])
     return {name: value for name, value in entries.items() if not (name.startswith("d") and name[1:].isdigit())}

@@ -36,7 +36,7 @@ class Frame:
 
     Attributes:
         step: time step.
-        bounds: what follows BOX BOUNDS, and three lines of numbers.
+        bounds: the words behind BOX BOUNDS, and three lines of numbers.
         columns: names.
         rows: one line for each atom.
     """
@@ -153,7 +153,7 @@ def _positions(rows: list[list[str]], columns: dict[str, int], low: Array, box: 
 
 
 def _entries(row: list[str], columns: dict[str, int]) -> dict[str, Any]:
-    """What jamlab writes as columns that are the same for all atoms."""
+    """Read the columns of `jamlab.write_dump` that are the same for all atoms."""
     found: dict[str, Any] = {name: float(row[columns[name]]) for name in {*_LAW, *STATE, "rounding"} & columns.keys()}
     for name, names in (("contact", CONTACT_FORMS), ("ensemble", ENSEMBLES)):
         if name in found:

@@ -16,7 +16,7 @@ from jamlab.trajectories.from_universe import UniverseFrames
 
 
 class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
-    """What `jamlab.measure` says of the frames of a trajectory, `jamlab.from_universe(u)`, frame by frame.
+    """Measure the frames of a trajectory, as `jamlab.measure` does those of `jamlab.from_universe(u)`.
 
     `PackingAnalysis(u, ("rho", "z")).run(step=10).results.rho` is (n_frames,) float64. With
     `run(backend="multiprocessing", n_workers=4)` processes share the frames; "dask" does as well. Frames are float32:

@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Rings:
-    """Which points follow each other around which polygon.
+    """Order of points around polygons.
 
     Attributes:
         order: (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there.

@@ -26,12 +26,12 @@ class Sites:
         types: (n_atoms,) names of the atom types.
         rings: which atoms are vertices of one droplet; None: every atom is a disk.
         wrapped: whether droplets may lie on both sides of the box.
-        radius: (n_atoms,) of the disks, as the source says, or None.
-        a0: (n_atoms,) rest area of the droplet of each vertex, as the source says, or None.
-        entries: further attributes that the source has, see `jamlab.packing.lammps_files.described`.
-        deck: whether the sizes of the decks' particles may be assumed where nothing says any.
+        radius: (n_atoms,) of the disks, if the source has radii.
+        a0: (n_atoms,) rest area of the droplet of each vertex, if the source has them.
+        entries: further attributes in the source, see `jamlab.packing.lammps_files.described`.
+        deck: whether unknown sizes may be those of the decks' particles.
         rounding: how far a coordinate may be off, see `Packing.rounding`.
-        provenance: what the packing is to say of its source.
+        provenance: entries about the source.
     """
 
     box: Array
@@ -49,7 +49,7 @@ class Sites:
     def packing(
         self, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
     ) -> Packing:
-        """The packing of these atoms.
+        """Make a packing of these atoms.
 
         Args:
             radii: of disks, see `jamlab.read`.
@@ -61,7 +61,7 @@ class Sites:
         """
         model = "sp" if self.rings is None else "dp"
         if self.entries.get("model", model) != model:
-            raise InputError(f"the source says model {self.entries['model']}, but its bonds are those of model {model}")
+            raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")
         units, law, assumed = force_law(model, self.entries, units, params)
         common: dict[str, Any] = {"model": model, "box": self.box, "units": units, "onset": self.entries.get("onset")}
         common["ensemble"] = self.entries.get("ensemble", "fixed-box")
@@ -96,14 +96,14 @@ class Sites:
         given = given_radii(radii, self.types)
         if given is not None and known is not None and not np.array_equal(given, known):
             k = int(np.flatnonzero(given != known)[0])
-            raise InputError(f"radii gives disk {k} the radius {given[k]:g}, but the source says {known[k]:g}")
+            raise InputError(f"radii gives disk {k} the radius {given[k]:g}, but the source has {known[k]:g}")
         known = given if known is None else known
         if known is not None:
             return 2 * known
         sizes = deck_diameters(self.types) if self.deck else None
         if sizes is None:
             raise InputError(
-                "nothing says how large the disks are: give radii, a number, one for each disk or {type: radius} "
+                "the sizes of the disks are unknown: give radii, a number, one for each disk or {type: radius} "
                 f"for the types {', '.join(sorted(set(self.types.tolist()))[:9])}"
             )
         assumed.append("diameters")
@@ -114,16 +114,16 @@ class Sites:
         vertices = np.diff(self.rings.offsets)
         known = None if self.a0 is None else self.a0[order][self.rings.offsets[:-1]]
         if given is not None:
-            told = finite_array("params['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
-            if known is not None and not np.array_equal(told, known):
-                raise InputError("params['a0'] was given, but the source says other rest areas")
-            return told
+            values = finite_array("params['a0']", np.broadcast_to(given, vertices.shape), (len(vertices),))
+            if known is not None and not np.array_equal(values, known):
+                raise InputError("params['a0'] was given, but the source has other rest areas")
+            return values
         if known is not None:
             return known
         areas = deck_rest_areas(vertices)
         if areas is None:
             raise InputError(
-                "nothing says the rest areas of the droplets: give params={'a0': one number or one for each}"
+                "the rest areas of the droplets are unknown: give params={'a0': one number or one for each}"
             )
         assumed.append("a0")
         return areas

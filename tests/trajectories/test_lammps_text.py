@@ -116,7 +116,7 @@ def test_what_a_file_does_not_say_comes_from_the_decks_or_the_user(tmp_path):
     with pytest.raises(InputError, match="no parameter 'gamma'"):
         jamlab.read(path, params={"gamma": 1.0})
     other = data_file(tmp_path / "q.data", "atomic", ["1 1 3.123456789012345 0.2 0", "2 3 4.5 1.5 0"])
-    with pytest.raises(InputError, match="nothing says how large the disks are"):
+    with pytest.raises(InputError, match="the sizes of the disks are unknown"):
         jamlab.read(other)
 
 

@@ -134,7 +134,7 @@ def bare(positions, dimensions=(4, 4, 1, 90, 90, 90)):
 @noisy
 def test_what_a_universe_lacks_is_asked_for():
     flat = [[0, 0, 0], [1, 2, 0]]
-    with pytest.raises(InputError, match="how large the disks are"):
+    with pytest.raises(InputError, match="the sizes of the disks are unknown"):
         jamlab.from_universe(bare(flat))
     with pytest.raises(InputError, match="frame 0 has no box: give box"):
         jamlab.from_universe(bare(flat, None), 0.5)
