@@ -29,6 +29,13 @@ dump        scaled all custom 10 scaled.dump id type xs ys zs
 dump        default all atom 10 atom.dump
 run         190
 write_data  end.data nocoeff
+write_data  law.data nocoeff
+print       "# jamlab model=sp units=k k=$(1/3:%.17g) d1=0.1 d2=0.2 d3=$(0.1+0.2:%.17g) converged=1" append law.data
+clear
+units       lj
+dimension   2
+box         tilt large
+read_data   law.data
 """
 
 
@@ -66,6 +73,15 @@ def test_write_data_ends_where_the_dump_does(run):
     np.testing.assert_allclose(end.positions, last.positions, atol=1e-14)
     np.testing.assert_allclose(end.box, last.box, atol=1e-14)
     assert end.difference(last) is None and end.rounding == 0 and not end.converged
+
+
+def test_a_deck_appends_its_law_to_write_data(run):
+    """And LAMMPS has read that file again."""
+    folder, _, _ = run
+    end = jamlab.read(folder / "law.data")
+    assert (end.units, end.params, end.converged) == ("k", {"k": 1 / 3}, True)
+    assert np.unique(end.diameters).tolist() == [0.1, 0.2, 0.1 + 0.2]
+    assert "assumed" not in end.provenance
 
 
 @pytest.mark.parametrize("name", ["scaled.dump", "atom.dump"])
