@@ -19,7 +19,8 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 | /parameters/provenance         | (F,)      | str            | JSON; with ensemble, max_force and converged           |
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
-of a newer version is refused. MDAnalysis opens the file (in float32) with a topology of as many atoms as positions:
+of a newer version is refused. `jamlab.universe` makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file
+(in float32) with a topology of as many atoms as positions:
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.force_law import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ Array = NDArray[np.float64]
 MAX_TYPES = 64  # pair coefficients go by pairs of types: LAMMPS is meant for few of them
 _MARK = "# jamlab "
 _TEXTS = ("model", "units", "contact", "ensemble")  # entries of the comment that are no numbers
-_STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
+STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
 
@@ -100,8 +101,10 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 
-    Columns: id mol type xu yu zu, and for disks radius. Positions are not wrapped: polygons are whole. The time step is
-    the number of the frame.
+    Columns: id mol type xu yu zu radius, where the radius of a vertex is that of its rim; then what is the same for all
+    atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
+    `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
+    Positions are not wrapped: polygons are whole. The time step is the number of the frame.
 
     Args:
         path: file to create or replace, all at once.
@@ -127,7 +130,7 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
 
 
 def describe(packing: Packing) -> str:
-    """A comment line with what LAMMPS files cannot hold: model, units, force law, diameters of the types, minimum.
+    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum.
 
     Numbers have 17 significant digits; rest areas of droplets are left to the section `d_a0`.
     """
@@ -135,15 +138,18 @@ def describe(packing: Packing) -> str:
     entries |= {name: value for name, value in packing.params.items() if name != "a0"}
     if packing.model == "sp":
         entries |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
-    entries |= {name: getattr(packing, name) for name in _STATE}
+    entries |= {name: getattr(packing, name) for name in STATE}
+    if packing.rounding:
+        entries["rounding"] = packing.rounding
     return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
-    """The entries of the `# jamlab` comment among lines of a data file; the last one counts; without one: empty.
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several.
 
     Returns:
-        Text for model, units, contact and ensemble, bool for converged, float for every other name.
+        Text for model, units, contact and ensemble, bool for converged, float for every other name; empty without such
+        a line.
 
     Raises:
         InputError: an entry without a value, or whose value is no number.
@@ -155,9 +161,13 @@ def described(lines: Iterable[str]) -> dict[str, Any]:
 def _entry(name: str, value: Any) -> str:
     if name in _TEXTS:
         return f"{name}={value}"
-    if is_number(value) or isinstance(value, bool):
-        return f"{name}={value:.17g}"
-    raise InputError(f"params[{name!r}] is {value!r}: a LAMMPS file holds numbers and names only")
+    _check_number(name, value)
+    return f"{name}={value:.17g}"
+
+
+def _check_number(name: str, value: Any) -> None:
+    if not is_number(value) and not isinstance(value, bool):
+        raise InputError(f"params[{name!r}] is {value!r}: a LAMMPS file holds numbers and names only")
 
 
 def _value(word: str) -> tuple[str, Any]:
@@ -210,14 +220,32 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
     yield "ITEM: BOX BOUNDS xy xz yz pp pp pp"  # bounds of the parallelogram, not of its edges
     yield f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"
     particle = packing.particle
-    rows = enumerate(zip(particle, table.types[particle], packing.positions, strict=True), start=1)
     if packing.model == "dp":
-        yield "ITEM: ATOMS id mol type xu yu zu"
-        yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0" for i, (m, t, (x, y)) in rows)
+        own = {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
     else:
-        yield "ITEM: ATOMS id mol type xu yu zu radius"
-        radius = 0.5 * table.values
-        yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {radius[t - 1]:.17g}" for i, (m, t, (x, y)) in rows)
+        own = {"radius": 0.5 * table.values[table.types - 1]}
+    shared = _numbers(packing)
+    sizes = [" ".join(f"{value:.17g}" for value in values) for values in zip(*own.values(), strict=True)]
+    end = " ".join(f"{value:.17g}" for value in shared.values())
+    yield "ITEM: ATOMS id mol type xu yu zu " + " ".join([*own, *shared])
+    rows = enumerate(zip(particle, table.types[particle], packing.positions, strict=True), start=1)
+    yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {sizes[m]} {end}" for i, (m, t, (x, y)) in rows)
+
+
+def _numbers(packing: Packing) -> dict[str, float]:
+    """Columns of a dump with the entries of `describe`."""
+    law = {name: value for name, value in packing.params.items() if name != "a0"}
+    if packing.model == "dp":
+        law["contact"] = CONTACT_FORMS.index(law["contact"])
+    for name, value in law.items():
+        _check_number(name, value)
+    state = {
+        "ensemble": ENSEMBLES.index(packing.ensemble),
+        "onset": packing.onset or 0.0,
+        "max_force": -1.0 if packing.max_force is None else packing.max_force,
+        "converged": packing.converged,
+    }
+    return law | state | ({"rounding": packing.rounding} if packing.rounding else {})
 
 
 def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:

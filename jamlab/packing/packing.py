@@ -198,6 +198,11 @@ class Packing:
         """Whether the sweep that made this state met the packing fraction asked for; True if none was."""
         return bool(self.provenance.get("on_target", True))
 
+    @property
+    def rounding(self) -> float:
+        """How far a coordinate may be off because its source held fewer digits than float64; 0 if it held all."""
+        return float(self.provenance.get("rounding", 0.0))
+
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
