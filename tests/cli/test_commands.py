@@ -60,14 +60,14 @@ def test_analyze_says_what_a_foreign_file_lacks(packed, tmp_path):
     lines = (tmp_path / "p.data").read_text().splitlines()
     (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
     done = call(tmp_path, "analyze", "p.data")
-    assert done.returncode == 0
+    assert done.exit_code == 0, done.stderr
     assert "p.data does not say eps, diameters: defaults of the decks are taken" in done.stderr
     jamlab.write_data(tmp_path / "p.data", rounded)
     done = call(tmp_path, "analyze", "p.data", "--json")
     assert "holds positions to" in done.stderr and json.loads(done.stdout)["g"] == [None]
     (tmp_path / "p.data").write_text("\n".join(lines[:20]))
     done = call(tmp_path, "analyze", "p.data")
-    assert done.returncode == 1 and "p.data is damaged or cut off" in done.stderr
+    assert done.exit_code == 1 and "p.data is damaged or cut off" in done.stderr
 
 
 def test_gstar_limits_and_picture(packed, tmp_path):
@@ -173,13 +173,13 @@ def test_bad_input_names_the_value_and_writes_nothing(packed, tmp_path, argument
 def test_installed_script_finds_this_installation_right(tmp_path):
     done = start(tmp_path, SCRIPT, "doctor", "--json")
     findings = json.loads(done.stdout)
-    assert done.returncode == 0, findings
+    assert done.exit_code == 0, done.stderr, findings
     assert {"LAMMPS", "plugin", "MPI run"} <= set(findings)
 
 
 def test_module_is_the_command_and_separates_results_from_errors(tmp_path):
     done = start(tmp_path, MODULE, "jam", "--n", "8", "--seed", "1", "--json")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr, done.stderr
     assert json.loads(done.stdout)["onset"] == jamlab.read(tmp_path / "onset.h5").onset
     done = start(tmp_path, MODULE, "analyze", "absent.h5")
     assert (done.returncode, done.stdout) == (1, "")

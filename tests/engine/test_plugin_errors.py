@@ -114,7 +114,7 @@ def test_texts_list_the_contact_forms():
     """The comment of the decks' default, and the help of `jamlab jam`, which must not load numpy for the list."""
     deck = (installed("lammps_inputs") / "dp.parameters").read_text()
     help_text = CliRunner().invoke(app, ["jam", "--help"]).output
-    comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
+    comment = re.search(r"^variable contact .*# \[(.*)\]$", deck, re.MULTILINE)[1]
     assert comment.split(" | ") == list(CONTACT_FORMS)
     assert f"{', '.join(CONTACT_FORMS[:-1])} or {CONTACT_FORMS[-1]}." in " ".join(help_text.split())
 
