@@ -103,6 +103,8 @@ def damage(path: Path, task: str) -> str | None:
     Raises:
         StorageError: the file cannot be read at all.
     """
+    if path.exists() and not path.is_file():
+        return "a folder or a device, not a file"
     try:
         found = checksum(path)
         empty = path.stat().st_size == 0
