@@ -42,8 +42,6 @@ from .mechanics.stiffness import hessian as hessian
 from .mechanics.vibrations import Modes as Modes
 from .mechanics.vibrations import lowest_modes as lowest_modes
 from .mechanics.vibrations import zero_modes as zero_modes
-from .packing.hdf5 import read as read
-from .packing.hdf5 import read_all as read_all
 from .packing.hdf5 import read_observables as read_observables
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data
@@ -75,3 +73,9 @@ from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.published_points import read_points as read_points
+from .trajectories.files import read as read
+from .trajectories.files import read_all as read_all
+from .trajectories.from_universe import from_universe as from_universe
+from .trajectories.packing_analysis import PackingAnalysis as PackingAnalysis
+from .trajectories.relaxed import relaxed as relaxed
+from .trajectories.universe import universe as universe

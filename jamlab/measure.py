@@ -1,19 +1,23 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
+from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import check_choice
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_lengths import contact_lengths
-from jamlab.geometry.contact_network import Contacts, contacts
+from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_certain
+from jamlab.geometry.orientational_order import orientational_order
 from jamlab.geometry.packing_fraction import cover_by_disks, cover_outside_voids, packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
 from jamlab.geometry.power_cells import cut_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
@@ -26,8 +30,15 @@ COLUMNS = (
 )
 
 
-def measure(packing: Packing) -> dict[str, float]:
+QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
+
+
+def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
+
+    Args:
+        packing: SP or DP.
+        quantities: some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
 
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
@@ -37,27 +48,24 @@ def measure(packing: Packing) -> dict[str, float]:
         area: mean of area over area at rest (`jamlab.area_ratios`); contact_length: mean over pairs of polygons;
         shortest_edge, longest_edge: of polygons (these three nan for SP); voids: their number;
         void_sides, void_area, void_shape: means over voids that do not percolate; max_force: largest force left, which
-        says how near to a minimum the packing is. z is nan without a backbone; g, g_x and b are nan where the packing
-        is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); the void columns are nan
-        where outlines of polygons cross, the means also where every void percolates.
+        says how near to a minimum the packing is; psi_6, psi_6_overall: mean of |psi_6| and |mean of psi_6| of
+        `jamlab.orientational_order`. z is nan without a backbone; g, g_x and b are nan where the packing
+        is not jammed, not stable or not at a minimum (`jamlab.shear_modulus` then says why); z and rattlers are nan
+        where positions are rounded so that a contact may be open or closed (`Packing.rounding`); the void columns are
+        nan where outlines of polygons cross, the means also where every void percolates.
+
+    Raises:
+        InputError: a quantity that is not among `QUANTITIES`.
     """
-    network = contacts(packing)
-    terms = energy_terms(packing, network.meetings)
-    pressure = float(0.5 * np.trace(stress(packing, terms)))
-    bearing = [t for t in terms if t.name in ("spring", "contact")]
-    found = {
-        "phi": packing.phi,
-        "z": network.z,
-        "rattlers": float(network.rattlers.sum()),
-        "pressure": pressure,
-        "energy": float(sum(t.energy.sum() for t in terms)),
-        "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(packing.positions)),
-        "max_force": float(np.hypot(*forces(packing, terms).T).max()),
-        **_measure_moduli(packing, network, pressure),
-        **_measure_shape(packing, network),
-        **_measure_cover(packing, network),
-    }
-    return {name: found[name] for name in COLUMNS}
+    names = tuple(quantities)
+    for name in names:
+        check_choice("quantity", name, QUANTITIES)
+    state = _State(packing)
+    found: dict[str, float] = {}
+    for group, observe in _GROUPS:
+        if not set(group).isdisjoint(names):
+            found |= observe(state)
+    return {name: found[name] for name in names}
 
 
 def table(packings: list[Packing]) -> dict[str, np.ndarray]:
@@ -66,7 +74,45 @@ def table(packings: list[Packing]) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
 
 
-def _measure_shape(packing: Packing, network: Contacts) -> dict[str, float]:
+class _State:
+    """A packing with its contacts and energy terms, found once and only when needed."""
+
+    def __init__(self, packing: Packing) -> None:
+        self.packing = packing
+
+    @cached_property
+    def network(self) -> Contacts:
+        return contacts(self.packing)
+
+    @cached_property
+    def terms(self) -> list[Terms]:
+        return energy_terms(self.packing, self.network.meetings)
+
+    @cached_property
+    def pressure(self) -> float:
+        return float(0.5 * np.trace(stress(self.packing, self.terms)))
+
+
+def _measure_contacts(state: _State) -> dict[str, float]:
+    if not contacts_are_certain(state.packing):
+        return {"z": float("nan"), "rattlers": float("nan")}
+    return {"z": state.network.z, "rattlers": float(state.network.rattlers.sum())}
+
+
+def _measure_energy(state: _State) -> dict[str, float]:
+    bearing = [t for t in state.terms if t.name in ("spring", "contact")]
+    return {
+        "energy": float(sum(t.energy.sum() for t in state.terms)),
+        "contact_energy": float(sum(t.energy.sum() for t in bearing) / len(state.packing.positions)),
+    }
+
+
+def _measure_force(state: _State) -> dict[str, float]:
+    return {"max_force": float(np.hypot(*forces(state.packing, state.terms).T).max())}
+
+
+def _measure_shape(state: _State) -> dict[str, float]:
+    packing, network = state.packing, state.network
     names = ("contact_length", "shortest_edge", "longest_edge")
     cells, of_droplets = None, dict.fromkeys(names, float("nan"))
     if isinstance(network.meetings, Pairs):
@@ -85,15 +131,16 @@ def _measure_shape(packing: Packing, network: Contacts) -> dict[str, float]:
     }
 
 
-def _measure_cover(packing: Packing, network: Contacts) -> dict[str, float]:
+def _measure_cover(state: _State) -> dict[str, float]:
     """rho and the void columns; for droplets rho comes from the same boundary as the voids."""
+    packing = state.packing
     try:
         found = voids(packing)
     except BoundaryError:
         names = ("voids", "void_sides", "void_area", "void_shape")
         return {"rho": packing_fraction(packing), **dict.fromkeys(names, float("nan"))}
-    if isinstance(network.meetings, Pairs):
-        rho, _ = cover_by_disks(packing, network.meetings)
+    if isinstance(state.network.meetings, Pairs):
+        rho, _ = cover_by_disks(packing, state.network.meetings)
     else:
         rho = cover_outside_voids(packing, found)
     closed = found.percolating == 0
@@ -110,13 +157,32 @@ def _measure_cover(packing: Packing, network: Contacts) -> dict[str, float]:
     }
 
 
-def _measure_moduli(packing: Packing, network: Contacts, pressure: float) -> dict[str, float]:
+def _measure_moduli(state: _State) -> dict[str, float]:
     try:
-        c = elastic_tensor(packing, network=force_network(packing, network=network)).relaxed
+        c = elastic_tensor(state.packing, network=force_network(state.packing, network=state.network)).relaxed
     except ConvergenceError:
         return dict.fromkeys(("g", "g_x", "b"), float("nan"))
     return {
         "g": float(modulus_along(c, AVERAGING_ANGLES).mean()),
         "g_x": float(modulus_along(c, np.zeros(1))[0]),
-        "b": compression_modulus(c, pressure),
+        "b": compression_modulus(c, state.pressure),
     }
+
+
+def _measure_order(state: _State) -> dict[str, float]:
+    order = orientational_order(state.packing)
+    return {"psi_6": order.mean_local, "psi_6_overall": order.overall}
+
+
+# what is computed together
+_GROUPS: tuple[tuple[tuple[str, ...], Callable[[_State], dict[str, float]]], ...] = (
+    (("rho", "voids", "void_sides", "void_area", "void_shape"), _measure_cover),
+    (("phi",), lambda state: {"phi": state.packing.phi}),
+    (("z", "rattlers"), _measure_contacts),
+    (("pressure",), lambda state: {"pressure": state.pressure}),
+    (("energy", "contact_energy"), _measure_energy),
+    (("g", "g_x", "b"), _measure_moduli),
+    (("shape", "shape_rim", "area", "contact_length", "shortest_edge", "longest_edge"), _measure_shape),
+    (("max_force",), _measure_force),
+    (("psi_6", "psi_6_overall"), _measure_order),
+)

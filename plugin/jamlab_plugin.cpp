@@ -4,6 +4,7 @@
 /* Entry point of the plugin: registers the styles with LAMMPS. */
 
 #include "bond_line_tension.h"
+#include "command_quiet.h"
 #include "compute_polygon.h"
 #include "fix_polygon_area.h"
 #include "pair_circuloline.h"
@@ -55,7 +56,7 @@ template <class Style> static void *create(void *lmp, int narg, char **arg)
 
 struct PluginStyle {
   const char *kind, *name, *info;
-  lammpsplugin_factory1 create;                   // of pair and bond styles
+  lammpsplugin_factory1 create;                   // of pair, bond and command styles
   lammpsplugin_factory2 create_from_arguments;    // of fix and compute styles
 };
 
@@ -66,6 +67,8 @@ static constexpr PluginStyle STYLES[] = {
     {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
     {"compute", "polygon", "area, perimeter and shape factor of polygons", nullptr,
      &create<ComputePolygon>},
+    {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
+     nullptr},
 };
 
 void lammpsplugin_init(void *lmp, void *handle, void *regfunc)

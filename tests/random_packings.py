@@ -3,7 +3,8 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from jamlab.packing.packing import CONTACT_FORMS, Packing
+from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.packing import Packing
 
 numbers = st.floats(0.1, 10.0)
 seeds = st.integers(0, 2**32 - 1)

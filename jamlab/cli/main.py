@@ -14,6 +14,7 @@ from jamlab.cli.chart import chart
 from jamlab.cli.compare import compare
 from jamlab.cli.compress import compress
 from jamlab.cli.console import err_console
+from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.figure import figure
@@ -62,6 +63,7 @@ app.command(epilog="Example: jamlab analyze sweep.h5 --json")(analyze)
 app.command(epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png")(gstar)
 app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
 app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2")(calibrate)
+app.command(epilog="Example: jamlab decks --copy my-decks")(decks)
 app.command(epilog="Example: jamlab doctor")(doctor)
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(chart, name="chart")

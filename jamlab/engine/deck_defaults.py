@@ -9,9 +9,11 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-from jamlab.errors import EngineError
+from jamlab.errors import EngineError, StorageError
+from jamlab.packing.atomic_file import atomic_file, make_folder
 
 _DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
+_SUMMARY = re.compile(r"(.*?)(?:, by plain LAMMPS|[.:] |[.]$)")
 
 
 @cache
@@ -35,6 +37,35 @@ def deck(name: str) -> Path:
     if not path.is_file():
         raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
     return path
+
+
+def summaries(folder: Path) -> dict[str, str]:
+    """Names of the decks in a folder, each with what the first sentence of its comment says it does."""
+    found = {}
+    for path in sorted(folder.glob("in.*")):
+        comment = " ".join(line.removeprefix("#").strip() for line in path.read_text().split("\n\n")[0].splitlines())
+        found[path.name] = _SUMMARY.match(comment)[1]  # type: ignore[index]
+    return found
+
+
+def copy_decks(folder: Path) -> Path:
+    """Copy all decks and their parts, to be changed.
+
+    Returns:
+        The folder, as an absolute path.
+
+    Raises:
+        StorageError: the folder cannot be made or written to, or already holds a file of one of the names.
+    """
+    make_folder(folder)
+    parts = sorted(installed("lammps_inputs").iterdir())
+    for part in parts:
+        if (folder / part.name).exists():
+            raise StorageError(f"{folder / part.name} exists and may have been changed: choose another folder")
+    for part in parts:
+        with atomic_file(folder / part.name) as temporary:
+            temporary.write_bytes(part.read_bytes())
+    return folder.resolve()
 
 
 def defaults(name: str) -> dict[str, float | str]:

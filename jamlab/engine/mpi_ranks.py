@@ -18,6 +18,8 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
+_NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
+
 
 def check_ranks(ranks: int) -> None:
     """Refuse what is no number of MPI ranks.
@@ -68,9 +70,10 @@ def minimize_on_ranks(
             done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, check=False)
         except OSError as error:
             raise EngineError(f"no mpiexec and lmp in {programs} for ranks = {ranks}: run `jamlab doctor`") from error
-        if done.returncode:
+        if done.returncode not in (0, _NOT_CONVERGED):
             last = [text for text in (done.stdout + done.stderr).splitlines() if text.strip()]
-            errors = [text for text in last if "ERROR" in text] or last or ["no output"]
+            errors = [text for text in last if "ERROR" in text or "REFUSED" in text] or last or ["no output"]
             raise EngineError(f"LAMMPS on {ranks} ranks stopped: {errors[-1]}")
-        rows = np.loadtxt(Path(folder) / "sp.minimum.dump", skiprows=9, ndmin=2)
+        reached = "sp.unconverged.dump" if done.returncode else "sp.minimum.dump"
+        rows = np.loadtxt(Path(folder) / reached, skiprows=9, ndmin=2)
     return np.ascontiguousarray(rows[:, 1:3])

@@ -92,3 +92,25 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
     if not kept.any():
         raise InputError("every particle is a rattler: the packing is not jammed, no particle would be left")
     return packing.select(kept)
+
+
+def contacts_are_certain(packing: Packing) -> bool:
+    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact.
+
+    Both coordinates of both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and
+    smaller must touch the same others.
+    """
+    if not packing.rounding:
+        return True
+    reach = 3 * packing.rounding
+    if reach >= (packing.params["delta"] if packing.diameters is None else packing.diameters.min()):
+        return False
+    larger, smaller = (contacts(_grow(packing, growth)) for growth in (reach, -reach))
+    return np.array_equal(larger.pairs, smaller.pairs)
+
+
+def _grow(packing: Packing, growth: float) -> Packing:
+    """Particles that touch at distances larger by `growth`."""
+    if packing.diameters is not None:
+        return packing.with_state(diameters=packing.diameters + growth)
+    return packing.with_state(params={**packing.params, "delta": packing.params["delta"] + growth})

@@ -36,8 +36,14 @@ class ForceNetwork:
         """Refuse forces that do not balance: a response to strain is that of a minimum.
 
         Raises:
-            ConvergenceError: the largest force is above 1 % of the pressure.
+            ConvergenceError: the largest force is above 1 % of the pressure, or positions are rounded to fewer digits
+                than float64 has.
         """
+        if self.packing.rounding:
+            raise ConvergenceError(
+                f"positions are known to {self.packing.rounding:.2g} only, so it is at no energy minimum: relax "
+                "the packing first, jamlab.relaxed(packing)"
+            )
         imbalance = np.hypot(*forces(self.packing, self.terms).T).max()
         pressure = 0.5 * np.trace(stress(self.packing, self.terms))
         if imbalance > LARGEST_IMBALANCE * pressure:

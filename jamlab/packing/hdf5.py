@@ -20,8 +20,9 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
 of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.packing.checksum`): a file that
-has changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read. MDAnalysis opens the
-file (in float32) with a topology of as many atoms as positions:
+has changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read. `jamlab.universe`
+makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file (in float32) with a topology of as many atoms as
+positions:
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 

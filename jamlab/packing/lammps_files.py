@@ -4,6 +4,11 @@ Both say the same: one atom per disk or vertex, with ids 1, 2, ... in the order 
 is the particle plus one; the atom type is the rank of the particle's size, smallest first. Numbers have 17 significant
 digits, so they read back as the same doubles.
 
+LAMMPS has no place for the force law, so a data file has a comment line for it, which LAMMPS skips wherever it stands:
+    # jamlab model=dp units=eps gamma=0.4 ka=300 eps=1 delta=0.25 eta=0 contact=outline ensemble=fixed-box converged=1
+    # jamlab model=sp units=k k=1 d1=0.83333333333333337 d2=1.1666666666666665
+`d1` .. are the diameters of the atom types. A deck appends such a line to a file of `write_data` by `print ... append`.
+
 In a LAMMPS deck, after the commands of `common.settings`:
     SP: atom_style atomic;     read_data FILE
     DP: atom_style molecular;  fix d_a0 all property/atom d_a0;  read_data FILE fix d_a0 NULL d_a0
@@ -15,17 +20,23 @@ digit: who needs all digits sets the positions again after read_data.
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.force_law import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
 MAX_TYPES = 64  # pair coefficients go by pairs of types: LAMMPS is meant for few of them
+_MARK = "# jamlab "
+_TEXTS = ("model", "units", "contact", "ensemble")  # entries of the comment that are no numbers
+STATE = ("onset", "ensemble", "max_force", "converged")  # attributes of a packing beside its force law
 _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
 
@@ -90,8 +101,10 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 
-    Columns: id mol type xu yu zu, and for disks radius. Positions are not wrapped: polygons are whole. The time step is
-    the number of the frame.
+    Columns: id mol type xu yu zu radius, where the radius of a vertex is that of its rim; then what is the same for all
+    atoms of a frame or droplet. For disks eps or k, for droplets a0 gamma ka eps delta eta contact (its place in
+    `CONTACT_FORMS`); for both ensemble (its place in `ENSEMBLES`), onset (0: none), max_force (-1: none), converged.
+    Positions are not wrapped: polygons are whole. The time step is the number of the frame.
 
     Args:
         path: file to create or replace, all at once.
@@ -116,11 +129,63 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
             file.write("\n".join(_dump_lines(step, packing, table)) + "\n")
 
 
+def describe(packing: Packing) -> str:
+    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum.
+
+    Numbers have 17 significant digits; rest areas of droplets are left to the section `d_a0`.
+    """
+    entries: dict[str, Any] = {"model": packing.model, "units": packing.units}
+    entries |= {name: value for name, value in packing.params.items() if name != "a0"}
+    if packing.model == "sp":
+        entries |= {f"d{k}": value for k, value in enumerate(types(packing).values, start=1)}
+    entries |= {name: getattr(packing, name) for name in STATE}
+    if packing.rounding:
+        entries["rounding"] = packing.rounding
+    return _MARK + " ".join(_entry(name, value) for name, value in entries.items() if value is not None)
+
+
+def described(lines: Iterable[str]) -> dict[str, Any]:
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several.
+
+    Returns:
+        Text for model, units, contact and ensemble, bool for converged, float for every other name; empty without such
+        a line.
+
+    Raises:
+        InputError: an entry without a value, or whose value is no number.
+    """
+    found = [line for line in lines if line.startswith(_MARK)]
+    return dict(_value(word) for word in found[-1].removeprefix(_MARK).split()) if found else {}
+
+
+def _entry(name: str, value: Any) -> str:
+    if name in _TEXTS:
+        return f"{name}={value}"
+    _check_number(name, value)
+    return f"{name}={value:.17g}"
+
+
+def _check_number(name: str, value: Any) -> None:
+    if not is_number(value) and not isinstance(value, bool):
+        raise InputError(f"params[{name!r}] is {value!r}: a LAMMPS file holds numbers and names only")
+
+
+def _value(word: str) -> tuple[str, Any]:
+    name, _, text = word.partition("=")
+    if name in _TEXTS:
+        return name, text
+    try:
+        number = float(text)
+    except ValueError:
+        raise InputError(f"the comment `{_MARK}` has the entry {word!r}: give it as name=number") from None
+    return name, bool(number) if name == "converged" else number
+
+
 def _data_lines(packing: Packing, table: TypeTable) -> Iterator[str]:
     polygons = packing.model == "dp"
     count = len(packing.positions)
     lx, xy, ly = packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]
-    yield f"# jamlab {packing.model}, units {packing.units}"
+    yield describe(packing)
     yield ""
     yield f"{count} atoms"
     if polygons:
@@ -155,14 +220,32 @@ def _dump_lines(step: int, packing: Packing, table: TypeTable) -> Iterator[str]:
     yield "ITEM: BOX BOUNDS xy xz yz pp pp pp"  # bounds of the parallelogram, not of its edges
     yield f"{min(0.0, xy):.17g} {lx + max(0.0, xy):.17g} {xy:.17g}\n0 {ly:.17g} 0\n-0.5 0.5 0"
     particle = packing.particle
-    rows = enumerate(zip(particle, table.types[particle], packing.positions, strict=True), start=1)
     if packing.model == "dp":
-        yield "ITEM: ATOMS id mol type xu yu zu"
-        yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0" for i, (m, t, (x, y)) in rows)
+        own = {"radius": np.full(packing.n, 0.5 * packing.params["delta"]), "a0": packing.params["a0"]}
     else:
-        yield "ITEM: ATOMS id mol type xu yu zu radius"
-        radius = 0.5 * table.values
-        yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {radius[t - 1]:.17g}" for i, (m, t, (x, y)) in rows)
+        own = {"radius": 0.5 * table.values[table.types - 1]}
+    shared = _numbers(packing)
+    sizes = [" ".join(f"{value:.17g}" for value in values) for values in zip(*own.values(), strict=True)]
+    end = " ".join(f"{value:.17g}" for value in shared.values())
+    yield "ITEM: ATOMS id mol type xu yu zu " + " ".join([*own, *shared])
+    rows = enumerate(zip(particle, table.types[particle], packing.positions, strict=True), start=1)
+    yield from (f"{i} {m + 1} {t} {x:.17g} {y:.17g} 0 {sizes[m]} {end}" for i, (m, t, (x, y)) in rows)
+
+
+def _numbers(packing: Packing) -> dict[str, float]:
+    """Columns of a dump with the entries of `describe`."""
+    law = {name: value for name, value in packing.params.items() if name != "a0"}
+    if packing.model == "dp":
+        law["contact"] = CONTACT_FORMS.index(law["contact"])
+    for name, value in law.items():
+        _check_number(name, value)
+    state = {
+        "ensemble": ENSEMBLES.index(packing.ensemble),
+        "onset": packing.onset or 0.0,
+        "max_force": -1.0 if packing.max_force is None else packing.max_force,
+        "converged": packing.converged,
+    }
+    return law | state | ({"rounding": packing.rounding} if packing.rounding else {})
 
 
 def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:

@@ -14,20 +14,12 @@ from numpy.typing import NDArray
 
 from jamlab.checks import check_choice, check_positive, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
+from jamlab.packing.force_law import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
 
 Array = NDArray[np.float64]
 
-MODELS = ("sp", "dp")
-UNITS = ("eps", "k")
-ENSEMBLES = ("fixed-box", "shear-stabilized")
-CONTACT_FORMS = ("outline", "segment", "segment/smooth")
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
-FORCE_LAW = {  # parameters that each model and unit system needs
-    ("sp", "eps"): ("eps",),
-    ("sp", "k"): ("k",),
-    ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +201,11 @@ class Packing:
         """Whether the sweep that made this state met the packing fraction asked for; True if none was."""
         return bool(self.provenance.get("on_target", True))
 
+    @property
+    def rounding(self) -> float:
+        """How far a coordinate may be off because its source held fewer digits than float64; 0 if it held all."""
+        return float(self.provenance.get("rounding", 0.0))
+
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
@@ -296,21 +293,3 @@ def _check_box(box: Array) -> None:
         raise InputError(f"box[0, 1] is {box[0, 1]:.6g}: the first lattice vector must lie along x")
     if box[0, 0] <= 0 or box[1, 1] <= 0:
         raise InputError(f"box {box.tolist()} has no positive area: box[0, 0] and box[1, 1] must be positive")
-
-
-def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, unknown by name or no positive numbers.
-
-    Raises:
-        InputError: naming the parameter and its value.
-    """
-    if (model, units) not in FORCE_LAW:
-        raise InputError(f"model {model} has no units {units!r}")
-    for name in FORCE_LAW[model, units]:
-        if name not in params:
-            raise InputError(f"params of model {model} in units {units} lack {name!r}")
-        value = params[name]
-        if name == "contact":
-            check_choice("contact form", value, CONTACT_FORMS)
-        elif name != "a0" and not (is_number(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
-            raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")

@@ -56,16 +56,6 @@ def opened(path: FilePath) -> Iterator[Any]:
         raise StorageError(f"{path} is damaged or truncated ({error}): {REMEDY}") from error
 
 
-def has_checksum(path: FilePath) -> bool:
-    """Whether damage to a file would be noticed; files of jamlab 0.1.0 have no checksum.
-
-    Raises:
-        StorageError: the file cannot be read, or its checksum does not match.
-    """
-    with opened(path) as file:
-        return bool(file.userblock_size)
-
-
 def _check_source(path: FilePath) -> None:
     """Refuse what has no end (a device) or may never begin (a pipe)."""
     mode = os.stat(path).st_mode

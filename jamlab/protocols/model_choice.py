@@ -19,7 +19,7 @@ from scipy import stats
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.packing import CONTACT_FORMS, MODELS
+from jamlab.packing.force_law import CONTACT_FORMS, MODELS
 
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",

@@ -14,7 +14,8 @@ from jamlab.checks import check_bidisperse, check_choice, check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.packing.packing import ENSEMBLES, MODELS, Packing
+from jamlab.packing.force_law import ENSEMBLES, MODELS
+from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.loose_start import place_loose
@@ -83,17 +84,9 @@ def jam(
         force = force_tolerance(model) if tolerance is None else tolerance
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
-    return record(
-        onset.packing.with_state(onset=onset.phi, ensemble=ensemble),
-        onset.found,
-        protocol="boromand-2.3",
-        search=search,
-        start=start,
-        seed=seed,
-        step=first_step,
-        wall_time=time.perf_counter() - began,
-        **versions(),
-    )
+    entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}
+    packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
+    return record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
 
 
 def _check(model: str, search: str, ensemble: str, start: str, parameters: dict[str, Any]) -> None:
@@ -107,3 +100,12 @@ def _check(model: str, search: str, ensemble: str, start: str, parameters: dict[
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "sp" and parameters:
         raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
+
+
+def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:
+    if step is None:
+        return protocol["step" if search == "bisection" else "step_paper"]
+    check_number("step", step, 0.5)
+    if step < protocol["increment_least"]:
+        raise InputError(f"step = {step:g}: the search ends at {protocol['increment_least']:g}, take a larger one")
+    return step

@@ -11,7 +11,8 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
-from jamlab.packing.packing import MODELS, Packing
+from jamlab.packing.force_law import MODELS
+from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.model_choice import Choice, Way, choose

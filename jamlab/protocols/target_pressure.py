@@ -18,7 +18,7 @@ from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance, quench
 
-HIGHEST_PRESSURE = 0.3  # k; beyond, disks overlap by a third and third neighbours meet
+HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
 
 
@@ -78,14 +78,7 @@ def pack(
         InputError: a value that no run can start from.
         ConvergenceError: the pressure was not met.
     """
-    check_number("pressure", pressure, HIGHEST_PRESSURE)
-    force = force_tolerance("sp") if tolerance is None else tolerance
-    check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
-    if force > LEAST_NOISE * pressure:
-        raise InputError(
-            f"pressure = {pressure:g}: a force tolerance of {force:g} is not small beside it: raise the pressure to "
-            f"{force / LEAST_NOISE:g} k or more, or lower the tolerance"
-        )
+    force = _check_force(pressure, tolerance)
     search = {name: float(value) for name, value in defaults("pressure").items()}
     check_bidisperse(n, seed, search["phi_jammed"])
     relax_state = minimizer(ensemble)
@@ -111,6 +104,19 @@ def pack(
     raise ConvergenceError(
         f"pressure {pressure:g} not met with n = {n}, seed = {seed}: the search ended at {reached:g}; try another seed"
     )
+
+
+def _check_force(pressure: float, tolerance: float | None) -> float:
+    """Give the force tolerance, small beside the pressure."""
+    check_number("pressure", pressure, HIGHEST_PRESSURE)
+    force = force_tolerance("sp") if tolerance is None else tolerance
+    check_tolerance(force, LEAST_NOISE * HIGHEST_PRESSURE)
+    if force > LEAST_NOISE * pressure:
+        raise InputError(
+            f"pressure = {pressure:g}: a force tolerance of {force:g} is not small beside it: raise the pressure to "
+            f"{force / LEAST_NOISE:g} k or more, or lower the tolerance"
+        )
+    return force
 
 
 def _walk(session: Session, pressure: float, search: dict[str, float], progress: Progress | None) -> Packing:

@@ -38,6 +38,38 @@ def test_pack_writes_what_it_prints(packed):
     assert printed["converged"] == [True]
 
 
+def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
+    path, _ = packed
+    packing = jamlab.read(path)
+    jamlab.write_data(tmp_path / "p.data", packing)
+    jamlab.write_dump(tmp_path / "p.dump", [packing])
+    own = call(tmp_path, "analyze", str(path), "--json")
+    for name in ("p.data", "p.dump"):
+        done = call(tmp_path, "analyze", name, "--json")
+        assert (done.returncode, done.stderr) == (0, "")
+        read, wanted = json.loads(done.stdout), json.loads(own.stdout)
+        assert read["converged"] == [True]
+        for column in ("rho", "z", "g", "pressure"):
+            assert read[column] == pytest.approx(wanted[column], rel=1e-9)
+
+
+def test_analyze_says_what_a_foreign_file_lacks(packed, tmp_path):
+    packing = jamlab.read(packed[0])
+    (rounded,) = jamlab.from_universe(jamlab.universe(packing))
+    jamlab.write_data(tmp_path / "p.data", rounded)
+    lines = (tmp_path / "p.data").read_text().splitlines()
+    (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
+    done = call(tmp_path, "analyze", "p.data")
+    assert done.returncode == 0
+    assert "p.data does not say eps, diameters: defaults of the decks are taken" in done.stderr
+    jamlab.write_data(tmp_path / "p.data", rounded)
+    done = call(tmp_path, "analyze", "p.data", "--json")
+    assert "holds positions to" in done.stderr and json.loads(done.stdout)["g"] == [None]
+    (tmp_path / "p.data").write_text("\n".join(lines[:20]))
+    done = call(tmp_path, "analyze", "p.data")
+    assert done.returncode == 1 and "p.data is damaged or cut off" in done.stderr
+
+
 def test_gstar_limits_and_picture(packed, tmp_path):
     path, _ = packed
     done = call(tmp_path, "gstar", str(path), "--points", "5", "--out", "gstar.png", "--json")

@@ -11,7 +11,7 @@ import pytest
 import jamlab
 from jamlab.engine.deck_defaults import installed
 from jamlab.packing.deformation import sheared
-from jamlab.packing.packing import CONTACT_FORMS
+from jamlab.packing.force_law import CONTACT_FORMS
 
 THERMO = ("pe", "evdwl", "pxx", "pyy", "pxy")
 

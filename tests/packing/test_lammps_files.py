@@ -1,6 +1,7 @@
 """Data files against LAMMPS itself, dumps against MDAnalysis."""
 
 import os
+from dataclasses import replace
 
 import MDAnalysis
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from jamlab.engine.installation import lammps_class
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.lammps_files import types, write_data, write_dump
+from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
 from jamlab.packing.packing import Packing
 
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
@@ -220,3 +221,26 @@ def test_a_failure_keeps_the_old_files(tmp_path, monkeypatch):
 def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(StorageError, match=f"{tmp_path}/absent.*create"):
         write_data(tmp_path / "absent" / "p.data", disks(0.0))
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_the_comment_of_a_data_file_holds_the_force_law(tmp_path, make):
+    packing = make(0.37)
+    packing = replace(packing, onset=1 / 3, ensemble="shear-stabilized", max_force=1e-13 / 3, converged=True)
+    write_data(tmp_path / "p.data", packing)
+    lines = (tmp_path / "p.data").read_text().splitlines()
+    assert lines[0] == describe(packing)
+    entries = described([*lines[1:], lines[0]])  # wherever it stands
+    for name in ("model", "units", "onset", "ensemble", "max_force", "converged"):
+        assert entries.pop(name) == getattr(packing, name)
+    if make is disks:
+        assert [entries.pop(f"d{k}") for k in (1, 2, 3)] == types(packing).values.tolist()
+    assert entries == {name: value for name, value in packing.params.items() if name != "a0"}
+
+
+def test_a_comment_that_is_no_list_of_numbers_is_refused():
+    assert described(["LAMMPS data file via write_data"]) == {}
+    with pytest.raises(InputError, match="'gamma=much'"):
+        described(["# jamlab model=dp gamma=much"])
+    with pytest.raises(InputError, match=r"params\['note'\]"):
+        describe(disks(0.0).with_state(params={"eps": 1.0, "note": [1]}))

@@ -1,0 +1,26 @@
+"""`jamlab decks`: list the LAMMPS decks, or copy them with their parts."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jamlab.cli.console import out_console, print_json
+from jamlab.cli.options import Json
+
+
+def decks(
+    copy: Annotated[Path | None, typer.Option(help="Folder to copy every deck and its parts to.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List the LAMMPS decks with what each does and where it is, or copy them to change them."""
+    from jamlab.engine.deck_defaults import copy_decks, installed, summaries
+
+    folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
+    found = summaries(folder)
+    if as_json:
+        print_json({"folder": str(folder), "decks": found})
+        return
+    for name, summary in found.items():
+        out_console.print(f"{name:16s} {summary}", soft_wrap=True, highlight=False)
+    out_console.print(f"\nRun one from any folder: lmp -in {folder}/NAME", soft_wrap=True, highlight=False)

@@ -1,0 +1,34 @@
+"""Which force laws there are, and the parameters that each of them needs."""
+
+from typing import Any
+
+from jamlab.checks import check_choice, is_number
+from jamlab.errors import InputError
+
+MODELS = ("sp", "dp")
+UNITS = ("eps", "k")
+ENSEMBLES = ("fixed-box", "shear-stabilized")
+CONTACT_FORMS = ("outline", "segment", "segment/smooth")
+FORCE_LAW = {  # parameters that each model and unit system needs
+    ("sp", "eps"): ("eps",),
+    ("sp", "k"): ("k",),
+    ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
+}
+
+
+def check_params(model: str, units: str, params: dict[str, Any]) -> None:
+    """Refuse force-law parameters that are missing, unknown by name or no positive numbers.
+
+    Raises:
+        InputError: naming the parameter and its value.
+    """
+    if (model, units) not in FORCE_LAW:
+        raise InputError(f"model {model} has no units {units!r}")
+    for name in FORCE_LAW[model, units]:
+        if name not in params:
+            raise InputError(f"params of model {model} in units {units} lack {name!r}")
+        value = params[name]
+        if name == "contact":
+            check_choice("contact form", value, CONTACT_FORMS)
+        elif name != "a0" and not (is_number(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
+            raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")

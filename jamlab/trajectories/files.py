@@ -1,0 +1,123 @@
+"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data files and dumps, GSD."""
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from jamlab.errors import InputError, StorageError
+from jamlab.packing import hdf5
+from jamlab.packing.packing import Packing
+from jamlab.packing.verified_file import FilePath
+from jamlab.trajectories.force_law import Radii
+from jamlab.trajectories.lammps_data import read_data
+from jamlab.trajectories.lammps_dump import read_dump, sites
+
+DATA = (".data", ".lmp", ".lammps")
+DUMP = (".dump", ".lammpstrj", ".lammpsdump")
+GSD = (".gsd",)
+
+
+def read(
+    path: FilePath,
+    frame: int = -1,
+    *,
+    radii: Radii = None,
+    units: str | None = None,
+    params: Mapping[str, Any] | None = None,
+) -> Packing:
+    """Read one frame, by default the last; negative numbers count from the end.
+
+    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. For files of
+    other programs give what they lack: parameters found nowhere have the defaults of the decks, and their names stand
+    in `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged`
+    False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
+
+    Args:
+        path: file.
+        frame: number of the frame.
+        radii: of disks: one number, (n,), or by type, {"1": 0.5, "2": 0.7}.
+        units: "eps" or "k", see `Packing`.
+        params: of the force law, any of them, see `Packing`.
+
+    Raises:
+        StorageError: no such file or frame, or not a whole file that this jamlab can read.
+        InputError: the frame is no packing, or differs from what was given; the message names file, frame and value.
+    """
+    if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
+        raise InputError(f"frame is {frame!r}: must be a whole number")
+    if _kind(path) == "hdf5":
+        _refuse_law(path, radii, units, params)
+        return hdf5.read(path, frame)
+    frames = _frames(path, radii, units, params, frame)
+    found = next(frames, None)
+    if found is None:
+        raise StorageError(f"{path} has no frame {frame}")
+    return found
+
+
+def read_all(
+    path: FilePath,
+    *,
+    radii: Radii = None,
+    units: str | None = None,
+    params: Mapping[str, Any] | None = None,
+) -> list[Packing]:
+    """Read every frame, in the order written. Arguments and errors as in `read`."""
+    if _kind(path) == "hdf5":
+        _refuse_law(path, radii, units, params)
+        return hdf5.read_all(path)
+    return list(_frames(path, radii, units, params, None))
+
+
+def _kind(path: FilePath) -> str:
+    if h5py.is_hdf5(path):
+        return "hdf5"
+    suffix = Path(path).suffix.lower()
+    for kind, suffixes in (("data", DATA), ("dump", DUMP), ("gsd", GSD)):
+        if suffix in suffixes:
+            return kind
+    return "hdf5"  # its reader refuses other files with a reason
+
+
+def _refuse_law(path: FilePath, *given: object) -> None:
+    if any(value is not None for value in given):
+        raise InputError(f"{path} holds sizes, units and force law: leave out radii, units and params")
+
+
+def _frames(
+    path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
+) -> Iterator[Packing]:
+    """One frame, or all of them."""
+    kind = _kind(path)
+    source = Path(path).name
+    if kind == "gsd":
+        from jamlab.trajectories.from_universe import read_gsd
+
+        yield from read_gsd(path, radii, units, params, frame)
+        return
+    if kind == "data":
+        found: Iterable[Any] = [] if frame not in (None, 0, -1) else [(0, read_data(path))]
+    else:
+        found = ((k, sites(path, text)) for k, text in _chosen(read_dump(path), frame))
+    for k, atoms in found:
+        try:
+            packing = atoms.packing(radii, units, params)
+        except InputError as error:
+            raise type(error)(f"{path}, frame {k}: {error}") from error
+        yield packing.with_state(provenance={"source": source})
+
+
+def _chosen(frames: Iterator[Any], frame: int | None) -> Iterator[tuple[int, Any]]:
+    if frame is None:
+        yield from enumerate(frames)
+    elif frame >= 0:
+        yield from ((frame, text) for text in islice(frames, frame, frame + 1))
+    else:
+        last = deque(enumerate(frames), maxlen=-frame)
+        if len(last) == -frame:
+            yield last[0]

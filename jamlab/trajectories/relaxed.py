@@ -1,0 +1,36 @@
+"""Relax packings from elsewhere to the minimum next to them."""
+
+import numpy as np
+
+from jamlab.engine.session import Session
+from jamlab.packing.packing import Packing
+from jamlab.protocols.box_shear import minimizer
+from jamlab.protocols.compression import LARGEST_TOLERANCE
+from jamlab.protocols.provenance import record
+from jamlab.protocols.relaxation import check_tolerance
+
+
+def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
+    """Relax a packing to an energy minimum, in its ensemble: with a fixed box, or until no shear stress is left.
+
+    For packings whose coordinates came with few digits, such as float32 of MDAnalysis, or from dynamics: moduli and G*
+    belong to a minimum, and so does z.
+
+    Args:
+        packing: SP or DP.
+        tolerance: largest force at the minimum; default as in `jamlab.compress`.
+
+    Returns:
+        The minimum, with `rounding` 0; `converged` is False if the tolerance was not met. `provenance["moved"]` is the
+        largest distance that a disk or vertex went.
+
+    Raises:
+        InputError: a tolerance out of range.
+        EngineError: LAMMPS cannot take the packing.
+    """
+    check_tolerance(tolerance, LARGEST_TOLERANCE)
+    with Session(packing) as session:
+        found = minimizer(packing.ensemble)(session, tolerance)
+        state = session.packing()
+    moved = float(np.hypot(*(state.positions - packing.positions).T).max())
+    return record(state, found, precision="float64", rounding=0.0, moved=moved)

@@ -1,0 +1,259 @@
+"""Packings as a Universe of MDAnalysis and back, and Universes that others made."""
+
+import pickle
+
+import MDAnalysis
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from wandering_packings import assert_same, disks, polygons
+
+import jamlab
+from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.packing.lammps_files import types, wrap
+
+TILTS = [0.0, 1 / 3, -1.1, 16 / 3]
+FLOAT32 = 6.5  # digits
+WARNINGS = [
+    pytest.mark.filterwarnings(f"ignore:{text}")
+    for text in ("Guessed all Masses", "Reader has no dt", "No dimensions set", "Failed to guess", "Unknown masses")
+]
+
+
+def noisy(test):
+    for mark in WARNINGS:
+        test = mark(test)
+    return test
+
+
+@pytest.mark.parametrize("make", [disks, lambda seed, tilt: disks(seed, tilt, "k"), polygons])
+@given(seed=st.integers(0, 10**6), tilts=st.lists(st.sampled_from(TILTS), min_size=1, max_size=3))
+@settings(max_examples=25, deadline=None)
+def test_a_universe_gives_the_packings_back(make, seed, tilts):
+    written = [make(seed, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in tilts]
+    read = jamlab.from_universe(jamlab.universe(written))
+    assert len(read) == len(written)
+    for k, (back, packing) in enumerate(zip(read, written, strict=True)):
+        assert_same(back, packing, FLOAT32)
+        off = max(np.abs(back.positions - packing.positions).max(), np.abs(back.box - packing.box).max())
+        assert off < back.rounding < 3e-6 * max(np.abs(packing.positions).max(), np.abs(packing.box).sum())
+        assert (back.converged, back.max_force) == (False, None)
+        assert back.provenance == {"source": "memory", "frame": k, "precision": "float32", "rounding": back.rounding}
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_what_a_universe_says(make, tilt):
+    packing = make(2, tilt)
+    u = jamlab.universe([packing, packing])
+    assert len(u.trajectory) == 2
+    assert (u.residues.n_residues, len(u.atoms)) == (packing.n, len(packing.positions))
+    assert (u.atoms.resindices == packing.particle).all() and (u.atoms.resids == packing.particle + 1).all()
+    assert (u.atoms.types == types(packing).types[packing.particle].astype(str)).all()
+    np.testing.assert_allclose(u.trajectory.ts.triclinic_dimensions[:2, :2], packing.box, atol=2e-6)
+    if make is disks:
+        assert (u.atoms.radii == packing.diameters / 2).all()
+        assert not hasattr(u.atoms, "bonds")
+    else:
+        assert (u.atoms.radii == packing.params["delta"] / 2).all()
+        bonds = {tuple(sorted(pair)) for pair in u.bonds.indices.tolist()}
+        assert bonds == {tuple(sorted(pair)) for pair in enumerate(packing.successor.tolist())}
+        assert (u.residues.rest_areas == packing.params["a0"]).all()
+    again = pickle.loads(pickle.dumps(u))
+    assert_same(jamlab.from_universe(again)[1], packing, FLOAT32)
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+@pytest.mark.parametrize("name", ["p.h5", "p.data", "p.dump"])
+def test_a_universe_of_a_file(tmp_path, make, name):
+    packing = make(3, 0.3)
+    writers = {"p.h5": packing.write, "p.data": lambda path: jamlab.write_data(path, packing)}
+    writers["p.dump"] = lambda path: jamlab.write_dump(path, [packing])
+    writers[name](tmp_path / name)
+    assert_same(jamlab.from_universe(jamlab.universe(tmp_path / name))[0], packing, FLOAT32)
+
+
+def test_a_part_of_a_universe():
+    packing = polygons(5, 0.0)
+    u = jamlab.universe(packing)
+    part = packing.select(np.array([True, False, True, True, False]))
+    assert_same(jamlab.from_universe(u.select_atoms("resid 1 3 4"))[0], part, FLOAT32)
+    with pytest.raises(InputError, match="point 0 has 1 bonds"):
+        jamlab.from_universe(u.atoms[1:])
+    with pytest.raises(InputError, match="no atoms are selected"):
+        jamlab.from_universe(u.select_atoms("resid 99"))
+
+
+def test_frames_go_as_in_a_slice():
+    u = jamlab.universe(
+        [disks(1, tilt).with_state(positions=disks(1, 0.0).positions + k) for k, tilt in enumerate(TILTS)]
+    )
+    assert [p.provenance["frame"] for p in jamlab.from_universe(u, start=1, step=2)] == [1, 3]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("tilt", TILTS[:3])
+def test_wrapped_and_shuffled_droplets_become_whole(seed, tilt):
+    """Bonds alone say what is whole: vertices of all droplets mixed, inside the box, bonds in any order."""
+    packing = polygons(seed, tilt)
+    rng = np.random.default_rng(seed)
+    count = len(packing.positions)
+    place = rng.permutation(count)  # vertex k becomes atom place[k]
+    inside, _ = wrap(packing)
+    u = MDAnalysis.Universe.empty(count, trajectory=True)
+    positions = np.zeros((count, 3), dtype=np.float32)
+    positions[place, :2] = inside
+    u.atoms.positions = positions
+    u.dimensions = jamlab.universe(packing).dimensions
+    u.add_TopologyAttr("bonds", rng.permutation(np.column_stack([place[packing.successor], place])))
+    lowest = np.array([place[a:b].min() for a, b in zip(packing.offsets[:-1], packing.offsets[1:], strict=True)])
+    particles = np.argsort(lowest)
+    (read,) = jamlab.from_universe(u, params=packing.params | {"a0": packing.params["a0"][particles]})
+    assert (np.diff(read.offsets) == np.diff(packing.offsets)[particles]).all()
+    np.testing.assert_allclose(read.polygon_areas, packing.polygon_areas[particles], rtol=2e-5)
+    assert (read.positions[read.offsets[:-1]] == positions[lowest[particles], :2]).all()
+
+
+def test_a_ring_around_the_box_is_no_droplet():
+    u = MDAnalysis.Universe.empty(3, trajectory=True)
+    u.atoms.positions = [[0, 0.5, 0], [1, 0.5, 0], [2, 0.5, 0]]
+    u.dimensions = [3, 3, 1, 90, 90, 90]
+    u.add_TopologyAttr("bonds", [(0, 1), (1, 2), (2, 0)])
+    with pytest.raises(InputError, match="lead around the periodic box"):
+        jamlab.from_universe(u, params={"a0": 1.0})
+
+
+def bare(positions, dimensions=(4, 4, 1, 90, 90, 90)):
+    u = MDAnalysis.Universe.empty(len(positions), trajectory=True)
+    u.atoms.positions = positions
+    u.dimensions = dimensions
+    return u
+
+
+@noisy
+def test_what_a_universe_lacks_is_asked_for():
+    flat = [[0, 0, 0], [1, 2, 0]]
+    with pytest.raises(InputError, match="the sizes of the disks are unknown"):
+        jamlab.from_universe(bare(flat))
+    with pytest.raises(InputError, match="frame 0 has no box: give box"):
+        jamlab.from_universe(bare(flat, None), 0.5)
+    with pytest.raises(InputError, match="frame 0 is not flat"):
+        jamlab.from_universe(bare([[0, 0, 0], [1, 2, 0.1]]), 0.5)
+    with pytest.raises(InputError, match="leans out of the plane"):
+        jamlab.from_universe(bare(flat, (4, 4, 1, 90, 80, 90)), 0.5)
+    with pytest.raises(InputError, match="a list has no atoms"):
+        jamlab.from_universe([1, 2], 0.5)
+    (read,) = jamlab.from_universe(bare(flat, None), [0.5, 0.7], box=[[4, 0], [0.1, 5]])
+    assert (read.diameters.tolist(), read.box[1].tolist()) == ([1.0, 1.4], [0.1, 5.0])
+    assert read.provenance["assumed"] == ["eps"]
+    named = bare(flat)
+    named.add_TopologyAttr("names", ["large", "small"])
+    assert jamlab.from_universe(named, {"large": 0.7, "small": 0.5})[0].diameters.tolist() == [1.4, 1.0]
+
+
+def test_packings_of_different_sweeps_make_no_universe():
+    with pytest.raises(InputError, match="frame 1 differs from frame 0 in params"):
+        jamlab.universe([disks(0, 0.0), disks(0, 0.0).with_state(params={"eps": 9.0})])
+    with pytest.raises(InputError, match="at least one frame"):
+        jamlab.universe([])
+    with pytest.raises(InputError, match="entry 0 is a int"):
+        jamlab.universe([1])
+
+
+@pytest.mark.parametrize("fixture", ["sp_jammed", "dp_dense"])
+def test_what_needs_a_minimum_is_refused_until_relaxed(fixture, request):
+    packing = request.getfixturevalue(fixture)
+    u = jamlab.universe(packing)
+    (rounded,) = jamlab.from_universe(u)
+    for call in (jamlab.shear_modulus, jamlab.bulk_modulus, lambda p: jamlab.complex_modulus(p, [1.0])):
+        with pytest.raises(ConvergenceError, match=r"jamlab\.relaxed"):
+            call(rounded)
+    assert np.isnan(jamlab.measure(rounded)["g"])
+    (relaxed,) = jamlab.from_universe(u, relaxed=True)
+    assert relaxed.converged and relaxed.rounding == 0 and relaxed.provenance["precision"] == "float64"
+    assert relaxed.provenance["moved"] < 1e-5
+    np.testing.assert_allclose(jamlab.shear_modulus(relaxed), jamlab.shear_modulus(packing), rtol=1e-3)
+    assert jamlab.contacts(relaxed).z == jamlab.contacts(packing).z
+
+
+def test_z_is_given_only_where_rounding_cannot_change_it(sp_jammed):
+    (rounded,) = jamlab.from_universe(jamlab.universe(sp_jammed))
+    assert jamlab.measure(rounded, ["z"])["z"] == jamlab.contacts(sp_jammed).z
+    pair = [[0.5, 0.5], [1.5, 0.5]]
+    for gap, certain in ((1e-7, False), (-1e-7, False), (1e-3, True), (-1e-3, True)):
+        packing = jamlab.Packing("sp", 4 * np.eye(2), pair, {"eps": 1.0}, diameters=[1 - gap, 1 - gap])
+        (rounded,) = jamlab.from_universe(jamlab.universe(packing))
+        assert np.isnan(jamlab.measure(rounded, ["rattlers"])["rattlers"]) != certain
+
+
+@noisy
+def test_hdf5_through_the_reader_of_mdanalysis(tmp_path):
+    written = [disks(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS[:3]]
+    jamlab.write(tmp_path / "p.h5", written)
+    jamlab.write_dump(tmp_path / "p.dump", written)
+    u = MDAnalysis.Universe(
+        str(tmp_path / "p.dump"),
+        str(tmp_path / "p.h5"),
+        topology_format="LAMMPSDUMP",
+        format="H5MD",
+        convert_units=False,
+    )
+    for back, packing in zip(jamlab.from_universe(u, written[0].diameters / 2), written, strict=True):
+        np.testing.assert_allclose(back.positions, packing.positions, atol=2e-6)
+        np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
+    dump = MDAnalysis.Universe(
+        str(tmp_path / "p.dump"), topology_format="LAMMPSDUMP", format="LAMMPSDUMP", additional_columns=["radius"]
+    )
+    for back, packing in zip(jamlab.from_universe(dump), written, strict=True):
+        assert (back.diameters == packing.diameters).all()
+        np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
+    dump.trajectory.close()
+    u.trajectory.close()
+
+
+def write_gsd(path, packings):
+    """As HOOMD does: positions around the origin, wrapped; tilt factors; float32."""
+    hoomd = pytest.importorskip("gsd.hoomd")
+    with hoomd.open(path, "w") as file:
+        for packing in packings:
+            frame, count = hoomd.Frame(), len(packing.positions)
+            inside = packing.positions @ np.linalg.inv(packing.box)
+            inside = (inside - np.floor(inside) - 0.5) @ packing.box
+            frame.particles.N, frame.particles.position = count, np.column_stack([inside, np.zeros(count)])
+            frame.particles.types, frame.particles.typeid = ["A"], [0] * count
+            if packing.model == "sp":
+                frame.particles.diameter = packing.diameters
+            else:
+                frame.bonds.N, frame.bonds.types, frame.bonds.typeid = count, ["edge"], [0] * count
+                frame.bonds.group = np.column_stack([np.arange(count), packing.successor])
+            (lx, _), (xy, ly) = packing.box
+            frame.configuration.box, frame.configuration.dimensions = [lx, ly, 1, xy / ly, 0, 0], 2
+            file.append(frame)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered in arccos")  # MDAnalysis takes tilt factors for cosines
+@pytest.mark.parametrize("make", [disks, polygons])
+def test_gsd_with_square_and_sheared_boxes(tmp_path, make):
+    written = [make(1, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in TILTS]
+    write_gsd(tmp_path / "p.gsd", written)
+    params = None if make is disks else written[0].params
+    read = jamlab.read_all(tmp_path / "p.gsd", params=params)
+    for back, packing in zip(read, written, strict=True):
+        np.testing.assert_allclose(back.box, packing.box, atol=2e-6)
+        apart = (back.positions - packing.positions + 0.5 * packing.box.sum(axis=0)) @ np.linalg.inv(packing.box)
+        np.testing.assert_allclose(apart, np.rint(apart), atol=3e-6)
+        if make is disks:
+            np.testing.assert_allclose(back.diameters, packing.diameters, rtol=1e-7)
+        else:
+            np.testing.assert_allclose(back.edges, packing.edges, atol=2e-6)
+    assert jamlab.read(tmp_path / "p.gsd", 1, params=params).box.tolist() == read[1].box.tolist()
+    with pytest.raises(StorageError, match="no frame 4"):
+        jamlab.read(tmp_path / "p.gsd", 4, params=params)
+
+
+def test_gsd_that_is_none(tmp_path):
+    pytest.importorskip("gsd.hoomd")
+    (tmp_path / "p.gsd").write_text("no such file")
+    with pytest.raises(StorageError, match=r"cannot read .*gsd"):
+        jamlab.read(tmp_path / "p.gsd")
