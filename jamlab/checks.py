@@ -1,5 +1,6 @@
 """What arguments must be: refused by name, value and remedy before any work begins."""
 
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -47,7 +48,8 @@ def is_number(value: object) -> bool:
     """Whether a value is a finite real number; a truth value is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return False
-    return bool(np.isfinite(value))
+    size: Any = abs(value)
+    return bool(size <= sys.float_info.max)  # False too for an int that no float can hold
 
 
 def finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:

@@ -14,7 +14,9 @@ A file holds one or more sweeps. README and `reference.toml` show more keys; `Sw
 
 import difflib
 import os
+import stat
 import tomllib
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -31,6 +33,16 @@ if TYPE_CHECKING:
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
+
+# limits, so that nonsense is named at once instead of filling memory and time
+MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
+MOST_PARTICLES = 1_000_000  # of a task, which runs on one core: half a year until onset
+MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
+MOST_FREQUENCIES = 10_000  # of a spectrum
+MOST_BYTES = 10_000_000  # of a campaign file
+SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
+LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
+_SHOWN = 120  # characters of a wrong value in its message
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 
@@ -53,14 +65,15 @@ def _space_evenly_in_log(value: Any) -> Any:
     return value
 
 
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
+Drag = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
 Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
 
 
 class _OmegaGrid(_Table):
     lowest: Positive
     highest: Positive
-    points: Annotated[int, Field(ge=2)]
+    points: Annotated[int, Field(ge=2, le=MOST_FREQUENCIES)]
 
     @model_validator(mode="after")
     def _check_order(self) -> "_OmegaGrid":
@@ -74,8 +87,8 @@ class Compression(_Table):
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
-    step: Annotated[float, Field(gt=0, le=1)] = 0.01
-    nearest: Annotated[float, Field(gt=0, le=1)] | None = None
+    step: Annotated[float, Field(ge=SMALLEST_STEP, le=1)] = 0.01
+    nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
 
     @model_validator(mode="after")
@@ -90,8 +103,8 @@ class Compression(_Table):
 class DampingLaws(_Table):
     """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
-    contact: list[Annotated[float, Field(ge=0)]] = []
-    stokes: list[Annotated[float, Field(ge=0)]] = []
+    contact: list[Drag] = []
+    stokes: list[Drag] = []
 
 
 class Tolerances(_Table):
@@ -125,7 +138,11 @@ class SweepTable(_Table):
 
     name: Annotated[str, Field(pattern=_NAME)]
     model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(_make_list), Field(min_length=1)]
-    n: Annotated[list[Annotated[int, Field(ge=2, multiple_of=2)]], BeforeValidator(_make_list), Field(min_length=1)]
+    n: Annotated[
+        list[Annotated[int, Field(ge=2, le=MOST_PARTICLES, multiple_of=2)]],
+        BeforeValidator(_make_list),
+        Field(min_length=1, max_length=MOST_SIZES),
+    ]
     seeds: list[Annotated[int, Field(ge=0)]] | range
     compress: Compression | None = None
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], Field(min_length=1)] | None = None
@@ -148,15 +165,17 @@ class SweepTable(_Table):
             return value
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise ValueError("give a number of seeds (1 or more), or a list of seeds")
+        if value > MOST_TASKS:
+            raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
         return range(1, value + 1)
 
     @field_validator("model", "n", "seeds", "pressures", "observables", "prestress")
     @classmethod
     def _refuse_repetition(cls, value: Any) -> Any:
         if isinstance(value, list):
-            repeated = [entry for k, entry in enumerate(value) if entry in value[:k]]
-            if repeated:
-                raise ValueError(f"{repeated[0]!r} is listed twice: leave one out")
+            repeated = next((entry for entry, count in Counter(value).items() if count > 1), None)
+            if repeated is not None:
+                raise ValueError(f"{repeated!r} is listed twice: leave one out")
             if not value:
                 raise ValueError("the list is empty: give at least one")
         return value
@@ -214,6 +233,9 @@ class CampaignTable(_Table):
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"two sweeps have the name {name!r}: rename one")
+        tasks = sum(len(sweep.model) * len(sweep.n) * len(sweep.seeds) for sweep in value)
+        if tasks > MOST_TASKS:
+            raise ValueError(f"{tasks} tasks, but a campaign has at most {MOST_TASKS}: give fewer seeds, or split it")
         return value
 
 
@@ -225,16 +247,31 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
             its value and a remedy.
     """
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        content = tomllib.loads(_read_text(path))
     except OSError as error:
         raise InputError(f"cannot read the campaign file {path}: {error.strerror}; check its name") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except RecursionError as error:
+        raise InputError(f"{path} nests brackets too deeply: write the lists of a campaign flat") from error
+    except ValueError as error:  # of TOML, of UTF-8, or an integer of more than 4300 digits
+        if isinstance(error, JamlabError):
+            raise
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error
     try:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
-        lines = [_explain(content, problem) for problem in error.errors()]
+        problems = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `list | range`
+        lines = [_explain(content, problem) for problem in problems]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
+
+
+def _read_text(path: str | os.PathLike[str]) -> str:
+    """Read a file of a sensible size; a device or a pipe could be read without end, and not twice."""
+    status = os.stat(path)
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(f"cannot read the campaign file {path}: it is not a regular file; give a file")
+    if status.st_size > MOST_BYTES:
+        raise InputError(f"{path} has {status.st_size} bytes, a campaign file at most {MOST_BYTES}: check its name")
+    return Path(path).read_text(encoding="utf-8")
 
 
 def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
@@ -245,7 +282,8 @@ def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
         if isinstance(part, int):
             key += f"[{part + 1}]"
         else:
-            key += f".{part}" if key else str(part)
+            word = part if part.isidentifier() else _show(part)
+            key += f".{word}" if key else word
         if isinstance(value, list) and isinstance(part, int) and part < len(value):
             value = value[part]
             if isinstance(value, dict) and "name" in value:
@@ -259,11 +297,21 @@ def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
         known = _known_keys(place)
         near = difflib.get_close_matches(str(place[-1]), known, 1)
         hint = f"did you mean {near[0]}?" if near else f"use {', '.join(known)}"
-        return f"{key} = {problem['input']!r}: unknown key, {hint}"
+        return f"{key} = {_show(problem['input'])}: unknown key, {hint}"
     if kind == "value_error":
         text = str(context["error"])
-        return f"{key}: {text}" if isinstance(value, dict) else f"{key} = {value!r}: {text}"
-    return f"{key} = {problem['input']!r}: {_REMEDIES.get(kind, problem['msg'].lower()).format(**context)}"
+        return f"{key}: {text}" if isinstance(value, dict) else f"{key} = {_show(value)}: {text}"
+    remedy = _REMEDIES[kind].format(**context) if kind in _REMEDIES else problem["msg"].lower()
+    return f"{key} = {_show(problem['input'])}: {remedy}"
+
+
+def _show(value: Any) -> str:
+    """Write out a wrong value, on one line and not longer than a line."""
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
+        return f"a {type(value).__name__} too long to print"
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 _REMEDIES = {
@@ -280,6 +328,7 @@ _REMEDIES = {
     "dict_type": "must be a table",
     "model_type": "must be a table",
     "finite_number": "must be a finite number",
+    "too_long": "the list is too long: give at most {max_length}",
     "too_short": "the list is empty: give at least one",
     "string_pattern_mismatch": "use letters, digits, '_', '.' and '-' only",
 }

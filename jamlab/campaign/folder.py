@@ -12,17 +12,18 @@
 import fcntl
 import json
 import os
+import stat
 import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from jamlab.campaign.task_file import damage, read_gaps
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.packing.atomic_file import atomic_file, check_target, make_folder
 
 COPY = "campaign.toml"
 
@@ -65,6 +66,7 @@ class CampaignFolder:
 
     def record_failure(self, task: Task, error: BaseException) -> None:
         """Record why a task failed."""
+        self.check_target(self.failure_file(task.name))
         trace = "".join(traceback.format_exception(error))
         record = {"label": task.label, "error": type(error).__name__, "reason": str(error), "trace": trace}
         with atomic_file(self.failure_file(task.name)) as temporary:
@@ -72,8 +74,9 @@ class CampaignFolder:
 
     def forget_failures(self, names: Iterable[str]) -> None:
         """Delete the records of failed tasks, so that they are run again."""
-        for name in names:
-            self.failure_file(name).unlink(missing_ok=True)
+        with _changing(self.path / "failed"):
+            for name in names:
+                self.failure_file(name).unlink(missing_ok=True)
 
     def damages(self, names: Iterable[str]) -> dict[str, str]:
         """Read every byte of finished tasks; return task -> damage of its file."""
@@ -93,36 +96,50 @@ class CampaignFolder:
     def move_aside(self, name: str) -> Path:
         """Move a damaged file to `damaged/`, so that its task is run again."""
         place = self.path / "damaged"
-        place.mkdir(exist_ok=True)
-        k = 1
-        while (target := place / f"{name}.{k}.h5").exists():
-            k += 1
-        os.replace(self.task_file(name), target)
+        self.check_target(place / name)
+        with _changing(place):
+            place.mkdir(exist_ok=True)
+            k = 1
+            while (target := place / f"{name}.{k}.h5").exists():
+                k += 1
+            os.replace(self.task_file(name), target)
         return target
 
     def prepare(self) -> None:
         """Make the folders of tasks and failures.
 
         Raises:
-            StorageError: they cannot be made.
+            StorageError: they cannot be made, or are links out of the folder.
         """
         for part in ("tasks", "failed"):
+            self.check_target(self.path / part / "file")
             make_folder(self.path / part)
+
+    def check_target(self, path: Path) -> None:
+        """Refuse to write where a link leads out of the folder: what lies there is not of this campaign.
+
+        Raises:
+            StorageError: naming the link and where it leads.
+        """
+        real = Path(os.path.realpath(path))
+        if not real.is_relative_to(os.path.realpath(self.path)):
+            raise StorageError(f"{path} is a link out of the campaign folder, to {real}: remove the link")
 
     def sweep_up(self) -> None:
         """Remove the half-written files of killed workers; hold the lock."""
         for part in ("tasks", "failed"):
-            for file in (self.path / part).glob(".jamlab-*.tmp"):
-                file.unlink(missing_ok=True)
+            with _changing(self.path / part):
+                for file in (self.path / part).glob(".jamlab-*.tmp"):
+                    file.unlink(missing_ok=True)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
         """Keep other drivers out until the block ends; the lock of a driver that dies is released.
 
         Raises:
-            StorageError: another driver runs here.
+            StorageError: another driver runs here, or `lock` is not a file.
         """
-        with open(self.path / "lock", "a+", encoding="utf-8") as file:
+        with _open_lock(self.path / "lock") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
@@ -140,8 +157,12 @@ class CampaignFolder:
     def keep_copy(self, campaign_file: Path) -> None:
         """Copy the campaign file into the folder, where `open_campaign(folder)` finds it."""
         copy = self.path / COPY
-        content = campaign_file.read_bytes()
-        if not copy.exists() or copy.read_bytes() != content:
+        self.check_target(copy)
+        check_target(copy)
+        with _changing(copy):
+            content = campaign_file.read_bytes()
+            known = copy.read_bytes() if copy.exists() else None
+        if content != known:
             with atomic_file(copy) as temporary:
                 temporary.write_bytes(content)
 
@@ -153,3 +174,24 @@ class CampaignFolder:
         except OSError as error:
             raise InputError(f"cannot read the folder {self.path / part}: {error.strerror}") from error
         return {entry[: -len(ending)] for entry in entries if entry.endswith(ending) and not entry.startswith(".")}
+
+
+def _open_lock(path: Path) -> TextIO:
+    """Open the lock for reading and writing, and make it if need be; not through a link, which may lead anywhere."""
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    except OSError as error:
+        raise StorageError(f"cannot open the lock {path}: {error.strerror}; check it and its permissions") from error
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise StorageError(f"cannot open the lock {path}: it is not a file; remove it")
+    return open(handle, "r+", encoding="utf-8", errors="replace")
+
+
+@contextmanager
+def _changing(path: Path) -> Iterator[None]:
+    """Turn errors of the file system into StorageError."""
+    try:
+        yield
+    except OSError as error:
+        raise StorageError(f"cannot change {path}: {error.strerror}; check its permissions") from error

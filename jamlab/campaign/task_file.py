@@ -13,14 +13,11 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
 | /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
 
-The file starts with an HDF5 user block of 512 bytes: one line of text with the name of the task and the SHA-256 of the
-rest of the file. Damage is thus found at the speed of reading, without HDF5.
+The checksum at the start of the file (`jamlab.packing.checksum`) carries the name of the task.
 """
 
-import hashlib
 import json
 import os
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,14 +30,13 @@ from numpy.typing import NDArray
 from jamlab.campaign.tasks import TASK_VERSION, Task
 from jamlab.errors import StorageError
 from jamlab.packing.atomic_file import atomic_file
-from jamlab.packing.hdf5 import file_image, opened
+from jamlab.packing.checksum import add_checksum, checksum
+from jamlab.packing.hdf5 import file_image
+from jamlab.packing.verified_file import opened
 
 if TYPE_CHECKING:  # `status` must not load LAMMPS and the analysis
     from jamlab.campaign.measurements import Columns
     from jamlab.campaign.states import TaskStates
-
-_USER_BLOCK = 512  # bytes; HDF5 looks for its signature at 0, 512, 1024, ...
-_HEADER = re.compile(rb"jamlab task ([0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
 
 
 @dataclass(frozen=True)
@@ -96,10 +92,9 @@ def write_task_file(
             for column, values in columns.items():
                 table[column] = values
 
-    image = file_image(states.packings, measured, extend)
-    header = f"jamlab task {task.name} sha256 {hashlib.sha256(image).hexdigest()}\n".encode()
+    content = add_checksum(file_image(states.packings, measured, extend), f"task {task.name}")
     with atomic_file(path) as temporary:
-        temporary.write_bytes(header.ljust(_USER_BLOCK, b"\0") + image)
+        temporary.write_bytes(content)
 
 
 def damage(path: Path, task: str) -> str | None:
@@ -108,18 +103,18 @@ def damage(path: Path, task: str) -> str | None:
     Raises:
         StorageError: the file cannot be read at all.
     """
+    if path.exists() and not path.is_file():
+        return "a folder or a device, not a file"
     try:
-        content = path.read_bytes()
+        found = checksum(path)
+        empty = path.stat().st_size == 0
     except OSError as error:
         raise StorageError(f"cannot read {path}: {error.strerror}; check the disk and its permissions") from error
-    header = _HEADER.fullmatch(content[:_USER_BLOCK])
-    if header is None:
-        return "not a task file of this jamlab" if content else "empty"
-    if header[1].decode() != task:
-        return f"holds task {header[1].decode()}"
-    if hashlib.sha256(memoryview(content)[_USER_BLOCK:]).hexdigest().encode() != header[2]:
-        return "its checksum does not match: truncated or changed"
-    return None
+    if found is None:
+        return "empty" if empty else "not a task file of this jamlab"
+    if found.label != f"task {task}":
+        return f"holds {found.label}"
+    return None if found.matches else "its checksum does not match: truncated or changed"
 
 
 def read_task_file(path: Path) -> TaskFile:

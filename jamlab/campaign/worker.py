@@ -47,7 +47,8 @@ def run_task(folder: str, name: str, parameters: dict[str, Any]) -> Outcome:
     place, task = CampaignFolder(Path(folder)), Task(name, parameters)
     try:
         if not place.task_file(name).exists():
-            check_target(place.task_file(name))  # before the work, not after
+            place.check_target(place.task_file(name))  # before the work, not after
+            check_target(place.task_file(name))
             with threadpool_limits(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
                 _make_file(place, task, began)
         return end(FINISHED, task.label)

@@ -39,7 +39,13 @@ def analyze(
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:
-    """Warn of what the numbers of a foreign file rest on."""
+    """Warn of what the numbers of a foreign or old file rest on."""
+    import h5py
+
+    from jamlab.packing.checksum import checksum
+
+    if h5py.is_hdf5(file) and checksum(file) is None:
+        err_console.print(f"{file.name} has no checksum: damage to it would go unnoticed", markup=False)
     assumed = packing.provenance.get("assumed")
     if assumed:
         err_console.print(

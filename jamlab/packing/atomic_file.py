@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,7 +25,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         Path of the temporary file, which exists and is empty.
 
     Raises:
-        StorageError: `path` is a folder or write-protected, its folder is missing or not writable, the disk is full.
+        StorageError: as in `check_target`, or the disk is full.
     """
     target = check_target(path)
     temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
@@ -56,8 +57,9 @@ def make_folder(folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot make the folder {folder}: {error.strerror}; choose another") from error
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot make the folder {folder}: {reason}; choose another") from error
     check_target(folder / "file")
 
 
@@ -68,16 +70,25 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         The file behind all symbolic links.
 
     Raises:
-        StorageError: `path` is a folder or write-protected, or its folder is missing or not writable.
+        StorageError: `path` is a folder, a device, a pipe, a socket or write-protected, or its folder is missing or not
+            writable.
     """
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
+    try:
+        target = Path(os.path.realpath(path))
+        mode = target.stat().st_mode if target.exists() else None
+    except (OSError, ValueError) as error:  # too long, or a zero byte in it
+        raise StorageError(
+            f"cannot write {path}: {getattr(error, 'strerror', None) or error}; choose another"
+        ) from error
+    if mode is not None and stat.S_ISDIR(mode):
         raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
+    if mode is not None and not stat.S_ISREG(mode):  # a rename would put a file in its place
+        raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket; give the name of a file")
     if not target.parent.is_dir():
         raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
     if not os.access(target.parent, os.W_OK):
         raise StorageError(f"cannot write {path}: the folder {target.parent} is write-protected; choose another")
-    if target.exists() and not os.access(target, os.W_OK):
+    if mode is not None and not os.access(target, os.W_OK):
         raise StorageError(f"cannot write {path}: the file is write-protected; choose another name or `chmod u+w` it")
     return target
 

@@ -19,32 +19,30 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 | /parameters/provenance         | (F,)      | str            | JSON; with ensemble, max_force and converged           |
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
-of a newer version is refused. `jamlab.universe` makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file
-(in float32) with a topology of as many atoms as positions:
+of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.packing.checksum`): a file that
+has changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read. `jamlab.universe`
+makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file (in float32) with a topology of as many atoms as
+positions:
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 
 import json
-import os
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from importlib import metadata
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.errors import InputError, StorageError
 from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.checksum import add_checksum
 from jamlab.packing.packing import Packing
+from jamlab.packing.stored_values import NUMBERS, dataset
+from jamlab.packing.verified_file import REMEDY, SCHEMA, SCHEMA_VERSION, FilePath, jamlab_version, opened
 
 Array = NDArray[np.float64]
-FilePath = str | os.PathLike[str]
-
-SCHEMA = "jamlab"
-SCHEMA_VERSION = 1
 
 
 def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> None:
@@ -61,9 +59,9 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
     """
-    image = file_image(packings, observables)
+    content = add_checksum(file_image(packings, observables))
     with atomic_file(path) as temporary:
-        temporary.write_bytes(image)
+        temporary.write_bytes(content)
 
 
 def file_image(
@@ -71,7 +69,7 @@ def file_image(
     observables: Mapping[str, ArrayLike] | None = None,
     extend: Callable[[Any], None] | None = None,
 ) -> bytes:
-    """The bytes of such a file; arguments and errors as in `write`.
+    """The bytes of such a file, without checksum; arguments and errors as in `write`.
 
     Args:
         packings: see `write`.
@@ -124,7 +122,7 @@ def read_all(path: FilePath) -> list[Packing]:
 def read_observables(path: FilePath) -> dict[str, Array]:
     """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
     with opened(path) as file:
-        return {name: element["value"][()] for name, element in file["observables"].items()}
+        return {name: dataset(element, "value", "f")[()] for name, element in file["observables"].items()}
 
 
 # writing --------------------------------------------------------------------------------------------------------------
@@ -140,7 +138,7 @@ def _write_header(file: Any) -> None:
     h5md = file.create_group("h5md")
     h5md.attrs["version"] = np.array([1, 1])
     h5md.create_group("author").attrs["name"] = "jamlab"
-    h5md.create_group("creator").attrs.update(name="jamlab", version=_jamlab_version())
+    h5md.create_group("creator").attrs.update(name="jamlab", version=jamlab_version())
 
 
 def _write_parameters(
@@ -232,70 +230,35 @@ def _history(frame: int, provenance: dict[str, Any]) -> str:
         ) from error
 
 
-def _jamlab_version() -> str:
-    try:
-        return metadata.version("jamlab")
-    except metadata.PackageNotFoundError:
-        return "unknown"
-
-
 # reading --------------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def opened(path: FilePath) -> Iterator[Any]:
-    """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
-    try:
-        with open(path, "rb"):
-            pass
-    except OSError as error:
-        raise StorageError(f"cannot read {path}: {error.strerror}; check the name and its permissions") from error
-    if not h5py.is_hdf5(path):
-        raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
-    try:
-        with h5py.File(path, "r") as file:
-            _check_schema(path, file)
-            yield file
-    except JamlabError:
-        raise
-    except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError) as error:
-        raise StorageError(
-            f"{path} is damaged or truncated ({error}): copy it again, or run the task that wrote it again"
-        ) from error
-
-
-def _check_schema(path: FilePath, file: Any) -> None:
-    if file.attrs.get("schema") != SCHEMA:
-        raise StorageError(
-            f"{path} is HDF5 but not from jamlab (it lacks the root attribute schema = {SCHEMA!r}): "
-            "give a file that jamlab wrote"
-        )
-    version = int(file.attrs["schema_version"])
-    if version > SCHEMA_VERSION:
-        needed = file["h5md/creator"].attrs["version"]
-        raise StorageError(
-            f"{path} has schema version {version}, jamlab {_jamlab_version()} reads up to {SCHEMA_VERSION}: "
-            f"install jamlab {needed} or newer"
-        )
-
-
 def _count(file: Any) -> int:
-    return int(file["particles/all/position/value"].shape[0])
+    return int(_positions(file).shape[0])
+
+
+def _positions(file: Any) -> Any:
+    return dataset(file, "particles/all/position/value", "f", (None, None, 3))
 
 
 def _packing(path: FilePath, file: Any, frame: int) -> Packing:
+    positions = _positions(file)
+    frames = len(positions)
     parameters = file["parameters"]
-    particles = file["particles/all"]
-    onset = float(parameters["onset"][frame])
-    history = json.loads(parameters["provenance"].asstr()[frame])
+    onset = float(dataset(parameters, "onset", "f", (frames,))[frame])
+    history = _read_history(path, dataset(parameters, "provenance", "T", (frames,)).asstr()[frame], frame)
+    sizes = {
+        name: dataset(parameters, name, kind, (None,))[()] if name in parameters else None
+        for name, kind in (("diameters", "f"), ("offsets", "iu"))
+    }
+    law = parameters["force_law"]
     fields = {
         "model": parameters.attrs["model"],
         "units": parameters.attrs["units"],
-        "box": particles["box/edges/value"][frame, :2, :2],
-        "positions": particles["position/value"][frame, :, :2],
-        "params": {name: _value(dataset) for name, dataset in parameters["force_law"].items()},
-        "diameters": parameters["diameters"][()] if "diameters" in parameters else None,
-        "offsets": parameters["offsets"][()] if "offsets" in parameters else None,
+        "box": dataset(file, "particles/all/box/edges/value", "f", (frames, 3, 3))[frame, :2, :2],
+        "positions": positions[frame, :, :2],
+        "params": {name: _value(dataset(law, name, NUMBERS + "T")) for name in law},
+        **sizes,
         "onset": None if np.isnan(onset) else onset,
         "ensemble": history.pop("ensemble", "fixed-box"),
         "max_force": history.get("max_force"),
@@ -305,7 +268,14 @@ def _packing(path: FilePath, file: Any, frame: int) -> Packing:
     try:
         return Packing(**fields)
     except InputError as error:
-        raise InputError(f"{path}, frame {frame}: {error}") from error
+        raise type(error)(f"{path}, frame {frame}: {error}") from error
+
+
+def _read_history(path: FilePath, text: str, frame: int) -> dict[str, Any]:
+    history = json.loads(text)
+    if not isinstance(history, dict):
+        raise StorageError(f"{path} is damaged (provenance of frame {frame} is {text[:40]}, not a table): {REMEDY}")
+    return history
 
 
 def _value(dataset: Any) -> Any:

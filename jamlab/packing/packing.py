@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from jamlab.checks import check_choice, check_positive, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.force_law import ENSEMBLES, MODELS, UNITS, check_params
+from jamlab.packing.magnitudes import check_magnitudes
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,7 @@ class Packing:
             raise InputError("model sp needs diameters, one per disk")
         self._set("diameters", finite_array("diameters", self.diameters, (len(self.positions),)))
         check_positive("diameters", self.diameters)
+        check_magnitudes(self.box, self.positions, self.diameters)
 
     def _check_polygons(self) -> None:
         if self.diameters is not None:
@@ -117,6 +119,7 @@ class Packing:
         a0 = finite_array("params['a0']", self.params["a0"], (len(vertices),))
         check_positive("params['a0']", a0)
         self._set("params", {**self.params, "a0": a0})
+        check_magnitudes(self.box, self.positions, np.append(np.sqrt(a0), self.params["delta"]))
         crossed = self_crossings(self.positions, offsets)
         if len(crossed):
             raise SelfCrossingError(f"edges of polygon {crossed[0]} cross each other: its outline must be simple")

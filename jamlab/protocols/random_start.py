@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.checks import check_bidisperse, check_choice
+from jamlab.checks import check_bidisperse, check_choice, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.force_law import UNITS, check_params
@@ -13,6 +13,10 @@ from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_po
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
+
+MOST_VERTICES = 10_000  # of a droplet; the papers have 13 and 16
+WIDEST_RIM = 10.0  # in l, the size of a droplet
+WIDEST_RANGE = 1e12  # of stiffness and energy in units of eps and l: float64 keeps no digits of what is smaller
 
 
 def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:
@@ -53,16 +57,22 @@ def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str,
     if unknown:
         raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
     values |= changes
-    vertices = [values.pop("nv_small"), values.pop("nv_large")]
+    vertices: list[Any] = [values.pop("nv_small"), values.pop("nv_large")]
     for count in vertices:
-        if isinstance(count, str | bool) or count != int(count) or count < 3:
+        if not is_number(count) or not 3 <= count <= MOST_VERTICES or count != int(count):
             raise InputError(
-                f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3"
+                f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3 to "
+                f"{MOST_VERTICES}"
             )
     nv = np.repeat(np.array(vertices, dtype=np.int64), n // 2)
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
     params: dict[str, Any] = {**values, "a0": (2 * nv / (nv[0] + nv[-1])) ** 2}
     check_params("dp", "eps", params)
+    for name in ("gamma", "ka", "eps", "delta", "eta"):
+        most = WIDEST_RIM if name in ("delta", "eta") else WIDEST_RANGE
+        if params[name] and not 1 / WIDEST_RANGE <= params[name] <= most:
+            raise InputError(f"{name} = {params[name]!r}: must lie between {1 / WIDEST_RANGE:g} and {most:g}")
+    free_polygon_area(nv, params)  # refuses a line tension that leaves no droplet
     return nv, params
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
-from jamlab.packing.hdf5 import FilePath
 from jamlab.packing.packing import Packing
+from jamlab.packing.verified_file import FilePath
 from jamlab.trajectories.force_law import Radii
 from jamlab.trajectories.lammps_data import read_data
 from jamlab.trajectories.lammps_dump import read_dump, sites

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.checks import finite_array
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.hdf5 import FilePath
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
+from jamlab.packing.verified_file import FilePath
 from jamlab.trajectories.force_law import Radii
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
 from jamlab.trajectories.rings import rings_of_bonds

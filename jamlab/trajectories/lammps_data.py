@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.packing.hdf5 import FilePath
 from jamlab.packing.lammps_files import described
+from jamlab.packing.verified_file import FilePath
 from jamlab.trajectories.lammps_text import numbers, rounding, text_of, whole_numbers
 from jamlab.trajectories.rings import rings_of_bonds
 from jamlab.trajectories.sites import Sites

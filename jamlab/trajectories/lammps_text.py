@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import JamlabError, StorageError
-from jamlab.packing.hdf5 import FilePath
+from jamlab.packing.verified_file import FilePath
 
 Array = NDArray[np.float64]
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default

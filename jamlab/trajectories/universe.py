@@ -9,9 +9,9 @@ from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.packing.hdf5 import FilePath
 from jamlab.packing.lammps_files import describe, types
 from jamlab.packing.packing import Packing
+from jamlab.packing.verified_file import FilePath
 from jamlab.trajectories.files import read_all
 
 Array = NDArray[np.float64]

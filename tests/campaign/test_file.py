@@ -54,6 +54,22 @@ from jamlab.errors import InputError
             r"lowest = 2 is not below",
         ),
         ({"tolerances": {"max_force": 0}}, r"tolerances\.max_force = 0: must be 1e-15 or more"),
+        # numbers that passed `plan`, hung or ended in a traceback
+        ({"n": 10**13}, r"n\[1\] = 10000000000000: must be 1000000 or less"),
+        ({"n": list(range(2, 4000, 2))}, r"n = \[2, 4, .*: the list is too long: give at most 1000"),
+        ({"seeds": 10**12}, r"seeds = 1000000000000: a campaign has at most 1000000 tasks"),
+        ({"seeds": 10**6, "n": [8, 16]}, r"2000000 tasks, but a campaign has at most 1000000: .* split it"),
+        ({"seeds": [1, 1e300]}, r"seeds\[2\] = 1e\+300: must be a whole number$"),
+        ({"observables": ["spectra"], "omega": {"lowest": 1.0, "highest": 2.0, "points": 10**12}}, r"10000 or less"),
+        ({"observables": ["spectra"], "omega": [1e150]}, r"omega\[1\] = 1e\+150: must be 1e\+100 or less"),
+        ({"compress": {"to": 0.9, "step": 1e-300}}, r"step = 1e-300: must be 1e-05 or more"),
+        ({"model": "dp", "force_law": {"delta": 1e300}}, r"delta = 1e\+300: must lie between 1e-12 and 10"),
+        ({"model": "dp", "force_law": {"gamma": 1e11}}, r"line tension shrinks a free droplet to a point"),
+        *(
+            ({"model": "dp", "force_law": {"nv_small": value}}, r"force_law: a polygon cannot have .* vertices")
+            for value in (1e300, 1e-300, 10**400, [12], True, "x", 10001)
+        ),
+        ({"model": "{gt}"}, r"model\[1\] = '\{gt\}': use one of"),
     ],
 )
 def test_what_no_campaign_can_do_is_named_with_file_key_value_and_remedy(tmp_path, changes, message):
@@ -61,6 +77,45 @@ def test_what_no_campaign_can_do_is_named_with_file_key_value_and_remedy(tmp_pat
     with pytest.raises(InputError, match=message) as caught:
         read_campaign_file(path)
     assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
+
+
+@pytest.mark.parametrize("value", ["inf", "nan", "{ a = 1 }", "1979-05-27", "0x" + 400 * "f"])
+@pytest.mark.parametrize("key", ["nv_small", "delta", "ka"])
+def test_values_that_only_toml_can_write(tmp_path, key, value):
+    path = written(tmp_path / "c.toml", model="dp", force_law={key: 12345})
+    path.write_text(path.read_text().replace("12345", value))
+    with pytest.raises(InputError, match=r"force_law: .*(must be a positive number|whole numbers from 3)"):
+        read_campaign_file(path)
+
+
+@pytest.mark.parametrize(
+    ("seeds", "message"),
+    [
+        ("[" * 100_000, "nests brackets too deeply"),
+        ("[" * 200 + "]" * 200, "must be a whole number"),
+        ("9" * 5000, "is not TOML: Exceeds the limit"),
+        ("0x" + "f" * 5000, "seeds = a int too long to print: a campaign has at most"),
+    ],
+)
+def test_a_file_that_is_nested_or_long_without_end(tmp_path, seeds, message):
+    path = written(tmp_path / "c.toml", seeds=12345)
+    path.write_text(path.read_text().replace("12345", seeds))
+    with pytest.raises(InputError, match=message) as caught:
+        read_campaign_file(path)
+    assert len(str(caught.value)) < 500
+
+
+def test_devices_pipes_and_huge_files_are_not_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    with (tmp_path / "huge.toml").open("wb") as file:
+        file.truncate(10**12)
+    for path, message in (
+        ("/dev/zero", "not a regular file"),
+        (tmp_path / "pipe.toml", "not a regular file"),
+        (tmp_path / "huge.toml", "at most"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_campaign_file(path)
 
 
 def test_files_that_are_no_campaign_file(tmp_path):

@@ -195,3 +195,65 @@ def test_plan_counts_states_and_learns_from_finished_tasks(full, tmp_path):
     assert abs(fresh[0].states - states[8].mean()) < 8  # the onset of so few disks lies lower than the typical one
     sizes = [full.folder.task_file(task).stat().st_size for task in full.finished("up")]
     assert 0.3 < sum(line.bytes for line in fresh[:2]) / sum(sizes) < 3
+
+
+def _make_link(path, target):
+    target.mkdir()
+    path.symlink_to(target)
+
+
+@pytest.mark.parametrize(
+    ("harm", "message"),
+    [
+        (lambda folder, other: (folder / "lock").mkdir(), "cannot open the lock .*lock: Is a directory"),
+        (lambda folder, other: (folder / "lock").symlink_to(other), "cannot open the lock"),
+        (lambda folder, other: os.mkfifo(folder / "lock"), "cannot open the lock .*: it is not a file"),
+        (lambda folder, other: _make_link(folder / "tasks", other), "is a link out of the campaign folder"),
+        (lambda folder, other: _make_link(folder / "failed", other), "is a link out of the campaign folder"),
+        (lambda folder, other: (folder / "campaign.toml").symlink_to(other), "is a link out of the campaign folder"),
+        (lambda folder, other: (folder / "campaign.toml").mkdir(), "cannot write .*: it is a folder"),
+        (lambda folder, other: (folder / "tasks").write_text(""), "cannot make the folder"),
+        (lambda folder, other: (folder / "tasks").symlink_to("/dev/full"), "is a link out of the campaign folder"),
+    ],
+)
+def test_a_folder_that_holds_something_else_is_one_line(tmp_path, harm, message):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaign.folder.path.mkdir()
+    other = tmp_path / "other"
+    harm(campaign.folder.path, other)
+    with pytest.raises(StorageError, match=message) as caught:
+        campaign.run(1)
+    assert "\n" not in str(caught.value)
+    assert not other.exists() or not list(other.iterdir())
+
+
+def test_a_task_that_is_a_link_out_of_the_folder_is_not_written(tmp_path):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaign.folder.prepare()
+    task = next(batches(campaign.content)[0].tasks())
+    campaign.folder.task_file(task.name).symlink_to(tmp_path / "elsewhere")
+    outcome = run_task(str(campaign.folder.path), task.name, task.parameters)
+    assert outcome.state == "full" and "is a link out of the campaign folder" in outcome.line
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def test_a_folder_in_the_place_of_a_task_is_moved_aside(full, tmp_path):
+    shutil.copytree(full.folder.path, tmp_path / "c")
+    campaign = jamlab.open_campaign(tmp_path / "c")
+    name = campaign.finished()[0]
+    campaign.folder.task_file(name).unlink()
+    campaign.folder.task_file(name).mkdir()
+    assert campaign.status(verify=True).damaged == {name: "a folder or a device, not a file"}
+    with pytest.raises(StorageError, match=name):
+        campaign.table("states")
+    assert campaign.folder.move_aside(name).is_dir()
+    assert name not in campaign.finished()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_write_protected_folder_is_one_line(tmp_path):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaign.folder.prepare()
+    campaign.folder.path.chmod(0o555)
+    with pytest.raises(StorageError, match=r"cannot open the lock .*: Permission denied"):
+        campaign.run(1)

@@ -1,10 +1,14 @@
 """A file is written whole or not at all: failures keep the old file and leave no other behind."""
 
+import contextlib
 import os
 import resource
+import socket
+import stat
 
 import numpy as np
 import pytest
+from commands import call
 
 from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import read, write
@@ -77,3 +81,41 @@ def test_a_link_stays_a_link_and_permissions_follow_the_umask(tmp_path):
     assert (tmp_path / "run.h5").is_symlink()
     assert (tmp_path / "data" / "real.h5").stat().st_mode & 0o777 == 0o640
     assert (read(tmp_path / "run.h5").positions == disks().positions).all()
+
+
+@pytest.fixture(params=["device", "pipe", "socket"])
+def no_file(request, tmp_path):
+    """A path to something that is neither a file nor a folder."""
+    path = tmp_path / "run.h5"
+    if request.param == "device":
+        try:
+            os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 7))  # /dev/full
+        except PermissionError:
+            pytest.skip("only root makes devices")
+    elif request.param == "pipe":
+        os.mkfifo(path)
+    else:
+        with socket.socket(socket.AF_UNIX) as made, contextlib.chdir(tmp_path):
+            made.bind(path.name)
+    return path
+
+
+def test_what_is_no_file_is_neither_replaced_nor_read(no_file, tmp_path):
+    """As root, `jamlab jam --out /dev/full` turned the device into an HDF5 file."""
+    before = no_file.stat()
+    with pytest.raises(StorageError, match="it is a device, a pipe or a socket; give the name of a file"):
+        write(no_file, [disks()])
+    with pytest.raises(StorageError, match="it is a device, a pipe or a socket; give a file"):
+        read(no_file)
+    done = call(tmp_path, "jam", "--n", 8, "--out", no_file)
+    assert done.exit_code == 1 and "it is a device, a pipe or a socket" in done.stderr
+    assert os.listdir(tmp_path) == ["run.h5"]
+    assert (no_file.stat().st_mode, no_file.stat().st_ino) == (before.st_mode, before.st_ino)
+
+
+@pytest.mark.parametrize("name", ["a" * 300 + ".h5", "a\0b.h5"])
+def test_names_that_no_file_system_takes(tmp_path, name):
+    for act in (lambda: write(tmp_path / name, [disks()]), lambda: read(tmp_path / name)):
+        with pytest.raises(StorageError, match=r"cannot (write|read)"):
+            act()
+    assert os.listdir(tmp_path) == []

