@@ -173,7 +173,7 @@ def test_bad_input_names_the_value_and_writes_nothing(packed, tmp_path, argument
 def test_installed_script_finds_this_installation_right(tmp_path):
     done = start(tmp_path, SCRIPT, "doctor", "--json")
     findings = json.loads(done.stdout)
-    assert done.exit_code == 0, done.stderr, findings
+    assert done.exit_code == 0, findings
     assert {"LAMMPS", "plugin", "MPI run"} <= set(findings)
 
 
