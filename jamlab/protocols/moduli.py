@@ -135,7 +135,20 @@ def _minimum(session: Session, packing: Packing) -> tuple[Evaluation, Packing]:
 
 
 def _same_contacts(one: Packing, two: Packing) -> bool:
-    return np.array_equal(contacts(one).pairs, contacts(two).pairs)
+    """Whether the same images touch: in a box of two disks, a pair that parts may be replaced by another of its images.
+
+    Images are told apart by the vectors between particles, which differ by the box; their numbers change where a
+    particle is wrapped.
+    """
+    (pairs, r), (others, s) = (_sort_contacts(packing) for packing in (one, two))
+    return np.array_equal(pairs, others) and bool(np.all(np.hypot(*(r - s).T) < 0.5 * np.hypot(*r.T)))
+
+
+def _sort_contacts(packing: Packing) -> tuple[NDArray[np.int64], Array]:
+    """Pairs that touch and vectors between them; several of one pair in the order along an odd direction."""
+    found = contacts(packing)
+    order = np.lexsort((found.r @ [np.cos(1.0), np.sin(1.0)], found.pairs[:, 1], found.pairs[:, 0]))
+    return found.pairs[order], found.r[order]
 
 
 def _changing_contacts(modulus: str, strain: float) -> ConvergenceError:

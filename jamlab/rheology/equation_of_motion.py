@@ -70,6 +70,7 @@ class EquationOfMotion:
         drifting: True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle
             may be held, which would be a force; otherwise site 0 is held.
         area: A of the cell.
+        contrast: drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts.
     """
 
     k: sparse.csc_array
@@ -81,6 +82,7 @@ class EquationOfMotion:
     moving: int
     drifting: bool
     area: float
+    contrast: float = 1.0
 
     @property
     def size(self) -> int:
@@ -131,4 +133,5 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,
+        contrast=damping.beta if isinstance(damping, ContactDamping) else 1.0,
     )
