@@ -31,6 +31,7 @@ from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.mean_spectrum import Spectra
 
 STEP = 0.01  # in rho, between stored states
+ENSEMBLE = "shear-stabilized"  # a box without residual shear stress: G > 0 in every direction
 OMEGA = np.logspace(-6, 2, 41)  # 1/tau_1: from the slow to the fast limit of G*, five per decade
 _POLL = 0.2  # s between looks whether both models have ended
 HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
@@ -123,7 +124,7 @@ def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str
     def report(stage: str, fraction: float) -> None:
         queue.put((model, stage, fraction))
 
-    onset = jam(model, n, seed, progress=report)
+    onset = jam(model, n, seed, ensemble=ENSEMBLE, progress=report)
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     packings = [onset, *compress(onset, to, STEP, progress=report)]

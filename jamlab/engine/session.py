@@ -22,6 +22,7 @@ from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.packing import Packing, self_crossings
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -49,6 +50,8 @@ class Evaluation:
     stress: Array
     pressure: float
     max_force: float
+
+    __repr__ = short_repr
 
 
 class Session:

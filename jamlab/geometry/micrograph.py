@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -55,6 +56,8 @@ class Micrograph:
     cells: Array
     contacts: Indices
     rattlers: NDArray[np.bool_]
+
+    __repr__ = short_repr
 
     @property
     def local_packing_fraction(self) -> Array:

@@ -15,6 +15,7 @@ from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,8 @@ class ElasticTensor:
     affine: Array
     relaxed: Array
     displacements: Array
+
+    __repr__ = short_repr
 
 
 def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:

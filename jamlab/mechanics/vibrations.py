@@ -11,6 +11,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -48,6 +49,8 @@ class Modes:
 
     eigenvalues: Array
     vectors: Array
+
+    __repr__ = short_repr
 
 
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:

@@ -9,6 +9,7 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
@@ -54,6 +55,8 @@ class ComplexModulus:
     method: str
     error: Array
     spectrum: RelaxationSpectrum | None = None
+
+    __repr__ = short_repr
 
     @property
     def tau_star(self) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
@@ -34,6 +35,8 @@ class DisplacementCorrelation:
     delta: Array
     correlation: Array
     pairs: Array
+
+    __repr__ = short_repr
 
     @property
     def length(self) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.representation import short_repr
 from jamlab.rheology.complex_modulus import ComplexModulus
 
 Array = NDArray[np.float64]
@@ -27,6 +28,8 @@ class Spectra:
     members: tuple[ComplexModulus, ...]
     units: str
     converged: tuple[bool, ...]
+
+    __repr__ = short_repr
 
     @property
     def omega(self) -> Array:

@@ -15,6 +15,7 @@ from scipy.special import gamma
 
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 
@@ -37,6 +38,8 @@ class NonlinearModulus:
     loss: Array
     tau: Array
     error: Array
+
+    __repr__ = short_repr
 
 
 def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:

@@ -13,6 +13,7 @@ from scipy import linalg
 
 from jamlab.errors import InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.representation import short_repr
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 
@@ -37,6 +38,8 @@ class RelaxationSpectrum:
     eta_inf: float
     rates: Array
     strengths: Array
+
+    __repr__ = short_repr
 
     @property
     def eta0(self) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError, JamlabError
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -33,6 +34,8 @@ class Interval:
     value: Array
     low: Array
     high: Array
+
+    __repr__ = short_repr
 
     def __getitem__(self, index: int) -> "Interval":
         return Interval(self.value[index], self.low[index], self.high[index])

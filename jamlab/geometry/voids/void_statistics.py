@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -33,6 +34,8 @@ class VoidStatistics:
     shape: Array
     shape_spread: Array
     percolating: int
+
+    __repr__ = short_repr
 
     @property
     def plateau(self) -> float:
