@@ -88,6 +88,20 @@ class Packing:
         else:
             self._check_polygons()
 
+    def __repr__(self) -> str:
+        facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
+        facts += [f"ensemble={self.ensemble!r}"]
+        facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
+        facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
+        return f"Packing({', '.join(facts)}, converged={self.converged})"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from jamlab.packing.inline_picture import draw_svg
+
+        return f"<div><code>{escape(repr(self))}</code><br>{draw_svg(self)}</div>"
+
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 

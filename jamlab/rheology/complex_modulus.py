@@ -35,9 +35,10 @@ class ComplexModulus:
 
     Attributes:
         omega: (m,) angular frequencies, 1/tau_1.
-        storage: (m,) G'.
-        loss: (m,) G''.
-        g0: static modulus at fixed box shape, G'(omega -> 0); negative if the packing would shear by itself.
+        storage: (m,) G'_xy, for simple shear along x of the box.
+        loss: (m,) G''_xy.
+        g0: static modulus at fixed box shape, G'_xy(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
+            negative if the packing would shear by itself.
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
@@ -71,7 +72,7 @@ def complex_modulus(
     prestress: bool = True,
     method: str = "auto",
 ) -> ComplexModulus:
-    """G*(omega) of a packing; rattlers are left out.
+    """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
 
     Args:
         packing: SP or DP at an energy minimum.

@@ -37,6 +37,9 @@ class ContactDamping:
             raise InputError(f"beta = {self.beta}: must be 0 or more")
         _check_time(self.tau)
 
+    def __str__(self) -> str:
+        return f"contact damping, β = {self.beta:g}" + _name_time(self.tau)
+
 
 @dataclass(frozen=True)
 class StokesDrag:
@@ -58,6 +61,9 @@ class StokesDrag:
             raise InputError(f"eta_f = {self.eta_f}: must be 0 or more")
         _check_time(self.tau)
 
+    def __str__(self) -> str:
+        return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
+
 
 Damping = ContactDamping | StokesDrag
 
@@ -65,6 +71,10 @@ Damping = ContactDamping | StokesDrag
 def _check_time(tau: float) -> None:
     if not (np.isfinite(tau) and tau > 0):
         raise InputError(f"tau = {tau}: must be a positive time")
+
+
+def _name_time(tau: float) -> str:
+    return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:

@@ -98,7 +98,7 @@ def test_overlaps():
 
 def modulus():
     s = jamlab.complex_modulus(state("disks"), np.geomspace(1e-4, 1e2, 25), method="dense")
-    return modulus_figure({"contact damping": Spectra((s,), "k", (True,))}, "k")
+    return modulus_figure({"contact damping": Spectra((s,), "k", (True,), (s.g0,))}, "k")
 
 
 def chart():

@@ -14,7 +14,7 @@ OMEGA = np.geomspace(1e-4, 10, 9)
 @pytest.fixture(scope="module")
 def three():
     packings = [jamlab.pack(32, 1e-2, seed, ensemble="shear-stabilized") for seed in (1, 2, 3)]
-    return Spectra(tuple(jamlab.complex_modulus(p, OMEGA) for p in packings), "k", (True, False, True))
+    return Spectra(tuple(jamlab.complex_modulus(p, OMEGA) for p in packings), "k", (True, False, True), (0.1, 0.2, 0.3))
 
 
 def test_band_is_mean_and_standard_error(three):
@@ -23,7 +23,7 @@ def test_band_is_mean_and_standard_error(three):
     assert mean == pytest.approx(values.sum(axis=0) / 3, rel=1e-14)
     error = np.sqrt(((values - mean) ** 2).sum(axis=0) / 2 / 3)
     assert high - mean == pytest.approx(error, rel=1e-12) and mean - low == pytest.approx(error, rel=1e-12)
-    one = Spectra(three.members[:1], "k", (True,))
+    one = Spectra(three.members[:1], "k", (True,), (0.1,))
     mean, low, high = one.band("storage")
     assert np.array_equal(low, mean) and np.array_equal(high, mean)
 
