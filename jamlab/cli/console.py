@@ -105,6 +105,7 @@ def print_note(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], lines: Sequence[Sequence[str]]) -> None:
     """Print a table of text on stdout; columns that do not fit follow below, beside the first column again."""
+    out_console.print()
     print_note(title)
     rest = list(range(1, len(columns)))
     while True:

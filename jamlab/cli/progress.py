@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from jamlab.protocols.relaxation import Progress
 
 _LINE_INTERVAL = 10.0  # s between lines of one name where there is no terminal
+_MET = 0.9999  # of the way to the end, which a sweep meets to its tolerance
 _EARLY = 0.03  # share of the work below which the time left is a guess not worth showing
 
 # share of the time to onset spent below a packing fraction: minimisation slows down as contacts form (64 particles)
@@ -47,6 +48,8 @@ class WorkDone:
                 self._from, self._before = fraction, self.onset if self.share else 0.0
             way = abs(self.to - self._from)
             part = min(1.0, abs(fraction - self._from) / way) if way else 1.0
+            if part > _MET:
+                part = 1.0
             done = self._before + (1 - self._before) * np.sqrt(part)
         else:
             done = self.onset * float(np.interp(fraction, _PHI, _SHARE))

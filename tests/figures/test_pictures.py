@@ -147,7 +147,7 @@ def test_numbers_behind_a_figure():
 @pytest.mark.parametrize(
     ("draw", "labels", "entries"),
     [
-        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*$  [k]")], 2),
+        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")], 2),
         (chart, [("CPU time on one core, s", "error of rho")] * 2, 6),
         (
             lambda: paper_figure("boromand-9").figure,

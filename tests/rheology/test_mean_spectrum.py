@@ -37,12 +37,12 @@ def test_summary_and_rows_say_what_did_not_converge(three):
 
 
 def test_hdf5_holds_every_number(three, tmp_path):
-    save(three, "contact", tmp_path / "s.h5")
+    save([three], jamlab.ContactDamping(), tmp_path / "s.h5")
     with h5py.File(tmp_path / "s.h5") as file:
         assert np.array_equal(file["omega"], OMEGA)
         assert np.array_equal(file["storage"][1], three.members[1].storage)
         assert list(file["converged"]) == [True, False, True]
-        assert file.attrs["damping"] == "contact" and file.attrs["units"] == "k"
+        assert file.attrs["damping"] == "ContactDamping(beta=1.0, tau=1.0)" and file.attrs["units"] == "k"
 
 
 def test_picture_draws_band_and_slopes(three, tmp_path):
@@ -55,7 +55,7 @@ def test_picture_draws_band_and_slopes(three, tmp_path):
         x, y = line.get_data()
         slopes.append(np.log(y[1] / y[0]) / np.log(x[1] / x[0]))
     assert slopes == pytest.approx([1.0, 0.5])
-    save(three, "contact", tmp_path / "s.png")
+    save([three], jamlab.ContactDamping(), tmp_path / "s.png")
     assert (tmp_path / "s.png").read_bytes()[:4] == b"\x89PNG"
 
 
