@@ -5,6 +5,8 @@ LAMMPS instance serves a whole sweep: new positions or a new box cost a few micr
 milliseconds.
 """
 
+from __future__ import annotations
+
 import ctypes
 import tempfile
 from collections.abc import Iterator

@@ -1,5 +1,7 @@
 """Contact lengths: the flats along which droplets press on each other."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -8,6 +8,8 @@ droplet nearest to it. Outlines are smoothed to their first Fourier modes, becau
 Sources: N. Otsu, IEEE Trans. SMC 9, 62 (1979); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,5 +1,7 @@
 """Bond-orientational order, which tells a crystal from a disordered packing."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

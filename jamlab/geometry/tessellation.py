@@ -10,6 +10,8 @@ distance h_ij from x_i; with s_ij the signed length of the wall,
 Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.sti
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

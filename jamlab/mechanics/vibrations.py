@@ -1,5 +1,7 @@
 """Vibrations of a packing: the lowest eigenmodes of its Hessian, and the number of its zero modes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -23,6 +23,8 @@ of a newer version is refused. MDAnalysis opens the file (in float32) with a top
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 
+from __future__ import annotations
+
 import json
 import os
 import secrets

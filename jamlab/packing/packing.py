@@ -5,6 +5,8 @@ box is a parallelogram with periodic boundaries; all lengths and energies are in
 `Packing.units` names.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -224,7 +226,7 @@ class Packing:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
 
-    def with_state(self, **changes: Any) -> "Packing":
+    def with_state(self, **changes: Any) -> Packing:
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
         A copy with other particles, another box or another force law is at no known minimum: `max_force` and
@@ -237,7 +239,7 @@ class Packing:
                 provenance.pop(name, None)
         return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
 
-    def select(self, particles: NDArray[np.bool_]) -> "Packing":
+    def select(self, particles: NDArray[np.bool_]) -> Packing:
         """Keep some of the particles.
 
         Args:
@@ -251,7 +253,7 @@ class Packing:
             changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
         return self.with_state(**changes)
 
-    def difference(self, other: "Packing") -> str | None:
+    def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
         for name in ("model", "units", "diameters", "offsets"):
             if not np.array_equal(getattr(self, name), getattr(other, name)):

@@ -1,5 +1,7 @@
 """The complex shear modulus G*(omega), Baumgarten & Tighe eqs 10-13, by three solvers."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

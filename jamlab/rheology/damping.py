@@ -1,5 +1,7 @@
 """Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and droplets."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ Under contact damping it has no length but the box; under Stokes drag it has a m
 falls. Sites are binned and pairs counted by fast Fourier transform: the cost grows as n log n, not as the n^2 pairs.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ G* is G*_xy, that of simple shear along x of the box. A small packing is anisotr
 over directions, which `jamlab.measure` calls g, stands beside it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -6,6 +6,8 @@ much; that time replaces tau_1 in the linear equation of motion. Not exact: harm
 contacts move by different amounts.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,6 +5,8 @@ G* = G_0 + i omega eta_inf + sum_i g_i i omega/(lambda_i + i omega), g_i >= 0. E
 G'' is ever a small difference of large numbers, however low or high the frequency.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,6 +7,8 @@ Every interval draws with the same seed, `SEED`, unless told otherwise: the same
 figure, and two statistics of one ensemble are compared on the same resamples.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -37,7 +39,7 @@ class Interval:
 
     __repr__ = short_repr
 
-    def __getitem__(self, index: int) -> "Interval":
+    def __getitem__(self, index: int) -> Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 

@@ -3,6 +3,8 @@
 `jamlab.statistics.bootstrap` gives the intervals of what is fitted here.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Statistics of voids: numbers of sides, areas, and shapes beside that of a Plateau border."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

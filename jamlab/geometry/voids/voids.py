@@ -10,6 +10,8 @@ A loop that winds around the torus by w has area -(sum - (w x p_0)/2), which is 
 areas of all loops of one void, modulo the cell, add up to the area of the void.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import IntEnum
 
