@@ -29,7 +29,7 @@ def compress(
 
     check_target(out)
     start = read(file, frame)
-    with progress_bar("compress", to) as progress:
+    with progress_bar("compress", to, start.model) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}
         packings = [start, *run(start, to, step, progress=progress, **how)]
     print_packings(packings, out, as_json)

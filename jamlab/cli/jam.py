@@ -31,7 +31,7 @@ def jam(
     from jamlab.protocols.onset import jam as run
 
     check_target(out)
-    with progress_bar("to onset", 0.84) as progress:
+    with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         law = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
         how |= {"large": large} | {name: value for name, value in law.items() if value is not None}

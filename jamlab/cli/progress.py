@@ -19,10 +19,13 @@ _LINE_INTERVAL = 10.0  # s between lines of one name where there is no terminal
 _MET = 0.9999  # of the way to the end, which a sweep meets to its tolerance
 _EARLY = 0.03  # share of the work below which the time left is a guess not worth showing
 
-# share of the time to onset spent below a packing fraction: minimisation slows down as contacts form (64 particles)
-_PHI, _SHARE = (0.2, 0.80, 0.82, 0.84, 0.86), (0.0, 0.05, 0.2, 0.7, 0.95)
-_SEARCH = 0.01  # part of what is left that one more minimisation near onset takes
-_ONSET = {"sp": 0.9, "dp": 0.5}  # part of a run to rho = 0.95 that the way to onset takes
+# packing fractions, and the share of the time to onset spent below them: minimisation slows down as contacts form
+_WAY = {
+    "sp": ((0.2, 0.83, 0.84, 0.85), (0.0, 0.05, 0.3, 0.9)),
+    "dp": ((0.2, 0.80, 0.82, 0.826, 0.835), (0.0, 0.05, 0.21, 0.55, 0.75)),
+}
+_SEARCH = {"sp": 0.003, "dp": 0.05}  # part of what is left that one more minimisation near onset takes
+_ONSET = {"sp": 0.9, "dp": 0.5}  # part of a run to rho = 0.95 that the way to onset takes; measured with 64 particles
 
 
 @dataclass
@@ -32,42 +35,47 @@ class WorkDone:
     Attributes:
         to: packing fraction at the end.
         onset: share of the search for onset in all the work.
+        model: "sp" or "dp".
         share: done so far, 0 to 1; never falls.
     """
 
     to: float
     onset: float = 1.0
+    model: str = "sp"
     share: float = 0.0
-    _from: float | None = field(default=None, repr=False)
-    _before: float = field(default=0.0, repr=False)
+    _last: float | None = field(default=None, repr=False)  # packing fraction of the search for onset
+    _from: float | None = field(default=None, repr=False)  # where the sweep starts
 
     def update(self, stage: str, fraction: float) -> float:
         """Take one report; returns the share done."""
         if stage == "compress":
             if self._from is None:
-                self._from, self._before = fraction, self.onset if self.share else 0.0
+                self._from = fraction if self._last is None else self._last
             way = abs(self.to - self._from)
             part = min(1.0, abs(fraction - self._from) / way) if way else 1.0
             if part > _MET:
                 part = 1.0
-            done = self._before + (1 - self._before) * np.sqrt(part)
+            before = 0.0 if self._last is None else self.onset
+            done = before + (1 - before) * np.sqrt(part)
         else:
-            done = self.onset * float(np.interp(fraction, _PHI, _SHARE))
-            done = max(done, self.share + _SEARCH * (self.onset - self.share))
+            self._last = fraction
+            done = self.onset * float(np.interp(fraction, *_WAY[self.model]))
+            done = max(done, self.share + _SEARCH[self.model] * (self.onset - self.share))
         self.share = max(self.share, float(done))
         return self.share
 
 
 @contextmanager
-def progress_bars(names: dict[str, str], to: float) -> "Iterator[dict[str, Progress]]":
+def progress_bars(names: dict[str, str], to: float, alone: bool = False) -> "Iterator[dict[str, Progress]]":
     """Show one bar with a clock for each name; a clock stops when its work is done.
 
     Args:
-        names: key -> text beside the bar; the keys "sp" and "dp" stand for whole runs, from random start to `to`.
+        names: model -> text beside its bar.
         to: packing fraction at the end of all bars.
+        alone: whether the work is the way to onset, or a sweep, alone, instead of one after the other.
 
     Yields:
-        Key -> a function to pass as `progress` to a protocol.
+        Model -> a function to pass as `progress` to a protocol.
     """
     columns = (TextColumn("{task.description}"), BarColumn(16), TimeElapsedColumn(), TextColumn("{task.fields[at]}"))
     quiet = not err_console.is_terminal
@@ -75,7 +83,7 @@ def progress_bars(names: dict[str, str], to: float) -> "Iterator[dict[str, Progr
 
         def add(key: str, name: str) -> "Progress":
             bar = bars.add_task(name, total=1.0, at="")
-            work = WorkDone(to, _ONSET.get(key, 1.0))
+            work = WorkDone(to, _ONSET[key], key) if not alone else WorkDone(to, model=key)
             began = last = time.monotonic()
 
             def show(stage: str, fraction: float) -> None:
@@ -93,10 +101,10 @@ def progress_bars(names: dict[str, str], to: float) -> "Iterator[dict[str, Progr
 
 
 @contextmanager
-def progress_bar(name: str, to: float) -> "Iterator[Progress]":
-    """Show one bar of `progress_bars`; yields its function."""
-    with progress_bars({"": name}, to) as progress:
-        yield progress[""]
+def progress_bar(name: str, to: float, model: str = "sp") -> "Iterator[Progress]":
+    """Show one bar of the way to onset or of a sweep; yields its function."""
+    with progress_bars({model: name}, to, alone=True) as progress:
+        yield progress[model]
 
 
 def _time_left(share: float, elapsed: float) -> str:
