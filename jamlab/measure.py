@@ -1,7 +1,5 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

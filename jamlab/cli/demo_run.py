@@ -114,7 +114,7 @@ def table_rows(sweep: ModelSweep) -> list[list[str]]:
     lines = []
     for k, packing in enumerate(sweep.packings):
         row = {name: values[k] for name, values in sweep.measured.items()}
-        cells = [f"{row[name]:{form}}" for name, form in FORMATS.items()]
+        cells = ["-" if np.isnan(row[name]) else f"{row[name]:{form}}" for name, form in FORMATS.items()]
         if np.isnan(row["g"]):
             cells[list(FORMATS).index("g")] = "not stable"
         mark = "" if packing.converged else " (not converged)"

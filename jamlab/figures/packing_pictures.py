@@ -112,8 +112,17 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):
         for column, line, fill, label in (("storage", "-o", colour, "G'"), ("loss", "--s", "white", "G''")):
             mean, low, high = s.band(column)
+            positive = mean > 0
+            left_out = "" if positive.all() else f", {np.sum(~positive)} value(s) below 0 left out"
+            mean = np.where(positive, mean, np.nan)
             axes.loglog(
-                s.omega, mean, line, color=colour, markersize=4, markerfacecolor=fill, label=f"${label}_{{xy}}$  {name}"
+                s.omega,
+                mean,
+                line,
+                color=colour,
+                markersize=4,
+                markerfacecolor=fill,
+                label=f"${label}_{{xy}}$  {name}{left_out}",
             )
             if len(s.members) > 1:
                 axes.fill_between(s.omega, np.maximum(low, 1e-3 * mean), high, color=colour, alpha=0.25, linewidth=0)
