@@ -31,14 +31,25 @@ def check_number(name: str, value: Any, highest: float) -> None:
         raise InputError(f"{name} = {value!r}: must be a number above 0 and at most {highest:g}")
 
 
-def check_bidisperse(n: Any, seed: Any, phi: float) -> None:
-    """Refuse numbers that no half-small, half-large packing can start from.
+def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
+    """Refuse numbers that no packing of small and large particles can start from.
+
+    Args:
+        n: number of particles; even, if half of them are large.
+        seed: of the random start.
+        phi: nominal packing fraction.
+        large: number share of the large particles.
 
     Raises:
         InputError: naming the value.
     """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2 or n % 2:
+    if not is_number(large) or not 0 < large < 1:
+        raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
+    whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
+    if not whole or (large == 0.5 and n % 2):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
+    if not 0 < round(large * n) < n:
+        raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
     check_number("phi", phi, 2.0)

@@ -29,6 +29,12 @@ COLUMNS = (
     *("voids", "void_sides", "void_area", "void_shape", "max_force"),
 )
 
+LABELS = {  # of the columns that are easily mistaken for another quantity
+    "g": "relaxed shear modulus, mean over directions",
+    "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
+    "b": "relaxed bulk modulus",
+}
+
 
 QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
 
@@ -66,6 +72,19 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
         if not set(group).isdisjoint(names):
             found |= observe(state)
     return {name: found[name] for name in names}
+
+
+def why_no_modulus(packing: Packing) -> str:
+    """Say why g, g_x and b of a packing are nan; "" if they are not."""
+    network = contacts(packing)
+    count = int(network.rattlers.sum())
+    if count == packing.n:
+        return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
+    try:
+        elastic_tensor(packing, network=force_network(packing, network=network))
+    except ConvergenceError as error:
+        return f"with its {count} rattlers taken out, {error}" if count and packing.converged else str(error)
+    return ""
 
 
 def table(packings: list[Packing]) -> dict[str, np.ndarray]:

@@ -5,6 +5,8 @@ campaign.run()
 states = campaign.table("states")
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -124,7 +126,7 @@ class Campaign:
         gaps = self.folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
         return Status(sweeps, failures, damaged, gaps, len(finished - known))
 
-    def plan(self, only: Iterable[str] | None = None) -> "list[Estimate]":
+    def plan(self, only: Iterable[str] | None = None) -> list[Estimate]:
         """Estimate time on one core and disk space of each sweep, model and n, without running anything.
 
         Args:
@@ -146,8 +148,8 @@ class Campaign:
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
         verify: bool = True,
-        progress: "Callable[[Outcome], None] | None" = None,
-    ) -> "CampaignRun":
+        progress: Callable[[Outcome], None] | None = None,
+    ) -> CampaignRun:
         """Run all tasks that are neither finished nor failed.
 
         Args:
@@ -189,7 +191,7 @@ class Campaign:
                 done = drive(client, self.folder, tasks, progress, expected=where.expected)
         return replace(done, repaired=repaired)
 
-    def table(self, name: str = "states", sweep: str | None = None) -> "pd.DataFrame":
+    def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
         Args:
@@ -214,11 +216,11 @@ class Campaign:
         sweep: str | None = None,
         converged: bool = True,
         along: str | None = None,
-        bins: "ArrayLike | None" = None,
+        bins: ArrayLike | None = None,
         statistic: str = "mean",
         confidence: float = 0.95,
         resamples: int = 1000,
-    ) -> "pd.DataFrame":
+    ) -> pd.DataFrame:
         """Average over packings, with bootstrap intervals; see `jamlab.campaign.aggregate.aggregate`.
 
         Args:
@@ -254,7 +256,7 @@ class Campaign:
         chosen = batches(self.content, None if sweep is None else [sweep])
         return sorted(self.folder.finished() & _names(chosen))
 
-    def packings(self, task: str) -> "list[Packing]":
+    def packings(self, task: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame."""
         from jamlab.packing.hdf5 import read_all
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from jamlab.cli.campaign_new import new
 from jamlab.cli.console import err_console, out_console, print_json, print_table
 from jamlab.cli.options import Json
 
@@ -15,7 +16,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Ensembles of packings from one file: thousands of tasks that can be stopped and resumed.",
-    epilog="Start with: jamlab campaign plan campaign.toml",
+    epilog="Start with: jamlab campaign new campaign.toml",
 )
 Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]
 Folder = Annotated[
@@ -66,6 +67,7 @@ def run(
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
 
 
+app.command(epilog="Example: jamlab campaign new campaign.toml")(new)
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 

@@ -4,6 +4,8 @@ Colours are from the palette of Okabe & Ito and from cividis, both safe for the 
 of sides as a digit too.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import matplotlib

@@ -11,6 +11,7 @@ from jamlab.geometry.touching_disks import touching_disks
 from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 
@@ -35,6 +36,8 @@ class Contacts:
     r: NDArray[np.float64]
     shift: NDArray[np.int64]
     meetings: Meetings
+
+    __repr__ = short_repr
 
     @property
     def count(self) -> int:

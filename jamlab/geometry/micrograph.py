@@ -8,6 +8,8 @@ droplet nearest to it. Outlines are smoothed to their first Fourier modes, becau
 Sources: N. Otsu, IEEE Trans. SMC 9, 62 (1979); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,7 @@ from scipy import ndimage
 
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -55,6 +58,8 @@ class Micrograph:
     cells: Array
     contacts: Indices
     rattlers: NDArray[np.bool_]
+
+    __repr__ = short_repr
 
     @property
     def local_packing_fraction(self) -> Array:

@@ -1,5 +1,7 @@
 """Bond-orientational order, which tells a crystal from a disordered packing."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +11,7 @@ from scipy.spatial import Delaunay
 from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -27,6 +30,8 @@ class OrientationalOrder:
 
     local: NDArray[np.complex128]
     neighbors: Indices
+
+    __repr__ = short_repr
 
     @property
     def mean_local(self) -> float:

@@ -1,5 +1,7 @@
 """Packing fraction: the area that particles cover over that of the cell, exact or in approximations of the papers."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Areas and shape factors of single particles."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 

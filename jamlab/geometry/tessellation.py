@@ -10,6 +10,8 @@ distance h_ij from x_i; with s_ij the signed length of the wall,
 Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +24,7 @@ from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -51,6 +54,8 @@ class Tessellation:
     wall_length: Array
     sides: Indices
     lines: Array
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.sti
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +17,7 @@ from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -38,6 +41,8 @@ class ElasticTensor:
     affine: Array
     relaxed: Array
     displacements: Array
+
+    __repr__ = short_repr
 
 
 def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:

@@ -14,6 +14,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -32,6 +33,8 @@ class SlowShear:
     normal: Array
     tangential: Array
     nonaffine: Array
+
+    __repr__ = short_repr
 
     @property
     def median_normal(self) -> float:

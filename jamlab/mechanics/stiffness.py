@@ -4,6 +4,8 @@ Positions move as x = (1 + E) X + u: a homogeneous displacement gradient E of bo
 fixed box. With prestress the second derivatives are those of the full potential energy.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

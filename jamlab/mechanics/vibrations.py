@@ -1,5 +1,7 @@
 """Vibrations of a packing: the lowest eigenmodes of its Hessian, and the number of its zero modes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +13,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -48,6 +51,8 @@ class Modes:
 
     eigenvalues: Array
     vectors: Array
+
+    __repr__ = short_repr
 
 
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:

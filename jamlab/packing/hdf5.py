@@ -26,6 +26,8 @@ positions:
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 
+from __future__ import annotations
+
 import json
 import secrets
 from collections.abc import Callable, Iterable, Mapping

@@ -17,6 +17,8 @@ In a triclinic box LAMMPS turns every position it reads into fractions of the bo
 digit: who needs all digits sets the positions again after read_data.
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -5,6 +5,8 @@ box is a parallelogram with periodic boundaries; all lengths and energies are in
 `Packing.units` names.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -80,6 +82,20 @@ class Packing:
             self._check_disks()
         else:
             self._check_polygons()
+
+    def __repr__(self) -> str:
+        facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
+        facts += [f"ensemble={self.ensemble!r}"]
+        facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
+        facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
+        return f"Packing({', '.join(facts)}, converged={self.converged})"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from jamlab.packing.inline_picture import draw_svg
+
+        return f"<div><code>{escape(repr(self))}</code><br>{draw_svg(self)}</div>"
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -210,7 +226,7 @@ class Packing:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
 
-    def with_state(self, **changes: Any) -> "Packing":
+    def with_state(self, **changes: Any) -> Packing:
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
         A copy with other particles, another box or another force law is at no known minimum: `max_force` and
@@ -223,7 +239,7 @@ class Packing:
                 provenance.pop(name, None)
         return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
 
-    def select(self, particles: NDArray[np.bool_]) -> "Packing":
+    def select(self, particles: NDArray[np.bool_]) -> Packing:
         """Keep some of the particles.
 
         Args:
@@ -237,7 +253,7 @@ class Packing:
             changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
         return self.with_state(**changes)
 
-    def difference(self, other: "Packing") -> str | None:
+    def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
         for name in ("model", "units", "diameters", "offsets"):
             if not np.array_equal(getattr(self, name), getattr(other, name)):

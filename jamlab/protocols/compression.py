@@ -1,5 +1,7 @@
 """Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass

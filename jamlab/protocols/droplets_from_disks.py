@@ -6,6 +6,8 @@ disks overlap. Rest areas are chosen so that every free droplet has the area of 
 the box is set until they cover what the disks covered.
 """
 
+from __future__ import annotations
+
 import time
 from typing import Any
 

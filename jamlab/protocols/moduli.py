@@ -4,6 +4,8 @@ Boromand et al. apply an affine shear and measure the stress; without relaxation
 not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed modulus.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -17,6 +17,7 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.model_choice import Choice, Way, choose
 from jamlab.protocols.onset import jam
+from jamlab.representation import short_repr
 from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones
@@ -39,6 +40,8 @@ class Scene:
     estimate: dict[str, float]
     choice: Choice
     seconds: float
+
+    __repr__ = short_repr
 
 
 def scene(

@@ -1,5 +1,7 @@
 """The complex shear modulus G*(omega), Baumgarten & Tighe eqs 10-13, by three solvers."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +11,7 @@ from jamlab.checks import check_choice
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
@@ -39,9 +42,10 @@ class ComplexModulus:
 
     Attributes:
         omega: (m,) angular frequencies, 1/tau_1.
-        storage: (m,) G'.
-        loss: (m,) G''.
-        g0: static modulus at fixed box shape, G'(omega -> 0); negative if the packing would shear by itself.
+        storage: (m,) G'_xy, for simple shear along x of the box.
+        loss: (m,) G''_xy.
+        g0: static modulus at fixed box shape, G'_xy(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
+            negative if the packing would shear by itself.
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
@@ -60,6 +64,8 @@ class ComplexModulus:
     error: Array
     spectrum: RelaxationSpectrum | None = None
 
+    __repr__ = short_repr
+
     @property
     def tau_star(self) -> float:
         """Time of the slowest relaxation that carries stress, tau* = eta_0/G_0 (Baumgarten & Tighe, below eq 22)."""
@@ -73,7 +79,7 @@ def complex_modulus(
     prestress: bool = True,
     method: str = "auto",
 ) -> ComplexModulus:
-    """G*(omega) of a packing; rattlers are left out.
+    """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
 
     Args:
         packing: SP or DP at an energy minimum.

@@ -1,5 +1,7 @@
 """Dynamic critical scaling: collapse G*/p^mu over omega/p^lambda, Baumgarten & Tighe eqs 14-17 and fig 3."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,7 +30,8 @@ class Collapse:
         mu: G_0 ~ p^mu.
         lam: tau* ~ p^-lam.
         exponent: Delta, G* ~ omega^Delta in the critical regime.
-        mu_error, lam_error, exponent_error: half-widths.
+        mu_error, lam_error, exponent_error: half-widths; 0 without resamples, nan where the packings do not give one:
+            a pressure needs two packings or more, and most resamples must have a fit.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
     """
 
@@ -39,6 +42,22 @@ class Collapse:
     lam_error: float
     exponent_error: float
     spread: float
+
+    def __str__(self) -> str:
+        names = {
+            "μ": (self.mu, self.mu_error),
+            "λ": (self.lam, self.lam_error),
+            "Δ": (self.exponent, self.exponent_error),
+        }
+        text = ", ".join(f"{name} = {_with_error(*value)}" for name, value in names.items())
+        text += f", spread {self.spread:.2g} in ln G*"
+        if np.isnan([error for _, error in names.values()]).any():
+            text += "; no error: too few packings, give two or more of each pressure"
+        return text
+
+
+def _with_error(value: float, error: float) -> str:
+    return f"{value:.3g} ± {error:.2g}" if error > 0 else f"{value:.3g}"
 
 
 def collapse(

@@ -1,5 +1,7 @@
 """Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and droplets."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +52,9 @@ class ContactDamping:
         _check_time(self.tau)
         check_choice("arms", self.arms, ARMS)
 
+    def __str__(self) -> str:
+        return f"contact damping, β = {self.beta:g}" + _name_time(self.tau)
+
 
 @dataclass(frozen=True)
 class StokesDrag:
@@ -71,6 +76,9 @@ class StokesDrag:
             raise InputError(f"eta_f = {self.eta_f}: must be 0 or more")
         _check_time(self.tau)
 
+    def __str__(self) -> str:
+        return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
+
 
 Damping = ContactDamping | StokesDrag
 
@@ -78,6 +86,10 @@ Damping = ContactDamping | StokesDrag
 def _check_time(tau: float) -> None:
     if not (np.isfinite(tau) and tau > 0):
         raise InputError(f"tau = {tau}: must be a positive time")
+
+
+def _name_time(tau: float) -> str:
+    return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:

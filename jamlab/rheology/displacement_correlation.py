@@ -4,6 +4,8 @@ Under contact damping it has no length but the box; under Stokes drag it has a m
 falls. Sites are binned and pairs counted by fast Fourier transform: the cost grows as n log n, not as the n^2 pairs.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
@@ -34,6 +37,8 @@ class DisplacementCorrelation:
     delta: Array
     correlation: Array
     pairs: Array
+
+    __repr__ = short_repr
 
     @property
     def length(self) -> float:

@@ -5,6 +5,8 @@ eq 10 prints a dot on the first Q). At unit strain Q = (q, 1), and q follows fro
 s = i omega, with the columns k, b of gamma.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

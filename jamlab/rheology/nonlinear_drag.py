@@ -6,6 +6,8 @@ much; that time replaces tau_1 in the linear equation of motion. Not exact: harm
 contacts move by different amounts.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +17,7 @@ from scipy.special import gamma
 
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 
@@ -37,6 +40,8 @@ class NonlinearModulus:
     loss: Array
     tau: Array
     error: Array
+
+    __repr__ = short_repr
 
 
 def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:

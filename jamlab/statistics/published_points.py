@@ -1,5 +1,7 @@
 """Read published points, such as those of Boromand et al. fig 9, from CSV to lay them beside a simulation."""
 
+from __future__ import annotations
+
 import csv
 from pathlib import Path
 

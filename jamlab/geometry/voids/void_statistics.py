@@ -1,5 +1,7 @@
 """Statistics of voids: numbers of sides, areas, and shapes beside that of a Plateau border."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +9,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -33,6 +36,8 @@ class VoidStatistics:
     shape: Array
     shape_spread: Array
     percolating: int
+
+    __repr__ = short_repr
 
     @property
     def plateau(self) -> float:

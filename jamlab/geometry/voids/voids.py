@@ -10,6 +10,8 @@ A loop that winds around the torus by w has area -(sum - (w x p_0)/2), which is 
 areas of all loops of one void, modulo the cell, add up to the area of the void.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -23,6 +25,7 @@ from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.torus_graph import find_components
 from jamlab.geometry.voids.void_rays import find_first_hits
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -59,6 +62,8 @@ class Voids:
     boundary: Boundary
     void: Indices
     image: Indices
+
+    __repr__ = short_repr
 
     @property
     def shape(self) -> Array:
