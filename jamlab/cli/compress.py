@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_packings, progress_bar
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import File, Frame, Json, Out, Tolerance
 from jamlab.packing.atomic_file import check_target
 
@@ -27,6 +28,7 @@ def compress(
     from jamlab.protocols.compression import compress as run
 
     check_target(out)
+    expect_output(out)
     start = read(file, frame)
     with progress_bar("compress", to) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from jamlab.cli.console import err_console, out_console, print_json, print_spectra, print_table, progress_bars
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json, N, Seed
 
 
@@ -20,6 +21,7 @@ def demo(
     from jamlab.cli.demo_run import HEADINGS, run_demo, table_rows, unconverged
     from jamlab.figures.packing_pictures import MODEL_STYLE
 
+    expect_output(out)
     with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}, to) as progress:
         sweeps, spectrum = run_demo(n, seed, to, out, progress)
     if as_json:

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_packings, progress_bar
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Ensemble, Json, N, Out, Seed, Tolerance
 from jamlab.packing.atomic_file import check_target
 
@@ -25,6 +26,7 @@ def jam(
     from jamlab.protocols.onset import jam as run
 
     check_target(out)
+    expect_output(out)
     with progress_bar("to onset", 0.84) as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance}
         how |= {} if contact is None else {"contact": contact}

@@ -20,6 +20,7 @@ from jamlab.cli.figure import figure
 from jamlab.cli.gstar import gstar
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
+from jamlab.cli.start import main
 from jamlab.errors import JamlabError
 
 
@@ -66,11 +67,6 @@ app.command(epilog="Example: jamlab doctor")(doctor)
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(chart, name="chart")
 app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
-
-
-def main() -> None:
-    """Run the words of the shell."""
-    app()
 
 
 if __name__ == "__main__":
