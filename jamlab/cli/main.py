@@ -18,9 +18,9 @@ from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.figure import figure
 from jamlab.cli.gstar import gstar
+from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
-from jamlab.cli.start import main
 from jamlab.errors import JamlabError
 
 
@@ -67,6 +67,13 @@ app.command(epilog="Example: jamlab doctor")(doctor)
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(chart, name="chart")
 app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
+
+
+def main() -> None:
+    """Run the words of the shell; `jamlab.cli.start` also watches for signals during the imports above."""
+    with ending_on_signals() as imports_are_done:
+        imports_are_done()
+        app()
 
 
 if __name__ == "__main__":
