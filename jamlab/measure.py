@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import Contacts, contacts
@@ -26,6 +27,7 @@ COLUMNS = (
 )
 
 
+@checked
 def measure(packing: Packing) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
+from jamlab.checks import checked
 from jamlab.errors import InputError
 
 if TYPE_CHECKING:
@@ -261,6 +262,7 @@ class Campaign:
         return read_all(self.folder.task_file(task))
 
 
+@checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
     """Open a campaign by its TOML file, or by its folder.
 

@@ -12,9 +12,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from types import FrameType
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:  # every import here is time in which Ctrl-C prints a traceback
+    from pathlib import Path
+    from types import FrameType
 
 _GRACE = 3.0  # s for the clean way out
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -33,7 +35,7 @@ def describe_kept(describe: Callable[[], str]) -> None:
     _describe = describe
 
 
-def expect_output(path: Path) -> None:
+def expect_output(path: "Path") -> None:
     """Let the line name what this command has written to a file or into a folder by then."""
     began = time.time() - 0.01  # clocks of file systems tick more coarsely
 
@@ -67,12 +69,12 @@ def ending_on_signals() -> Iterator[Callable[[], None]]:
         sys.exit(128 + int(stop.args[0]))
 
 
-def _set_handlers(handler: Callable[[int, FrameType | None], object]) -> None:
+def _set_handlers(handler: "Callable[[int, FrameType | None], object]") -> None:
     for number in _SIGNALS:  # also where the shell ignores SIGINT for a job in the background
         signal.signal(number, handler)
 
 
-def _raise(number: int, _: FrameType | None) -> NoReturn:
+def _raise(number: int, _: "FrameType | None") -> NoReturn:
     for each in _SIGNALS:  # one is enough: a second would interrupt the clean way out
         signal.signal(each, signal.SIG_IGN)
     raise Interrupted(number)

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts
 from jamlab.packing.neighbors import periodic_pairs
@@ -28,6 +29,7 @@ class ContactLengths:
     length: NDArray[np.float64]
 
 
+@checked
 def contact_lengths(packing: Packing, network: Contacts | None = None) -> ContactLengths:
     """Length of outline that each pair of polygons shares.
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from scipy import ndimage
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
 
@@ -76,6 +77,7 @@ class Micrograph:
         }
 
 
+@checked
 def micrograph(
     picture: str | Path | ArrayLike,
     pixel: float = 1.0,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.stiffness import Stiffness, stiffness
@@ -40,6 +41,7 @@ class ElasticTensor:
     displacements: Array
 
 
+@checked
 def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:
     """Affine and relaxed elastic tensor, rattlers left out.
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
@@ -50,6 +51,7 @@ class Modes:
     vectors: Array
 
 
+@checked
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
     """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers.
 
@@ -74,6 +76,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
 
 
+@checked
 def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """Count modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
 

@@ -35,6 +35,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError, JamlabError, StorageError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.packing import Packing
@@ -46,6 +47,7 @@ SCHEMA = "jamlab"
 SCHEMA_VERSION = 1
 
 
+@checked
 def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> None:
     """Write the packings of one sweep as frames; the file appears whole or not at all.
 
@@ -98,6 +100,7 @@ def file_image(
         return bytes(file.id.get_file_image())
 
 
+@checked
 def read(path: FilePath, frame: int = -1) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
@@ -114,12 +117,14 @@ def read(path: FilePath, frame: int = -1) -> Packing:
         return _packing(path, file, int(frame) % count)
 
 
+@checked
 def read_all(path: FilePath) -> list[Packing]:
     """Read every frame, in the order written. Errors as in `read`."""
     with opened(path) as file:
         return [_packing(path, file, frame) for frame in range(_count(file))]
 
 
+@checked
 def read_observables(path: FilePath) -> dict[str, Array]:
     """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
     with opened(path) as file:

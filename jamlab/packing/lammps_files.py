@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.packing import Packing
@@ -63,6 +64,7 @@ def types(packing: Packing) -> TypeTable:
     return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
 
 
+@checked
 def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     """Write a LAMMPS data file: triclinic box, atoms wrapped into it with image flags, DP: bonds and `d_a0`.
 
@@ -87,6 +89,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     return table
 
 
+@checked
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 

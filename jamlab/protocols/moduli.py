@@ -7,7 +7,7 @@ not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed mo
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice, check_number
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
@@ -27,6 +27,7 @@ METHODS = ("linear-response", "finite-strain", "affine")
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
 
 
+@checked
 def shear_modulus(
     packing: Packing,
     method: str = "linear-response",
@@ -73,6 +74,7 @@ def shear_modulus(
     return float(moduli.mean()) if average or not asked.ndim else moduli
 
 
+@checked
 def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
     """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
@@ -61,6 +61,7 @@ class ComplexModulus:
         return self.eta0 / self.g0
 
 
+@checked
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,

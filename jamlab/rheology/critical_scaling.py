@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
@@ -41,6 +42,7 @@ class Collapse:
     spread: float
 
 
+@checked
 def collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
 ) -> Collapse:

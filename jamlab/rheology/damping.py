@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
@@ -33,8 +34,8 @@ class ContactDamping:
     tau: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.beta) and self.beta >= 0):
-            raise InputError(f"beta = {self.beta}: must be 0 or more")
+        if not (is_number(self.beta) and self.beta >= 0):
+            raise InputError(f"beta = {self.beta!r}: must be a number, 0 or more")
         _check_time(self.tau)
 
 
@@ -54,8 +55,8 @@ class StokesDrag:
     tau: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.eta_f) and self.eta_f >= 0):
-            raise InputError(f"eta_f = {self.eta_f}: must be 0 or more")
+        if not (is_number(self.eta_f) and self.eta_f >= 0):
+            raise InputError(f"eta_f = {self.eta_f!r}: must be a number, 0 or more")
         _check_time(self.tau)
 
 
@@ -63,8 +64,8 @@ Damping = ContactDamping | StokesDrag
 
 
 def _check_time(tau: float) -> None:
-    if not (np.isfinite(tau) and tau > 0):
-        raise InputError(f"tau = {tau}: must be a positive time")
+    if not (is_number(tau) and tau > 0):
+        raise InputError(f"tau = {tau!r}: must be a positive time")
 
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
