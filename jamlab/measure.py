@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_certain
@@ -39,6 +39,7 @@ LABELS = {  # of the columns that are easily mistaken for another quantity
 QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
 
 
+@checked
 def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
+from jamlab.checks import checked
 from jamlab.errors import InputError
 
 if TYPE_CHECKING:
@@ -263,6 +264,7 @@ class Campaign:
         return read_all(self.folder.task_file(task))
 
 
+@checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
     """Open a campaign by its TOML file, or by its folder.
 

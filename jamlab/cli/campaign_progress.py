@@ -11,6 +11,7 @@ from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import FAILED, Outcome
 from jamlab.cli.console import err_console
+from jamlab.cli.interruption import describe_kept
 
 _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
 
@@ -21,6 +22,12 @@ def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Calla
     names = {name for batch in batches(campaign.content, only) for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    describe_kept(
+        lambda: (
+            f"{len(names & campaign.folder.finished())} of {total} tasks are finished in {campaign.folder.path}; "
+            f"`jamlab campaign resume {campaign.file}` goes on"
+        )
+    )
     quiet = not err_console.is_terminal
     with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
         bar = bars.add_task(campaign.name, total=total, completed=before)

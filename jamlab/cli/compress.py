@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import File, Frame, Json, Out, Tolerance
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -28,6 +29,7 @@ def compress(
     from jamlab.protocols.compression import compress as run
 
     check_target(out)
+    expect_output(out)
     start = read(file, frame)
     with progress_bar("compress", to, start.model) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}

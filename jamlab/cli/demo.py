@@ -15,6 +15,7 @@ from jamlab.cli.console import (
     print_spectra,
     print_table,
 )
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json, N, Seed
 from jamlab.cli.progress import progress_bars
 
@@ -30,6 +31,7 @@ def demo(
     from jamlab.cli.demo_run import G_NOTE, HEADINGS, run_demo, table_rows, unconverged, unstable
     from jamlab.figures.packing_pictures import MODEL_STYLE
 
+    expect_output(out)
     with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}, to) as progress:
         sweeps, spectrum = run_demo(n, seed, to, out, progress)
     if as_json:

@@ -3,20 +3,19 @@
 The two models run side by side in separate processes; pictures and page are made from the packings they return.
 """
 
-import multiprocessing
 import platform
 import time
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing.managers import SyncManager
+from functools import partial
 from pathlib import Path
-from queue import Empty, Queue
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from jamlab.checks import check_bidisperse, check_number
+from jamlab.cli.model_processes import run_side_by_side
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures import html_page
 from jamlab.figures.packing_pictures import MODEL_STYLE, curve_figure, modulus_figure, packings_figure
@@ -33,7 +32,6 @@ from jamlab.rheology.mean_spectrum import Spectra, mean_spectra
 STEP = 0.01  # in rho, between stored states
 ENSEMBLE = "shear-stabilized"  # a box without residual shear stress: G > 0 in every direction
 OMEGA = np.logspace(-6, 2, 41)  # 1/tau_1: from the slow to the fast limit of G*, five per decade
-_POLL = 0.2  # s between looks whether both models have ended
 HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
 G_NOTE = (
     "G: relaxed shear modulus, mean over directions, in a box sheared until no shear stress is left "
@@ -76,8 +74,11 @@ def run_demo(
 
     Raises:
         InputError, ConvergenceError: from the protocols.
+        EngineError: a process was killed.
         StorageError: the folder cannot be written.
     """
+    check_bidisperse(n, seed, 1.0)
+    check_number("to", to, 1.0)
     missing = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -97,7 +98,7 @@ def run_demo(
 def _run_into(
     out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    sweeps = _run_both(n, seed, to, progress)
+    sweeps = run_side_by_side(partial(_run_model, n=n, seed=seed, to=to), ("sp", "dp"), progress)
     try:
         densest = sweeps["sp"].packings[-1]
         spectrum: Spectra | None = mean_spectra([densest], OMEGA)[0]
@@ -131,36 +132,13 @@ def unstable(sweep: ModelSweep) -> list[str]:
     return reasons
 
 
-def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str, str, float]]") -> ModelSweep:
+def _run_model(model: str, report: Progress, *, n: int, seed: int, to: float) -> ModelSweep:
     began = time.perf_counter()
-
-    def report(stage: str, fraction: float) -> None:
-        queue.put((model, stage, fraction))
-
     onset = jam(model, n, seed, ensemble=ENSEMBLE, progress=report)
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     packings = [onset, *compress(onset, to, STEP, progress=report)]
     return ModelSweep(model, packings, table(packings), time.perf_counter() - began)
-
-
-def _run_both(n: int, seed: int, to: float, progress: Mapping[str, Progress]) -> dict[str, ModelSweep]:
-    context = multiprocessing.get_context("spawn")  # a fork would share what LAMMPS and MPI hold
-    with context.Manager() as manager, ProcessPoolExecutor(2, mp_context=context) as pool:
-        queue = _make_queue(manager)
-        futures = {model: pool.submit(_run_model, model, n, seed, to, queue) for model in ("dp", "sp")}
-        while not all(future.done() for future in futures.values()):
-            try:
-                model, stage, fraction = queue.get(timeout=_POLL)
-            except Empty:
-                continue
-            progress[model](stage, fraction)
-        return {model: futures[model].result() for model in ("sp", "dp")}
-
-
-def _make_queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
-    queue: Queue[tuple[str, str, float]] = manager.Queue()
-    return queue
 
 
 _LEAD = (

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from jamlab.cli.console import out_console, print_json, print_spectra
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Frame, Json, Seed
 from jamlab.errors import InputError
 
@@ -48,6 +49,7 @@ def gstar(
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
     if out is not None:
         spectrum_output.check_output(out)
+        expect_output(out)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
     packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]
     omega = np.geomspace(omega_min, omega_max, points)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -31,6 +32,7 @@ def jam(
     from jamlab.protocols.onset import jam as run
 
     check_target(out)
+    expect_output(out)
     with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         law = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}

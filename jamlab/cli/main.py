@@ -19,6 +19,7 @@ from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.figure import figure
 from jamlab.cli.gstar import gstar
+from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
 from jamlab.errors import JamlabError
@@ -89,8 +90,10 @@ app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compar
 
 
 def main() -> None:
-    """Run the words of the shell."""
-    app()
+    """Run the words of the shell; `jamlab.cli.start` also watches for signals during the imports above."""
+    with ending_on_signals() as imports_are_done:
+        imports_are_done()
+        app()
 
 
 if __name__ == "__main__":

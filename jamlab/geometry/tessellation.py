@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.cross_product import cross
 from jamlab.geometry.particle_shape import particle_areas
@@ -70,6 +71,7 @@ class _Walls:
     corner: Array
 
 
+@checked
 def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     """Divide the plane into power cells of disks, or set-Voronoi cells of polygons without rim.
 
@@ -93,6 +95,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     return _merge_cells(packing, owner, area, walls)
 
 
+@checked
 def local_packing_fraction(packing: Packing) -> Array:
     """(n,) area of each particle, overlaps shared, over that of its cell.
 

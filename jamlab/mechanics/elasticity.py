@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.stiffness import Stiffness, stiffness
@@ -45,6 +46,7 @@ class ElasticTensor:
     __repr__ = short_repr
 
 
+@checked
 def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:
     """Affine and relaxed elastic tensor, rattlers left out.
 

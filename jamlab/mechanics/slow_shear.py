@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
@@ -52,6 +53,7 @@ class SlowShear:
         return float(np.median(np.hypot(*self.nonaffine.T)))
 
 
+@checked
 def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     """Split the static response to shear, contact by contact.
 

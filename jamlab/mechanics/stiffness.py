@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import checked
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.packing.packing import Packing
 
@@ -47,6 +48,7 @@ def forces(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
     return total
 
 
+@checked
 def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box.
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
@@ -55,6 +56,7 @@ class Modes:
     __repr__ = short_repr
 
 
+@checked
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
     """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers.
 
@@ -79,6 +81,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
 
 
+@checked
 def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """Count modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
 

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.checks import check_choice, check_positive, finite_array, is_number
+from jamlab.checks import check_choice, check_positive, checked, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.force_law import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
@@ -277,6 +277,7 @@ class Packing:
         return self.offsets
 
 
+@checked
 def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
 
@@ -289,7 +290,15 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
 
     Returns:
         (m,) int64, ascending.
+
+    Raises:
+        InputError: shapes that are not these, or offsets that do not cut the vertices into polygons.
     """
+    positions, offsets = np.asarray(positions), np.asarray(offsets)
+    if positions.ndim != 2 or positions.shape[1] != 2 or offsets.ndim != 1 or len(offsets) < 1:
+        raise InputError(f"positions {positions.shape} and offsets {offsets.shape}: must be (vertices, 2) and (n + 1,)")
+    if offsets[0] != 0 or offsets[-1] != len(positions) or (np.diff(offsets) < 3).any():
+        raise InputError(f"offsets: must rise from 0 to {len(positions)}, the number of vertices, by 3 or more")
     outlines = _outlines(positions, offsets)
     suspects = np.flatnonzero(~shapely.is_valid(outlines))
     if not len(suspects):

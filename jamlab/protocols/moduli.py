@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice, check_number
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
@@ -29,6 +29,7 @@ METHODS = ("linear-response", "finite-strain", "affine")
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
 
 
+@checked
 def shear_modulus(
     packing: Packing,
     method: str = "linear-response",
@@ -75,6 +76,7 @@ def shear_modulus(
     return float(moduli.mean()) if average or not asked.ndim else moduli
 
 
+@checked
 def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
     """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
 

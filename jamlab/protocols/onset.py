@@ -10,7 +10,7 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 import time
 from typing import Any
 
-from jamlab.checks import check_bidisperse, check_choice, check_number
+from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -28,6 +28,7 @@ STARTS = ("carried", "scratch")
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
+@checked
 def jam(
     model: str = "sp",
     n: int = 64,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -44,6 +44,7 @@ class Scene:
     __repr__ = short_repr
 
 
+@checked
 def scene(
     rho: float,
     n: int = 64,

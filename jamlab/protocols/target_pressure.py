@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.checks import check_bidisperse, check_number
+from jamlab.checks import check_bidisperse, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -45,6 +45,7 @@ class PressureSettings:
 PRESSURE = PressureSettings()
 
 
+@checked
 def pack(
     n: int,
     pressure: float,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
@@ -72,6 +72,7 @@ class ComplexModulus:
         return self.eta0 / self.g0
 
 
+@checked
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,

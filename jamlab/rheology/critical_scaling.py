@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
@@ -60,6 +61,7 @@ def _with_error(value: float, error: float) -> str:
     return f"{value:.3g} ± {error:.2g}" if error > 0 else f"{value:.3g}"
 
 
+@checked
 def collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
 ) -> Collapse:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
@@ -47,8 +47,8 @@ class ContactDamping:
     arms: str = "radius"
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.beta) and self.beta >= 0):
-            raise InputError(f"beta = {self.beta}: must be 0 or more")
+        if not (is_number(self.beta) and self.beta >= 0):
+            raise InputError(f"beta = {self.beta!r}: must be a number, 0 or more")
         _check_time(self.tau)
         check_choice("arms", self.arms, ARMS)
 
@@ -72,8 +72,8 @@ class StokesDrag:
     tau: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.eta_f) and self.eta_f >= 0):
-            raise InputError(f"eta_f = {self.eta_f}: must be 0 or more")
+        if not (is_number(self.eta_f) and self.eta_f >= 0):
+            raise InputError(f"eta_f = {self.eta_f!r}: must be a number, 0 or more")
         _check_time(self.tau)
 
     def __str__(self) -> str:
@@ -84,8 +84,8 @@ Damping = ContactDamping | StokesDrag
 
 
 def _check_time(tau: float) -> None:
-    if not (np.isfinite(tau) and tau > 0):
-        raise InputError(f"tau = {tau}: must be a positive time")
+    if not (is_number(tau) and tau > 0):
+        raise InputError(f"tau = {tau!r}: must be a positive time")
 
 
 def _name_time(tau: float) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
@@ -55,6 +56,7 @@ class DisplacementCorrelation:
         return float(x0 + (x1 - x0) * c0 / (c0 - c1))
 
 
+@checked
 def oscillating_displacements(
     packing: Packing, omega: float, damping: Damping | None = None, prestress: bool = True
 ) -> tuple[Packing, Complex]:
@@ -83,6 +85,7 @@ def oscillating_displacements(
     return network.packing, u - u.mean(axis=0)
 
 
+@checked
 def displacement_correlation(
     packing: Packing,
     omega: float,

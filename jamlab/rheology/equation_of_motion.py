@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import checked
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
@@ -23,6 +24,7 @@ from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 Array = NDArray[np.float64]
 
 
+@checked
 def dynamical_matrices(
     packing: Packing, damping: Damping | None = None, prestress: bool = True
 ) -> tuple[sparse.csc_array, sparse.csc_array]:

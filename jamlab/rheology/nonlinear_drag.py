@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import gamma
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 from jamlab.representation import short_repr
@@ -44,6 +45,7 @@ class NonlinearModulus:
     __repr__ = short_repr
 
 
+@checked
 def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
     """Solve for the time tau_alpha, (m,) in units of tau_1, of an oscillator driven by a force at each frequency.
 
@@ -88,6 +90,7 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
     return np.array([solve(log_rate) for log_rate in np.log(w)])
 
 
+@checked
 def nonlinear_modulus(
     packing: Packing,
     omega: ArrayLike,

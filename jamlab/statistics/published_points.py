@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import StorageError
 
 Array = NDArray[np.float64]
 
 
+@checked
 def read_points(path: str | Path, columns: tuple[str, ...] = ()) -> dict[str, Array]:
     """Read columns of numbers from a CSV file.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
 from jamlab.representation import short_repr
@@ -46,6 +47,7 @@ class VoidStatistics:
         return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
 
 
+@checked
 def void_statistics(*found: Voids) -> VoidStatistics:
     """Compute P_l, mean area and mean shape of the voids of one or several packings together.
 

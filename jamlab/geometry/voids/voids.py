@@ -18,6 +18,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.geometry.cross_product import cross
 from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.disk_boundary import trace_disks
@@ -80,6 +81,7 @@ class LoopKind(IntEnum):
     WINDING = 3  # winds around the torus
 
 
+@checked
 def voids(packing: Packing) -> Voids:
     """Find the voids of a packing.
 
