@@ -146,7 +146,7 @@ class Campaign:
 
         Args:
             name: "states", "onset", "spectra", "quasistatic", "correlation" or "voids"; their columns are listed in
-                `jamlab.campaign.tables.TABLE_COLUMNS`.
+                `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:

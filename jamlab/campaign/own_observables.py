@@ -42,7 +42,8 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
             ) from error
     function = getattr(found, name, None)
     if not callable(function):
-        raise InputError(f"observable {observable}: {found.__file__} has no function {name}: correct the name")
+        place = getattr(found, "__file__", module)
+        raise InputError(f"observable {observable}: {place} has no function {name}: correct the name")
     return function  # type: ignore[no-any-return]
 
 

@@ -1,7 +1,6 @@
 """Campaigns: observables added later are measured on stored states; observables of the user's own."""
 
 import re
-import shutil
 
 import pandas as pd
 import pytest
@@ -10,6 +9,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import measurements
 from jamlab.campaign import states as making
+from jamlab.campaign.exchange import export, merge
 from jamlab.campaign.tables import TABLES
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session
@@ -101,13 +101,13 @@ def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimizat
 
 
 def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid_minimization):
-    shutil.copytree(full.folder.path, tmp_path / "full")
     path = written(
         tmp_path / "c.toml", "full", model="dp", n=8, seeds=[1], compress=None, onset=True, force_law={"gamma": 0.12},
         observables=["voids"],
     )  # fmt: skip
     forbid_minimization()
     campaign = jamlab.open_campaign(path)
+    merge(campaign, [full.folder.path])
     assert [line.stored for line in campaign.plan()] == [1]
     run_here(campaign)
     (task,) = campaign.finished()
@@ -167,6 +167,8 @@ def test_own_observables_are_columns_of_states(tmp_path):
     for task, part in states.groupby("task"):
         assert part["widest"].tolist() == [p.diameters.max() for p in campaign.packings(task)]
     assert states["nothing"].isna().all()
+    (file,) = export(campaign, tmp_path / "tables", tables=["states"])
+    assert pd.read_csv(file)["twice_phi"].tolist() == states["twice_phi"].tolist()
     mean = campaign.aggregate(["twice_phi"], by=["n"])
     assert mean["twice_phi_packings"].tolist() == [2]
 
