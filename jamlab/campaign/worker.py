@@ -75,7 +75,7 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     from jamlab.campaign.stored_states import read_stored, shared_tables
     from jamlab.campaign.tables import STATE_COLUMNS
     from jamlab.campaign.task_file import write_task_file
-    from jamlab.measure import table
+    from jamlab.measure import COLUMNS, table
 
     functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
     stored = read_stored(folder, source) if source is not None else None
@@ -86,7 +86,8 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
         file, states = stored
         shared = {"onset", *shared_tables(task.parameters, file.parameters)}
         known, before = {name: columns for name, columns in file.tables.items() if name in shared}, file.seconds
-        measured = file.observables
+        whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
+        measured = file.observables if whole else table(states.packings)
     tables = measure_tables(task.parameters, states, measured["pressure"], known)
     taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
     for name in sorted(functions.keys() - known.keys()):

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from campaigns import run_here, written
+from commands import call
 
 import jamlab
 from jamlab.campaign import standard_error
@@ -79,6 +80,7 @@ def test_a_run_stops_at_the_error_and_goes_on_where_it_was(tmp_path):
     path = written(tmp_path / "c.toml", **ONSET, seeds=60, until={"rho": 0.01})
     campaign = jamlab.open_campaign(path)
     assert campaign.plan()[0].tasks == 60
+    assert "at most, until the means are known: rho to 0.01" in call(tmp_path, "campaign", "plan", path).stdout
     assert campaign.status().tasks == FIRST_SEEDS
     assert len(run_here(campaign)) == FIRST_SEEDS  # a driver that dies after the first round
     done = campaign.run(1)
@@ -89,6 +91,11 @@ def test_a_run_stops_at_the_error_and_goes_on_where_it_was(tmp_path):
     assert sweep.errors["rho"] == pytest.approx(rho.std() / np.sqrt(len(rho)), rel=1e-12)
     assert sweep.errors["rho"] <= 0.01
     assert campaign.run(1).finished == 0
+    shown = call(tmp_path, "campaign", "status", path).stdout
+    assert (
+        f"disks sp n=8: error of mean rho {sweep.errors['rho']:.3g}, until 0.01: met; {sweep.tasks} of at most 60"
+        in shown
+    )
     assert (campaign.plan()[0].tasks, campaign.plan()[0].left) == (sweep.tasks, 0)
 
 
