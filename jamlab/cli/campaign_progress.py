@@ -8,6 +8,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.progress import Progress as Bars
 
 from jamlab.campaign.campaign import Campaign
+from jamlab.campaign.standard_error import wanted_batches
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import FAILED, Outcome
 from jamlab.cli.console import err_console
@@ -19,7 +20,8 @@ _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a mi
 @contextmanager
 def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Callable[[Outcome], None]]:
     """Count tasks, and print failures at once; yields a function for `Campaign.run(progress=...)`."""
-    names = {name for batch in batches(campaign.content, only) for name in batch.names()}
+    wanted = wanted_batches(batches(campaign.content, only), campaign.folder)
+    names = {name for batch in wanted for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     describe_kept(
@@ -36,11 +38,11 @@ def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Calla
         def show(outcome: Outcome) -> None:
             nonlocal count, last
             count += 1
-            bars.advance(bar)
+            bars.update(bar, completed=count, total=max(total, count))  # `until` may add seeds
             if outcome.state == FAILED:
                 bars.console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
             elif quiet and time.monotonic() - last > _LINE_INTERVAL:
                 last = time.monotonic()
-                err_console.print(f"{count} of {total} tasks", soft_wrap=True, highlight=False)
+                err_console.print(f"{count} of {max(total, count)} tasks", soft_wrap=True, highlight=False)
 
         yield show
