@@ -12,14 +12,13 @@
 A file holds one or more sweeps. README and `reference.toml` show more keys; `SweepTable` lists all of them.
 """
 
-import difflib
 import os
 import re
 import stat
 import tomllib
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -33,13 +32,11 @@ from pydantic import (
     model_validator,
 )
 
+from jamlab.campaign.file_problems import explain
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
-
-if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 
@@ -51,7 +48,6 @@ MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file
 SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
 LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
-_SHOWN = 120  # characters of a wrong value in its message
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
@@ -300,7 +296,7 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
         problems = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `list | range`
-        lines = [_explain(content, problem) for problem in problems]
+        lines = [explain(content, problem, _known_keys) for problem in problems]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
@@ -312,66 +308,6 @@ def _read_text(path: str | os.PathLike[str]) -> str:
     if status.st_size > MOST_BYTES:
         raise InputError(f"{path} has {status.st_size} bytes, a campaign file at most {MOST_BYTES}: check its name")
     return Path(path).read_text(encoding="utf-8")
-
-
-def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
-    """State key, value and remedy of one problem that pydantic found."""
-    place = [part for part in problem["loc"] if not (isinstance(part, str) and part.startswith(("list[", "range")))]
-    key, value = "", content
-    for part in place:
-        if isinstance(part, int):
-            key += f"[{part + 1}]"
-        else:
-            word = part if part.isidentifier() else _show(part)
-            key += f".{word}" if key else word
-        if isinstance(value, list) and isinstance(part, int) and part < len(value):
-            value = value[part]
-            if isinstance(value, dict) and "name" in value:
-                key += f" ({value['name']})"
-        elif isinstance(value, dict):
-            value = value.get(str(part), problem["input"])
-    kind, context = problem["type"], problem.get("ctx", {})
-    if kind == "missing":
-        return f"{key} is missing: add it"
-    if kind == "extra_forbidden":
-        known = _known_keys(place)
-        near = difflib.get_close_matches(str(place[-1]), known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"use {', '.join(known)}"
-        return f"{key} = {_show(problem['input'])}: unknown key, {hint}"
-    if kind == "value_error":
-        text = str(context["error"])
-        return f"{key}: {text}" if isinstance(value, dict) else f"{key} = {_show(value)}: {text}"
-    remedy = _REMEDIES[kind].format(**context) if kind in _REMEDIES else problem["msg"].lower()
-    return f"{key} = {_show(problem['input'])}: {remedy}"
-
-
-def _show(value: Any) -> str:
-    """Write out a wrong value, on one line and not longer than a line."""
-    try:
-        text = repr(value)
-    except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
-        return f"a {type(value).__name__} too long to print"
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
-
-
-_REMEDIES = {
-    "greater_than": "must be above {gt}",
-    "greater_than_equal": "must be {ge} or more",
-    "less_than_equal": "must be {le} or less",
-    "multiple_of": "half of the particles are large, so it must be an even number",
-    "literal_error": "use one of {expected}",
-    "int_type": "must be a whole number",
-    "float_type": "must be a number",
-    "bool_type": "must be true or false",
-    "string_type": "must be text in quotes",
-    "list_type": "must be a list in square brackets",
-    "dict_type": "must be a table",
-    "model_type": "must be a table",
-    "finite_number": "must be a finite number",
-    "too_long": "the list is too long: give at most {max_length}",
-    "too_short": "the list is empty: give at least one",
-    "string_pattern_mismatch": "use letters, digits, '_', '.' and '-' only",
-}
 
 
 def _known_keys(place: list[Any]) -> list[str]:
