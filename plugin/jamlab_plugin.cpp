@@ -8,10 +8,10 @@
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
 #include "fix_polygon_area.h"
+#include "lammps.h"
 #include "pair_circuloline.h"
 
 #include <cstdlib>
-#include <cstring>
 #include <string>
 
 using namespace LAMMPS_NS;
@@ -40,7 +40,6 @@ typedef void (*lammpsplugin_regfunc)(lammpsplugin_t *, void *);
 // library interface of LAMMPS: the same in every version, unlike its C++ classes
 int lammps_version(void *);
 int lammps_extract_setting(void *, const char *);
-void *lammps_extract_global(void *, const char *);
 void lammps_error(void *, int, const char *);
 
 __attribute__((visibility("default"))) void lammpsplugin_init(void *, void *, void *);
@@ -81,16 +80,16 @@ static constexpr PluginStyle STYLES[] = {
 /* Updates of one version may lay out its classes otherwise: Pair has grown in update 4 of
    22 Jul 2025. Only the tag "stable_22Jul2025_update4" tells, where LAMMPS was built from git. */
 
-static std::string update_of(void *lmp)
+static std::string update_of_lammps()
 {
-  const auto *tag = static_cast<const char *>(lammps_extract_global(lmp, "git_descriptor"));
-  const std::string descriptor = tag ? tag : "";
-  if (descriptor.rfind("stable_", 0) != 0) return "";
-  const auto at = descriptor.find("_update");
-  return at == std::string::npos ? "0" : std::to_string(atoi(descriptor.c_str() + at + strlen("_update")));
+  const std::string tag = LAMMPS::git_descriptor(), word = "_update";
+  if (tag.rfind("stable_", 0) != 0) return "";
+  const auto at = tag.find(word);
+  return at == std::string::npos ? "0" : std::to_string(std::atoi(tag.c_str() + at + word.size()));
 }
 
-/* Why this LAMMPS cannot use the plugin; empty if it can. */
+/* Why this LAMMPS cannot use the plugin; empty if it can. One with other integer sizes has
+   other symbols, and does not open the file. */
 
 static std::string misfit(void *lmp)
 {
@@ -98,20 +97,10 @@ static std::string misfit(void *lmp)
   if (found != JAMLAB_LAMMPS_VERSION)
     return "for LAMMPS version " + std::to_string(JAMLAB_LAMMPS_VERSION) + ", this is " + std::to_string(found);
 
-  const std::string update = update_of(lmp);
+  const std::string update = update_of_lammps();
   if (!update.empty() && update != JAMLAB_LAMMPS_UPDATE)
     return "for update " JAMLAB_LAMMPS_UPDATE " of LAMMPS " JAMLAB_LAMMPS_DATE ", this is update " + update;
 
-  const struct {
-    const char *name;
-    std::size_t bytes;
-  } integers[] = {{"tagint", sizeof(tagint)}, {"bigint", sizeof(bigint)}, {"imageint", sizeof(imageint)}};
-  for (const auto &integer : integers) {
-    const int bytes = lammps_extract_setting(lmp, integer.name);
-    if (bytes != static_cast<int>(integer.bytes))
-      return "with " + std::to_string(integer.bytes) + " bytes in a " + integer.name + ", this LAMMPS has " +
-          std::to_string(bytes);
-  }
   return "";
 }
 

