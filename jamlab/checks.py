@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError
 
+MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
+
 
 def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
     """Refuse a name that is not among the choices.
@@ -39,6 +41,8 @@ def check_bidisperse(n: Any, seed: Any, phi: float) -> None:
     """
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2 or n % 2:
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
+    if n > MOST_PARTICLES:
+        raise InputError(f"n = {n}: must be {MOST_PARTICLES} or less, a run takes one core half a year there")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
     check_number("phi", phi, 2.0)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
 from jamlab.protocols.onset import LARGEST_TOLERANCE
@@ -36,7 +37,6 @@ Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
-MOST_PARTICLES = 1_000_000  # of a task, which runs on one core: half a year until onset
 MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
 MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file
