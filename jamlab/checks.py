@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError
 
+MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -194,6 +196,9 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
     whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
     if not whole or (large == 0.5 and n % 2):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
+    if n > MOST_PARTICLES:
+        raise InputError(f"n = {n}: must be {MOST_PARTICLES} or less, a run takes one core half a year there")
+
     if not 0 < round(large * n) < n:
         raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:

@@ -136,7 +136,7 @@ RIGHT = [
     {"whole_values": np.arange(3)},
     {"names": ["a", "b"]},
     {"table": {"z": 1}},
-    {"stream": iter([1])},
+    {"stream": range(2)},
     {"path": Path("a")},
     {"picture": "a.png"},
     {"picture": np.zeros((2, 2), dtype=np.uint8)},

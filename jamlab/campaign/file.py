@@ -33,6 +33,7 @@ from pydantic import (
 )
 
 from jamlab.campaign.file_problems import explain
+from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
 from jamlab.protocols.onset import LARGEST_TOLERANCE
@@ -42,7 +43,6 @@ OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
-MOST_PARTICLES = 1_000_000  # of a task, which runs on one core: half a year until onset
 MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
 MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file

@@ -71,7 +71,10 @@ def read_all(
     if _kind(path) == "hdf5":
         _refuse_law(path, radii, units, params)
         return hdf5.read_all(path)
-    return list(_frames(path, radii, units, params, None))
+    frames = list(_frames(path, radii, units, params, None))
+    if not frames:
+        raise StorageError(f"{path} holds no frame: copy it or write it again")
+    return frames
 
 
 def _kind(path: FilePath) -> str:

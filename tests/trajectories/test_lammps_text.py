@@ -261,3 +261,12 @@ def test_bonds_that_close_no_ring_are_refused(tmp_path):
     path.write_text(path.read_text() + "3 1 3 1\n")
     read = jamlab.read(path, params={"a0": 0.1})
     assert read.n == 1 and read.polygon_areas[0] > 0
+
+
+@pytest.mark.parametrize("suffix", ["data", "dump"])
+def test_an_empty_file_is_refused(tmp_path, suffix):
+    path = tmp_path / f"p.{suffix}"
+    path.touch()
+    for act in (jamlab.read, jamlab.read_all):
+        with pytest.raises((InputError, StorageError), match=path.name):
+            act(path)

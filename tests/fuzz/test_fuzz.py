@@ -1,0 +1,275 @@
+"""Files and command lines at random: an honest result, or exit code 1 or 2 with a message; nothing written, no hang.
+
+Each kind runs a few fixed examples by default and 1000 new ones with `-m slow`. What failed once is a plain test beside
+the others of its module.
+"""
+
+import contextlib
+import os
+import signal
+
+import campaigns
+import h5py
+import numpy as np
+import pytest
+from commands import call
+from edited_files import edited
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from wandering_packings import disks, polygons
+
+import jamlab
+from jamlab.packing.checksum import USER_BLOCK, add_checksum
+
+SECONDS = 30  # after which an example counts as a hang
+
+twice = pytest.mark.parametrize("examples", [8, pytest.param(1000, marks=pytest.mark.slow)])
+numbers = st.sampled_from([0.0, -1.0, 1e300, -1e300, 1e-300, 5e-324, 1e17, np.inf, -np.inf, np.nan, 0.5, 3.0])
+WORDS = """nan inf -inf 1e300 -1 0 1e-320 x [red] [/] {} %s # ITEM: Atoms é true 3.5 1e400 -0 0x10 [ ] " sp dp"""
+words = st.sampled_from([*WORDS.split(), "", "\0", "\n", "1 2", "9" * 30, "9" * 5000])
+
+
+def try_all(test, examples, **given_by):
+    """Run a function on so many examples: always the same few, or many new ones."""
+    how = settings(
+        max_examples=examples,
+        derandomize=examples < 100,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    how(given(**given_by)(test))()
+
+
+@contextlib.contextmanager
+def in_time():
+    def stop(*_):
+        raise AssertionError(f"hangs: not done after {SECONDS} s")
+
+    old = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(SECONDS)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
+
+
+def assert_harmless(folder, *command):
+    before = {name: (folder / name).stat().st_mtime_ns for name in os.listdir(folder)}
+    with in_time():
+        done = call(folder, *command)  # which asserts that nothing but SystemExit comes out
+    assert done.exit_code in (0, 1, 2)
+    assert done.exit_code == 0 or done.stderr.strip()
+    assert {name: (folder / name).stat().st_mtime_ns for name in os.listdir(folder)} == before
+
+
+# HDF5 -----------------------------------------------------------------------------------------------------------------
+
+
+def replace_something(path, data):
+    """Another dataset, group, link or attribute in the place of one; or one more."""
+    with edited(path) as file:
+        names = []
+        file.visit(names.append)
+        name = data.draw(st.sampled_from(names))
+        kind = data.draw(st.sampled_from(["values", "entry", "shape", "text", "group", "link", "attribute", "gone"]))
+        if kind == "attribute":
+            owner = data.draw(st.sampled_from([name, "/", "parameters"]))
+            key = data.draw(st.sampled_from([*file[owner].attrs, "extra"]))
+            value = data.draw(numbers | words.filter(lambda word: "\0" not in word) | st.lists(st.integers(0, 9)))
+            file[owner].attrs[key] = value
+            return
+        values = file[name][()] if isinstance(file[name], h5py.Dataset) else np.zeros(3)
+        if kind == "entry" and getattr(values, "size", 0) and np.asarray(values).dtype.kind in "if":
+            values = np.array(values)
+            place = data.draw(st.integers(0, values.size - 1))
+            with np.errstate(invalid="ignore"):
+                values.reshape(-1)[place : place + 1] = np.array(data.draw(numbers)).astype(values.dtype)
+        del file[name]
+        if kind == "values":
+            kinds = st.sampled_from(["f8", "f4", "i8", "u1", "?", "c16", "S3"])
+            shape = data.draw(st.lists(st.integers(0, 4), max_size=4))
+            with np.errstate(invalid="ignore"):
+                file[name] = np.full(shape, data.draw(numbers)).astype(data.draw(kinds))
+        elif kind == "entry":
+            file[name] = values
+        elif kind == "shape":
+            shape = tuple(data.draw(st.lists(st.integers(1, 10**12), min_size=1, max_size=2)))
+            file.create_dataset(name, shape, "f8", chunks=tuple(min(length, 100) for length in shape))
+        elif kind == "text":
+            file[name] = data.draw(st.sampled_from(["", "null", "[]", "{}", "{", '{"seed": []}', '{"on_target": NaN}']))
+        elif kind == "group":
+            file.create_group(name)
+        elif kind == "link":
+            target = data.draw(st.sampled_from(["/", "/parameters", "/nowhere", "/observables/g/value"]))
+            file[name] = h5py.SoftLink(target)
+
+
+def damage_bytes(content, data):
+    """Cut, flip or overwrite."""
+    content = bytearray(content)
+    place = data.draw(st.integers(0, len(content) - 1))
+    match data.draw(st.sampled_from(["cut", "flip", "overwrite"])):
+        case "cut":
+            del content[place:]
+        case "flip":
+            content[place] ^= 1 << data.draw(st.integers(0, 7))
+        case "overwrite":
+            part = data.draw(st.binary(min_size=1, max_size=16))
+            content[place : place + len(part)] = part
+    return bytes(content)
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+@twice
+def test_hdf5(tmp_path, make, examples):
+    path = tmp_path / "run.h5"
+    jamlab.write(path, [make(1, 0.3), make(1, 0.3)], {"g": [1.0, 2.0]})
+    whole = path.read_bytes()
+
+    def run(data):
+        path.write_bytes(whole)
+        if data.draw(st.booleans()):
+            path.write_bytes(damage_bytes(whole, data))  # of the whole file: the checksum must notice
+            with in_time(), pytest.raises(jamlab.JamlabError):
+                jamlab.read_all(path)
+        else:
+            replace_something(path, data)
+        assert_harmless(tmp_path, "analyze", path.name)
+
+    try_all(run, examples, data=st.data())
+
+
+@twice
+def test_hdf5_itself_on_damaged_bytes(tmp_path, examples):
+    """Damage before the checksum was taken: HDF5 and jamlab must cope with whatever is there."""
+    path = tmp_path / "run.h5"
+    jamlab.write(path, [disks(1, 0.3)])
+    image = path.read_bytes()[USER_BLOCK:]
+
+    def run(data):
+        path.write_bytes(add_checksum(damage_bytes(image, data)))
+        assert_harmless(tmp_path, "analyze", path.name)
+
+    try_all(run, examples, data=st.data())
+
+
+# text -----------------------------------------------------------------------------------------------------------------
+
+
+def damage_text(text, data):
+    """Replace, double, swap or drop words and lines; or cut, or put other bytes in."""
+    lines = text.splitlines(keepends=True)
+    for _ in range(data.draw(st.integers(1, 3))):
+        if not lines:
+            break
+        place = data.draw(st.integers(0, len(lines) - 1))
+        kind = data.draw(st.sampled_from(["word", "word", "drop", "double", "swap", "cut", "insert"]))
+        if kind == "word" and lines[place].split():
+            parts = lines[place].split(" ")
+            parts[data.draw(st.integers(0, len(parts) - 1))] = data.draw(words)
+            lines[place] = " ".join(parts)
+        elif kind == "drop":
+            del lines[place]
+        elif kind == "double":
+            lines.insert(place, lines[place])
+        elif kind == "swap":
+            other = data.draw(st.integers(0, len(lines) - 1))
+            lines[place], lines[other] = lines[other], lines[place]
+        elif kind == "cut":
+            lines[place:] = [lines[place][: data.draw(st.integers(0, len(lines[place])))]]
+        elif kind == "insert":
+            lines.insert(place, data.draw(words) + "\n")
+    content = "".join(lines).encode()
+    return damage_bytes(content, data) if content and data.draw(st.integers(0, 4)) == 0 else content
+
+
+@pytest.mark.parametrize("make", [disks, polygons])
+@pytest.mark.parametrize("suffix", ["data", "dump"])
+@twice
+def test_lammps_text(tmp_path, make, suffix, examples):
+    path = tmp_path / f"run.{suffix}"
+    if suffix == "data":
+        jamlab.write_data(path, make(1, 0.3))
+    else:
+        jamlab.write_dump(path, [make(1, 0.0), make(1, 0.3)])
+    text = path.read_text()
+
+    def run(data):
+        path.write_bytes(damage_text(text, data))
+        assert_harmless(tmp_path, "analyze", path.name)
+
+    try_all(run, examples, data=st.data())
+
+
+toml_values = st.recursive(
+    numbers.map(lambda value: "nan" if np.isnan(value) else repr(value))
+    | st.sampled_from(
+        ["1", "16", "-3", "9" * 40, "true", '"sp"', '"dp"', '"x"', '""', "1979-05-27", "0xff", "7:00:00"]
+    ),
+    lambda inner: (
+        st.lists(inner, max_size=3).map(lambda parts: "[" + ", ".join(parts) + "]")
+        | st.tuples(st.sampled_from(["to", "lowest", "ka", "contact", "a"]), inner).map(
+            lambda p: f"{{ {p[0]} = {p[1]} }}"
+        )
+    ),
+    max_leaves=5,
+)
+
+
+@twice
+def test_campaign_files(tmp_path, examples):
+    path = tmp_path / "c.toml"
+    keys = sorted(jamlab.campaign.file.SweepTable.model_fields)
+
+    def run(data):
+        text = campaigns.FULL
+        if data.draw(st.booleans()):
+            lines = text.splitlines()
+            places = [k for k, line in enumerate(lines) if " = " in line]
+            for place in data.draw(st.lists(st.sampled_from(places), min_size=1, max_size=3)):
+                key = data.draw(st.sampled_from([lines[place].split(" = ")[0], *keys]))
+                lines[place] = f"{key} = {data.draw(toml_values)}"
+            path.write_text("\n".join(lines))
+        else:
+            path.write_bytes(damage_text(text, data))
+        assert_harmless(tmp_path, "campaign", data.draw(st.sampled_from(["plan", "status"])), path.name)
+
+    try_all(run, examples, data=st.data())
+
+
+# command lines --------------------------------------------------------------------------------------------------------
+
+COMMANDS = {  # each with an option or argument that nothing can start from
+    ("jam", "--out", "absent/o.h5"): ["--model", "--n", "--seed", "--contact", "--search", "--ensemble", "--tolerance"],
+    ("jam", "--model", "tp"): ["--n", "--seed", "--out", "--tolerance"],
+    ("pack", "--out", "absent/o.h5"): ["--n", "--pressure", "--seed", "--ensemble", "--tolerance"],
+    ("compress", "absent.h5"): ["--to", "--step", "--nearest", "--frame", "--out", "--by"],
+    ("compress", "run.h5", "--out", "."): ["--to", "--step", "--nearest", "--frame"],
+    ("analyze", "absent.h5"): ["--pixel", "--film", "--dark"],
+    ("analyze", "run.h5"): ["--pixel", "--film", "--json"],
+    ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
+    ("figure",): ["--out", "--from", "--n"],
+    ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],
+    ("campaign", "export", "c.toml"): ["--to", "--format", "--table", "--sweep", "--out"],
+    ("campaign", "status", "c.toml"): ["--out", "--verify"],
+    ("campaign", "merge", "c.toml", "absent"): ["--out"],
+    ("decks",): ["--copy"],
+}
+
+
+@twice
+def test_command_lines(tmp_path, examples):
+    jamlab.write(tmp_path / "run.h5", [disks(1, 0.3)])
+    campaigns.written(tmp_path / "c.toml")
+    unwritable = st.sampled_from(["/dev/full", "/dev/null/x", "a" * 300, "absent/x", "run.h5/x", "\0", "/proc/x"])
+
+    def run(data):
+        command = data.draw(st.sampled_from(list(COMMANDS)))
+        options = []
+        for option in data.draw(st.lists(st.sampled_from(COMMANDS[command]), max_size=3)):
+            options += [option, data.draw(unwritable if option in ("--out", "--to", "--copy") else words)]
+        assert_harmless(tmp_path, *command, *options)
+
+    try_all(run, examples, data=st.data())

@@ -1,0 +1,189 @@
+"""HDF5 files that are damaged, or made to harm: noticed and named, never a traceback and never a wrong packing."""
+
+import h5py
+import numpy as np
+import pytest
+from commands import call
+from edited_files import edited
+from wandering_packings import disks, polygons
+
+from jamlab.errors import InputError, JamlabError, StorageError
+from jamlab.packing.checksum import USER_BLOCK, checksum
+from jamlab.packing.hdf5 import read, read_all, read_observables, write
+
+POSITIONS = "particles/all/position/value"
+BOX = "particles/all/box/edges/value"
+HISTORY = "parameters/provenance"
+
+
+@pytest.fixture(params=[disks, polygons], ids=["disks", "droplets"])
+def path(request, tmp_path):
+    write(tmp_path / "run.h5", [request.param(1, 0.3)], {"g": [1.0]})
+    return tmp_path / "run.h5"
+
+
+def replace(name, value, **how):
+    def edit(file):
+        del file[name]
+        file.create_dataset(name, data=value, **how)
+
+    return edit
+
+
+def declare(name, *shape, kind="f8"):
+    """A dataset without content: HDF5 hands out zeros for what is not stored."""
+
+    def edit(file):
+        del file[name]
+        file.create_dataset(name, shape=shape, dtype=kind, chunks=tuple(min(length, 1000) for length in shape))
+
+    return edit
+
+
+def link(name, target):
+    def edit(file):
+        del file[name]
+        file[name] = target
+
+    return edit
+
+
+def elsewhere(name, shape):
+    """Bytes of another file, taken for numbers."""
+
+    def edit(file):
+        del file[name]
+        file.create_dataset(name, shape, "f8", external=[("/etc/passwd", 0, 8 * int(np.prod(shape)))])
+
+    return edit
+
+
+def attribute(place, name, value):
+    return lambda file: file[place].attrs.__setitem__(name, value)
+
+
+def box(width, tilt, height):
+    return replace(BOX, np.array([[[width, 0, 0], [tilt, height, 0], [0, 0, 1]]], dtype=float))
+
+
+def scaled(factor):
+    def edit(file):
+        file[POSITIONS][...] *= factor
+
+    return edit
+
+
+def as_type(name, kind):
+    def edit(file):
+        values = file[name][()]
+        replace(name, values.astype(kind))(file)
+
+    return edit
+
+
+HOSTILE = {
+    **{f"provenance {text[:20]}": (replace(HISTORY, [text]), "provenance|damaged") for text in (
+        "null", "3", "[]", "NaN", '"a"', "{", "[" * 100_000, "9" * 5000)},
+    "provenance of numbers": (replace(HISTORY, [3]), "provenance holds values of type"),
+    "ensemble 3": (replace(HISTORY, ['{"ensemble": 3}']), "unknown ensemble 3"),
+    "max_force text": (replace(HISTORY, ['{"max_force": "a"}']), "max_force is 'a'"),
+    **{f"version {value}": (attribute("/", "schema_version", value), "schema_version|schema version") for value in (
+        np.inf, np.nan, "a", [1, 2], -1, 1.5, True, 10**18)},
+    "schema of numbers": (attribute("/", "schema", [1, 2]), "not from jamlab"),
+    "model of numbers": (attribute("parameters", "model", [1, 2]), "unknown model"),
+    "1e12 positions": (declare(POSITIONS, 1, 10**12, 3), "position/value is declared with"),
+    "1e12 frames": (declare(POSITIONS, 10**12, 5, 3), "position/value is declared with"),
+    "1e12 onsets": (declare("parameters/onset", 10**12), "onset has shape"),
+    "1e12 parameters": (declare("parameters/force_law/eps", 10**12), "force_law/eps is declared with"),
+    "bool positions": (as_type(POSITIONS, bool), "position/value holds values of type bool"),
+    "complex positions": (as_type(POSITIONS, complex), "position/value holds values of type complex"),
+    "flat positions": (replace(POSITIONS, np.zeros(6)), "position/value has shape"),
+    "far positions": (scaled(1e300), "boxes away|NaN|inf"),
+    "wide box": (box(1e300, 0, 1e300), "lengths must lie between"),
+    "tiny box": (box(1e-300, 0, 1e-300), "lengths must lie between"),
+    "tilted box": (box(3, 1e300, 3), "more tilted than"),
+    "hanging tilt": (box(3, 1e17, 3), "more tilted than"),
+    "flat box": (box(1e9, 0, 1), "flatter"),
+    "crowded box": (box(1e-3, 0, 1e-3), "squared sizes"),
+    "group for dataset": (link(POSITIONS, h5py.SoftLink("/parameters")), "is not a dataset"),
+    "dataset for group": (replace("parameters/force_law", 3), "damaged"),
+    "group among parameters": (lambda file: file.create_group("parameters/force_law/x"), "is not a dataset"),
+    "link to nowhere": (link(POSITIONS, h5py.SoftLink("/nowhere")), "is missing"),
+    "link out": (link(POSITIONS, h5py.ExternalLink("other.h5", "/x")), "lies in another file|is missing"),
+    "bytes of another file": (elsewhere(POSITIONS, (1, 5, 3)), "lies in another file"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_no_packing_can_be_is_named_with_file_and_thing(path, name):
+    edit, message = HOSTILE[name]
+    with h5py.File(path.parent / "other.h5", "w") as other:
+        other["x"] = np.zeros((1, 5, 3))
+    with edited(path) as file:
+        edit(file)
+    for act in (read, read_all):
+        with pytest.raises((StorageError, InputError), match=message) as caught:
+            act(path)
+        assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+    done = call(path.parent, "analyze", path.name)
+    assert done.exit_code == 1 and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "offsets", [[0, 2**62, 12], [0, -5, 12], [0, 5, 2**63 - 1], np.array([0, 5, 2**64 - 1], "u8"), [0.0, 5.0, 12.0]]
+)
+def test_offsets_that_lead_nowhere(tmp_path, offsets):
+    write(tmp_path / "run.h5", [polygons(1, 0.3)])
+    with edited(tmp_path / "run.h5") as file:
+        replace("parameters/offsets", offsets)(file)
+    with pytest.raises((StorageError, InputError), match=r"offsets|vertices"):
+        read(tmp_path / "run.h5")
+
+
+def test_observables_of_another_kind(path):
+    for edit in (
+        as_type("observables/g/value", "S"),
+        declare("observables/g/value", 10**12),
+        replace("observables", 3),
+    ):
+        with edited(path) as file:
+            edit(file)
+        with pytest.raises(StorageError, match=r"run\.h5"):
+            read_observables(path)
+
+
+def test_a_file_without_checksum_is_read_and_analyze_says_so(path):
+    packing = read(path)
+    assert checksum(path).label == "packings" and checksum(path).matches
+    assert "checksum" not in call(path.parent, "analyze", path.name).stderr
+    path.write_bytes(path.read_bytes()[USER_BLOCK:])
+    assert checksum(path) is None
+    assert read(path).positions.tobytes() == packing.positions.tobytes()
+    assert "run.h5 has no checksum: damage to it would go unnoticed" in call(path.parent, "analyze", path.name).stderr
+
+
+def test_a_change_by_hand_is_noticed(path):
+    with h5py.File(path, "r+") as file:
+        file[POSITIONS][0, 0, 0] += 1e-9
+    with pytest.raises(StorageError, match="its checksum does not match"):
+        read(path)
+    content = bytearray(path.read_bytes())
+    content[3] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(StorageError, match="the line with its checksum is unreadable"):
+        read(path)
+
+
+@pytest.mark.parametrize("flips", [30, pytest.param(200, marks=pytest.mark.slow)])
+def test_single_bit_flips_are_noticed(path, flips):
+    """Of 400 flips, 21 changed the content silently before there was a checksum."""
+    whole = path.read_bytes()
+    rng = np.random.default_rng(flips)
+    for place, bit in zip(rng.integers(len(whole), size=flips), rng.integers(8, size=flips), strict=True):
+        content = bytearray(whole)
+        content[place] ^= 1 << bit
+        path.write_bytes(content)
+        with pytest.raises(JamlabError, match=r"run\.h5 is (damaged|not an HDF5 file)"):
+            read(path)
+    path.write_bytes(whole)
+    read(path)
