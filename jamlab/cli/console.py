@@ -12,15 +12,17 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
     from jamlab.protocols.relaxation import Progress
     from jamlab.rheology.mean_spectrum import Spectra
 
-# a file or a pipe has no width of its own, and tables must not be cut there: the widest one needs under 160
-out_console = Console(width=None if sys.stdout.isatty() else 160)
-err_console = Console(stderr=True)
+# names may hold [brackets], which are no markup; a file or a pipe has no width of its own, and tables must not be cut
+# there: the widest one needs under 160
+out_console = Console(width=None if sys.stdout.isatty() else 160, markup=False, emoji=False)
+err_console = Console(stderr=True, markup=False, emoji=False)
 
 _START = 0.2  # packing fraction of random starts, where bars begin
 
@@ -63,7 +65,7 @@ def progress_bar(name: str, to: float) -> "Iterator[Progress]":
 
 def print_stage(name: str) -> None:
     """Print one line of progress on stderr."""
-    err_console.print(f"[dim]{name}[/]", highlight=False)
+    err_console.print(Text(name, style="dim"), soft_wrap=True)
 
 
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
