@@ -12,4 +12,5 @@ def call(folder, *words):
     with contextlib.chdir(folder):
         done = CliRunner().invoke(app, [str(word) for word in words])
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    assert "a fault of jamlab" not in done.stderr, done.stderr
     return done

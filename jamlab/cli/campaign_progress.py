@@ -23,7 +23,7 @@ def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Calla
     wanted = wanted_batches(batches(campaign.content, only), campaign.folder)
     names = {name for batch in wanted for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     describe_kept(
         lambda: (
             f"{len(names & campaign.folder.finished())} of {total} tasks are finished in {campaign.folder.path}; "

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
     from jamlab.rheology.mean_spectrum import Spectra
 
-# a file or a pipe has no width of its own
-out_console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160)
-err_console = Console(stderr=True)
+# names may hold [brackets], which are no markup; a file or a pipe has no width of its own
+out_console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160, markup=False, emoji=False)
+err_console = Console(stderr=True, markup=False, emoji=False)
 
 # name in files -> heading and format of a table; files and --json hold all of jamlab.measure.COLUMNS
 SHOWN = {

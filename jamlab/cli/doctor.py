@@ -1,7 +1,7 @@
 """`jamlab doctor`: check the installation."""
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.options import Json
@@ -16,7 +16,7 @@ def doctor(as_json: Json = False) -> None:
         print_json({f.subject: {"ok": f.right, "detail": f.detail} for f in findings})
     else:
         for f in findings:
-            mark = "[green]ok  [/]" if f.right else "[red]FAIL[/]"
-            out_console.print(f"{mark} {f.subject:12s} {escape(f.detail)}", soft_wrap=True)
+            mark = Text("ok  ", style="green") if f.right else Text("FAIL", style="red")
+            out_console.print(mark, f"{f.subject:12s} {f.detail}", soft_wrap=True)
     if not all(f.right for f in findings):
         raise typer.Exit(1)

@@ -10,6 +10,8 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Frame, Json, Seed
 from jamlab.errors import InputError
 
+MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
+
 
 def gstar(
     files: Annotated[
@@ -43,8 +45,11 @@ def gstar(
     from jamlab.rheology.damping import ContactDamping, StokesDrag
     from jamlab.rheology.mean_spectrum import mean_spectra
 
-    if not 0 < omega_min < omega_max or points < 2:
-        raise InputError(f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max and 2 points")
+    if not 0 < omega_min < omega_max < np.inf or not 2 <= points <= MOST_POINTS:
+        raise InputError(
+            f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max"
+            f" and 2 to {MOST_POINTS} points"
+        )
     if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
     if out is not None:

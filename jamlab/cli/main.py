@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 from typer.core import TyperGroup
+from typer.exceptions import TyperException
 
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze
@@ -40,11 +42,25 @@ class Commands(TyperGroup):
         """Run the command; exit with 1 after an error."""
         try:
             return super().invoke(ctx)
-        except JamlabError as error:
+        except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
+            raise
+        except Exception as error:
             if self.debug:
                 raise
-            err_console.print(f"[red]error:[/] {error}", soft_wrap=True, highlight=False)
+            err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
             raise typer.Exit(1) from None
+
+
+def _line(error: Exception) -> str:
+    if isinstance(error, JamlabError):
+        return " ".join(str(error).split())
+    if isinstance(error, BrokenPipeError):
+        return "the program that reads the output has ended"
+    if isinstance(error, OSError):
+        return f"{error.filename or 'the system'}: {error.strerror or error}"
+    if isinstance(error, MemoryError):
+        return "not enough memory: choose fewer particles or points"
+    return f"a fault of jamlab, please report it with what --debug shows: {type(error).__name__}: {error}"
 
 
 app = typer.Typer(

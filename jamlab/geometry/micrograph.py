@@ -10,6 +10,7 @@ Sources: N. Otsu, IEEE Trans. SMC 9, 62 (1979); F. M. Schaller et al., Philos. M
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ from jamlab.representation import short_repr
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+LARGEST = 1e100  # size of a pixel, so that areas are finite
+MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
 MODES = 16  # Fourier modes of an outline: enough for flats and corners (shape within 0.008), too few for pixel steps
 OUTLINE_POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
 SMALLEST = 30  # pixels, of a droplet: below, radius 3, noise looks the same
@@ -108,8 +111,8 @@ def micrograph(
             or no whole droplet is found.
     """
     for name, value in (("pixel", pixel), ("film", film)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} is {value}: must be a positive number")
+        if not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
+            raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
     grey = _read_grey(picture)
     height, width = grey.shape
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
@@ -157,10 +160,7 @@ def _skimage() -> Any:
 def _read_grey(picture: str | Path | ArrayLike) -> Array:
     skimage = _skimage()
     if isinstance(picture, str | Path):
-        try:
-            picture = np.asarray(Image.open(picture))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{picture} cannot be read as a picture: {error}") from None
+        picture = _read_file(picture)
     values = np.asarray(picture, dtype=np.float64)
     if values.ndim == 3 and values.shape[2] in (3, 4):
         values = skimage.color.rgb2gray(values[..., :3])
@@ -169,6 +169,24 @@ def _read_grey(picture: str | Path | ArrayLike) -> Array:
     if not np.isfinite(values).all() or np.ptp(values) == 0:
         raise InputError("the picture must hold finite values that are not all the same")
     return values
+
+
+def _read_file(path: str | Path) -> NDArray[Any]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path) as image:  # reads the size only
+                if image.width * image.height > MOST_PIXELS:
+                    raise InputError(
+                        f"{path} has {image.width} x {image.height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most"
+                    )
+                return np.asarray(image)
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise InputError(f"{path} is too large: cut it to {MOST_PIXELS:.0e} pixels at most") from None
+    except InputError:
+        raise
+    except (OSError, ValueError, SyntaxError, EOFError) as error:  # SyntaxError: what Pillow calls a broken PNG
+        raise InputError(f"{path} cannot be read as a picture: {error}") from None
 
 
 def _segment(grey: Array) -> Indices:

@@ -1,8 +1,10 @@
 """The command line as a user meets it: exit codes, one-line errors, nothing half-written."""
 
 import json
+import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import h5py
@@ -200,14 +202,34 @@ BAD = [
     (("pack", "--pressure", "0.1", "--ranks", "0"), "ranks = 0"),
     (("analyze", "absent.png"), "absent.png"),
     (("demo", "--n", "3"), "n = 3"),
+    (("demo", "--to", "2"), "to = 2.0"),
+    (("demo", "--seed", "-1"), "seed = -1"),
+    (("jam", "--n", "8", "--out", "nowhere[bold]/[/x].h5"), "nowhere[bold]/[/x].h5"),
+    (("compress", "[red]:smile:[/].h5", "--to", "0.9"), "[red]:smile:[/].h5"),
+    (("jam", "--n", "8", "--out", "x" * 300 + ".h5"), "x" * 300),
+    (("demo", "--n", "8", "--out", "x" * 300), "x" * 300),
+    (("gstar", "{packed}", "--points", "1000000000000"), "1000000000000 points"),
+    (("gstar", "{packed}", "--omega-max", "inf"), "inf"),
+    (("analyze", "7000.png"), "7000.png has 7000 x 7000 pixels"),
+    (("analyze", "100000.png"), "100000.png is too large"),
+    (("analyze", "7000.png", "--pixel", "1e300"), "pixel is 1e+300"),
     (("demo", "--n", "8", "--out", "foreign.h5"), "foreign.h5"),
 ]
+
+
+def png_header(side):
+    """The beginning of a picture of side x side pixels; the pixels are missing."""
+    header = b"IHDR" + struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    checksum = struct.pack(">I", zlib.crc32(header))
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + checksum + b"\0\0\0\0IDAT"
 
 
 @pytest.mark.parametrize(("arguments", "named"), BAD, ids=[" ".join(a) for a, _ in BAD])
 def test_bad_input_names_the_value_and_writes_nothing(packed, tmp_path, arguments, named):
     with h5py.File(tmp_path / "foreign.h5", "w") as file:
         file["x"] = 1
+    for side in (7000, 100_000):
+        (tmp_path / f"{side}.png").write_bytes(png_header(side))
     before = sorted(tmp_path.iterdir())
     done = call(tmp_path, *(a.format(packed=packed[0]) for a in arguments))
     assert done.exit_code != 0
