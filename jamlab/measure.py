@@ -29,12 +29,6 @@ COLUMNS = (
     *("voids", "void_sides", "void_area", "void_shape", "max_force"),
 )
 
-LABELS = {  # of the columns that are easily mistaken for another quantity
-    "g": "relaxed shear modulus, mean over directions",
-    "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
-    "b": "relaxed bulk modulus",
-}
-
 
 QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
 

@@ -47,8 +47,9 @@ def print_stage(name: str) -> None:
 
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
     """Measure packings, write them to `out` if it is given, and print what was measured."""
-    from jamlab.measure import LABELS, table, why_no_modulus
+    from jamlab.measure import table, why_no_modulus
     from jamlab.packing.hdf5 import write
+    from jamlab.packing.observable_labels import LABELS
 
     measured = table(packings)
     if out is not None:

@@ -41,6 +41,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.checksum import add_checksum
+from jamlab.packing.observable_labels import LABELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.stored_values import NUMBERS, dataset
 from jamlab.packing.verified_file import REMEDY, SCHEMA, SCHEMA_VERSION, FilePath, jamlab_version, opened
@@ -95,6 +96,8 @@ def file_image(
         group = file.create_group("observables")
         for name, values in results.items():
             _write_element(group, name, values, clock=particles["position"])
+            if name in LABELS:
+                group[name].attrs["description"] = LABELS[name]
         if extend is not None:
             extend(file)
         file.flush()

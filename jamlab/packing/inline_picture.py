@@ -15,7 +15,7 @@ _COLOURS = ("#CC79A7", "#0072B2")  # small, large
 
 
 def draw_svg(packing: "Packing") -> str:
-    """SVG of one periodic cell: small particles pink, large ones blue; polygons without their rims.
+    """SVG of one periodic cell: small particles pink, large ones blue; polygons with their rims, drawn as strokes.
 
     Returns:
         An `<svg>` element, or "" for more particles than such a picture can show.
@@ -32,7 +32,7 @@ def draw_svg(packing: "Packing") -> str:
     size = f'width="{scale * width:.0f}" height="{scale * height:.0f}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" {size}><clipPath id="{name}"><polygon points="{cell}"/></clipPath>'
-        f'<g clip-path="url(#{name})" fill-opacity="0.6" stroke="#333" stroke-width="0.5">{"".join(shapes)}</g>'
+        f'<g clip-path="url(#{name})" opacity="0.6" stroke="#333" stroke-width="0.5">{"".join(shapes)}</g>'
         f'<polygon points="{cell}" fill="none" stroke="black"/></svg>'
     )
 
@@ -52,23 +52,26 @@ def _copies(packing: "Packing") -> list[tuple[int, np.ndarray]]:
 
 
 def _reach(packing: "Packing") -> np.ndarray:
-    """(n,) radius around the centroid that holds the particle."""
+    """(n,) radius around the centroid that holds the particle with its rim."""
     if packing.diameters is not None:
         return np.asarray(0.5 * packing.diameters)
     assert packing.offsets is not None
     from_centre = packing.positions - packing.centroids[packing.particle]
-    return np.asarray(np.maximum.reduceat(np.hypot(*from_centre.T), packing.offsets[:-1]))
+    rim = 0.5 * packing.params["delta"]
+    return np.asarray(np.maximum.reduceat(np.hypot(*from_centre.T), packing.offsets[:-1]) + rim)
 
 
 def _shape(packing: "Packing", m: int, move: np.ndarray, scale: float, left: float, height: float) -> str:
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    fill = f'fill="{_COLOURS[int(sizes[m] > sizes.mean())]}"'
+    colour = _COLOURS[int(sizes[m] > sizes.mean())]
+    fill = f'fill="{colour}"'
     if packing.offsets is None:
         x, y = packing.positions[m] + move
         place = f'cx="{scale * (x - left):.1f}" cy="{scale * (height - y):.1f}"'
         return f'<circle {place} r="{0.5 * scale * sizes[m]:.1f}" {fill}/>'
     ring = packing.positions[packing.offsets[m] : packing.offsets[m + 1]] + move
-    return f'<polygon points="{_points(ring, scale, left, height)}" {fill}/>'
+    rim = f'stroke="{colour}" stroke-width="{scale * packing.params["delta"]:.1f}" stroke-linejoin="round"'
+    return f'<polygon points="{_points(ring, scale, left, height)}" {fill} {rim}/>'
 
 
 def _points(ring: np.ndarray, scale: float, left: float, height: float) -> str:

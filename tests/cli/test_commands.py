@@ -38,6 +38,10 @@ def test_pack_writes_what_it_prints(packed):
     assert abs(printed["pressure"][0] / 0.02 - 1) < 1e-6
     assert printed["rho"][0] == jamlab.packing_fraction(packing)
     assert printed["converged"] == [True]
+    with h5py.File(path) as file:
+        described = {name: file["observables"][name].attrs["description"] for name in ("g", "g_x")}
+    assert "mean over directions" in described["g"] and "along x" in described["g_x"]
+    assert described.items() <= printed["labels"].items()
 
 
 def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
