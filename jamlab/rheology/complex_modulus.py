@@ -34,6 +34,7 @@ _SLOWEST, _FASTEST = 1e-100, 1e100
 # Drag of sliding over that of approach: outside, the fast limit leaves errors of its own, which bounds of rounding do
 # not see, and the direct solver is asked as well. 0 leaves sliding out.
 _EVEN_CONTRAST = (1e-4, 100.0)
+_BETWEEN_CHECKS = 4.0  # by which a difference to the direct solver may grow from one check to the next
 
 
 @dataclass(frozen=True)
@@ -193,11 +194,12 @@ def _estimate_rounding(
     q = limits.slow[:, None] + basis @ found.coefficients(samples)
     modulus = elements.modulus(samples)
     gap = modulus - variational_modulus(motion, q, samples)
-    bound = rounding_error(motion, q, samples) + _by_parts(gap)
+    bound, least = rounding_error(motion, q, samples) + _by_parts(gap), _by_parts(modulus)
     if motion.contrast and not _EVEN_CONTRAST[0] <= motion.contrast <= _EVEN_CONTRAST[1]:
         direct, own = _solve_each(motion, samples)
-        bound = bound + _by_parts(modulus - direct) + own
-    relative = larger_relative(bound, modulus)
+        bound = bound + _BETWEEN_CHECKS * _by_parts(modulus - direct) + own
+        least = np.minimum(least.real, np.abs(direct.real)) + 1j * np.minimum(least.imag, np.abs(direct.imag))
+    relative = larger_relative(bound, least)
     return np.asarray(np.exp(np.interp(np.log(omega), np.log(samples), np.log(relative))))
 
 

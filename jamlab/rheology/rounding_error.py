@@ -15,7 +15,9 @@ Complex = NDArray[np.complex128]
 
 # Entries of K and B are sums of a few products each, so that they err by a few units in the last place; with four, the
 # estimate is never ten times too low against extended precision (tests/rheology/test_complex_modulus.py).
-_UNITS = 4.0 * float(np.finfo(np.float64).eps)
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+
+_NOTHING = 1e-200  # below every modulus at a frequency that is allowed
 
 
 def variational_modulus(motion: EquationOfMotion, q: Complex, omega: Array) -> Complex:
@@ -44,12 +46,12 @@ def rounding_error(motion: EquationOfMotion, q: Complex, omega: Array) -> Comple
     k_fast, b_slow, b_fast = k @ fast, b @ slow, b @ fast
     storage = dot(slow, k @ slow) + dot(fast, k_fast) + 2 * omega * dot(slow, b_fast)
     loss = 2 * dot(slow, k_fast) + omega * (dot(slow, b_slow) + dot(fast, b_fast))
-    return np.asarray(_UNITS * (storage + 1j * loss) / motion.area)
+    return np.asarray(ROUNDING * (storage + 1j * loss) / motion.area)
 
 
 def larger_relative(error: Complex, modulus: Complex) -> Array:
-    """(f,) larger of the relative errors of G' and G''."""
+    """(f,) larger of the relative errors of G' and G''; enormous where one of them is 0."""
     return np.maximum(
-        np.abs(error.real) / np.abs(modulus.real),
-        np.abs(error.imag) / np.abs(modulus.imag),
+        np.abs(error.real) / np.maximum(np.abs(modulus.real), _NOTHING),
+        np.abs(error.imag) / np.maximum(np.abs(modulus.imag), _NOTHING),
     )

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.errors import ConvergenceError
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 
@@ -34,11 +35,22 @@ class ShiftedSolver:
         )  # 0, 1 or 2 rotations in an entry
 
     def factorise(self, shift: float) -> None:
-        """Factorise K + s B for a shift s, 1/tau_1."""
+        """Factorise K + s B for a shift s, 1/tau_1.
+
+        Raises:
+            ConvergenceError: rounding of s B exceeds what holds the modes that B leaves free, or the reverse.
+        """
         self._root = float(np.sqrt(shift))
         values = self._k + np.array([shift, self._root, 1.0])[self._turning] * self._b
         pattern = self._pattern
-        self._solver.factorise(sparse.csc_array((values, pattern.indices, pattern.indptr), shape=pattern.shape))
+        matrix = sparse.csc_array((values, pattern.indices, pattern.indptr), shape=pattern.shape)
+        try:
+            self._solver.factorise(matrix)
+        except ConvergenceError as error:
+            raise ConvergenceError(
+                f"K + s B has no digits left at s = {shift:.2g}: ask for less extreme frequencies or beta, or use "
+                f"method='direct' ({error})"
+            ) from error
 
     def solve(self, load: Array) -> Array:
         """Solve for the response (m,) to forces and torques (m,), less drift."""

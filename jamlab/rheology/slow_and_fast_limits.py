@@ -12,6 +12,7 @@ from jamlab.mechanics.elasticity import LARGEST_RESIDUAL
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.rheology.equation_of_motion import EquationOfMotion
+from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.rheology.shifted_solver import ShiftedSolver
 
 Array = NDArray[np.float64]
@@ -68,7 +69,7 @@ def find_limits(motion: EquationOfMotion) -> Limits:
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
     dissipation = float(strained_fast @ (motion.b @ strained_fast))
     magnitude = float(np.abs(strained_fast) @ (abs(motion.b) @ np.abs(strained_fast)))
-    if dissipation <= float(np.finfo(np.float64).eps) * magnitude:  # nothing is left but rounding
+    if dissipation <= ROUNDING * magnitude:  # nothing else is left
         dissipation = 0.0
     return Limits(
         slow=slow,

@@ -81,6 +81,54 @@ def test_solvers_are_exact_and_know_their_error(packing, law, prestress):
         assert np.all(error < 10 * s.error) and s.error.max() < 1e-8
 
 
+def eliminated(motion, omega):
+    """G* by Gaussian elimination in 64-bit mantissas, largest pivots first: no double takes part."""
+    k, b = (m.toarray().astype(np.longdouble) for m in (motion.k, motion.b))
+    values = []
+    for w in omega:
+        m = k + np.clongdouble(1j * w) * b
+        for i in range(motion.size):
+            pivot = i + np.argmax(np.abs(np.diag(m)[i:-1]))
+            m[[i, pivot]] = m[[pivot, i]]
+            m[:, [i, pivot]] = m[:, [pivot, i]]
+            m[i + 1 :, i + 1 :] -= np.outer(m[i + 1 :, i], m[i, i + 1 :] / m[i, i])
+        values.append(m[-1, -1] / motion.area)
+    return np.array(values)
+
+
+@pytest.mark.parametrize("beta", [1e-8, 1e-4, 1e2, 1e4, 1e6, 1e8])
+@pytest.mark.parametrize("case", [(16, 1e-2), (64, 1e-2), (64, 1e-6)], ids=str)
+def test_estimates_cover_the_error_of_uneven_drag(case, beta):
+    """Disks, eighteen decades of frequency, sixteen of beta: 1e-7 at worst by the direct solver."""
+    p, omega, law = jamlab.pack(n=case[0], pressure=case[1], seed=1), np.logspace(-10, 8, 7), ContactDamping(beta=beta)
+    exact = eliminated(equation_of_motion(force_network(p), law), omega)
+    for method in SOLVERS:
+        s = jamlab.complex_modulus(p, omega, law, method=method)
+        error = relative(modulus(s), exact).astype(float)
+        assert np.all(error < s.error)
+        assert error.max() < (1e-7 if method == "direct" else 1e-3)
+
+
+@pytest.mark.parametrize("beta", [1e-8, 1e4, 1e8])
+def test_estimates_cover_the_error_of_uneven_drag_between_droplets(dp_dense, beta):
+    """Where rounding takes all digits the estimate is above 1, or the solver refuses and says what to do."""
+    law = ContactDamping(beta=beta)
+    motion = equation_of_motion(force_network(dp_dense), law)
+    refused = 0
+    for omega in (1e-4, 1.0, 1e4, 1e7):
+        exact = eliminated(motion, [omega])
+        for method in SOLVERS:
+            try:
+                s = jamlab.complex_modulus(dp_dense, [omega], law, method=method)
+            except jamlab.ConvergenceError as error:
+                assert "method='d" in str(error) and omega * max(beta, 1.0) > 1e4
+                refused += 1
+                continue
+            error = float(relative(modulus(s), exact)[0])
+            assert error < s.error[0] or s.error[0] > 1
+    assert refused < 6
+
+
 @pytest.mark.parametrize("law", LAWS[:1] + LAWS[4:], ids=str)
 @pytest.mark.parametrize("pressure", [1e-2, 1e-5])
 def test_reduced_equals_direct(law, pressure):
@@ -252,6 +300,22 @@ def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
         return
     s = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
     assert relative(modulus(s), modulus(plain)).max() < 1e-9
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("omega", [1e-300, 1e150])
+def test_frequencies_that_overflow_are_refused(packings, method, omega):
+    """With the limit to use instead; 1e30 is none of them for disks."""
+    with pytest.raises(jamlab.InputError, match=r"beyond, G\* is its limit"):
+        jamlab.complex_modulus(packings[1e-4], [omega], method=method)
+    s = jamlab.complex_modulus(packings[1e-4], [1e30], method=method)
+    assert s.loss[0] == pytest.approx(1e30 * s.eta_inf, rel=1e-9)
+
+
+def test_direct_solver_refuses_what_rounding_has_taken(dp_dense):
+    """Droplets have ways to flow without drag, which K alone holds: beside 1e30 B it is lost."""
+    with pytest.raises(jamlab.ConvergenceError, match=r"omega = 1e\+30.*no digit.*method='dense'"):
+        jamlab.complex_modulus(dp_dense, [1.0, 1e30], method="direct")
 
 
 def test_no_frequency_is_refused(packings):
