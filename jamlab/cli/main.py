@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import typer
+from rich.markup import escape
 from typer.core import TyperGroup
 
 from jamlab.cli import campaign
@@ -41,7 +42,7 @@ class Commands(TyperGroup):
         except JamlabError as error:
             if self.debug:
                 raise
-            err_console.print(f"[red]error:[/] {error}", soft_wrap=True, highlight=False)
+            err_console.print(f"[red]error:[/] {escape(str(error))}", soft_wrap=True, highlight=False)
             raise typer.Exit(1) from None
 
 
