@@ -76,12 +76,7 @@ def jam(
     """
     protocol = {name: float(value) for name, value in defaults("protocol").items()}
     _check(model, search, ensemble, start, ratio, parameters)
-    first_step = protocol["step" if search == "bisection" else "step_paper"] if step is None else step
-    check_number("step", first_step, 0.5)
-    if first_step < protocol["increment_least"]:
-        raise InputError(
-            f"step = {first_step:g}: the search ends at {protocol['increment_least']:g}, give a larger step"
-        )
+    first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()

@@ -16,7 +16,7 @@ from jamlab.packing.versions import versions
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance, quench
+from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, check_tolerance, force_tolerance, quench
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
@@ -92,23 +92,36 @@ def pack(
     start = random_disks(n, seed, phi=phi, units="k", ratio=ratio, large=large).with_state(ensemble=ensemble)
     with Session(start, ranks=ranks) as session:
         packing = _walk(session, pressure, search, progress)
-        rise = pressure
-        near = False
-        for _ in range(PRESSURE.refinements):
-            session.load(packing)
-            found = relax_state(session, force, near=near, least_pressure=search["loose"] * pressure)
-            packing, reached = session.packing(), found.evaluation.pressure
-            if progress is not None:
-                progress("pressure", packing.phi)
-            if found.converged and abs(reached / pressure - 1) <= search["miss"]:
-                return _finish(packing, found, seed, time.perf_counter() - began)
-            near = abs(reached / pressure - 1) < PRESSURE.near
-            if reached < search["loose"] * pressure:
-                packing, rise = at_phi(packing, packing.phi + rise), 2 * rise
-            else:
-                packing, rise = _step_nearer(packing, reached, pressure, search["slope"]), pressure
+        packing, found = _refine(session, packing, pressure, search, force, relax_state, progress)
+    return _finish(packing, found, seed, time.perf_counter() - began)
+
+
+def _refine(
+    session: Session,
+    packing: Packing,
+    pressure: float,
+    search: dict[str, float],
+    force: float,
+    relax_state: Minimizer,
+    progress: Progress | None,
+) -> tuple[Packing, Relaxed]:
+    """Relax to the end, and correct phi until the pressure is met."""
+    rise, near = pressure, False
+    for _ in range(PRESSURE.refinements):
+        session.load(packing)
+        found = relax_state(session, force, near=near, least_pressure=search["loose"] * pressure)
+        packing, reached = session.packing(), found.evaluation.pressure
+        if progress is not None:
+            progress("pressure", packing.phi)
+        if found.converged and abs(reached / pressure - 1) <= search["miss"]:
+            return packing, found
+        near = abs(reached / pressure - 1) < PRESSURE.near
+        if reached < search["loose"] * pressure:
+            packing, rise = at_phi(packing, packing.phi + rise), 2 * rise
+        else:
+            packing, rise = _step_nearer(packing, reached, pressure, search["slope"]), pressure
     raise ConvergenceError(
-        f"pressure {pressure:g} not met with n = {n}, seed = {seed}: the search ended at {reached:g}; try another seed"
+        f"pressure {pressure:g} not met with n = {packing.n}: the search ended at {reached:g}; try another seed"
     )
 
 
