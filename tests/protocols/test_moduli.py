@@ -245,3 +245,27 @@ def test_what_has_no_spectrum_is_refused(packings, dp_onset):
             damping(-1)
         with pytest.raises(jamlab.InputError, match="tau = 0: must be a positive time"):
             damping(1.0, tau=0)
+
+
+# small boxes and other lengths ----------------------------------------------------------------------------------------
+
+
+def test_two_disks_answer_finite_strain_as_linear_response():
+    """Sheared too far, one image of a contact takes the place of another: the same pair, not the same contact."""
+    p = jamlab.jam(n=2)
+    assert jamlab.shear_modulus(p) == pytest.approx(0.5, rel=1e-6)
+    assert jamlab.shear_modulus(p, "finite-strain") == pytest.approx(jamlab.shear_modulus(p), rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e3, 1e6])
+def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length(scale):
+    """Forces are compared with pressure times size; what is not at rest is not at rest in any unit either."""
+    p = jamlab.jam(n=16, seed=1)
+
+    def scaled(q):
+        return q.with_state(positions=scale * q.positions, box=scale * q.box, diameters=scale * q.diameters)
+
+    assert jamlab.shear_modulus(scaled(p)) * scale**2 == pytest.approx(jamlab.shear_modulus(p), rel=1e-9)
+    push = np.random.default_rng(0).normal(size=p.positions.shape) * 1e-8
+    with pytest.raises(jamlab.ConvergenceError, match=r"not at an energy minimum.*relax it first"):
+        jamlab.shear_modulus(scaled(p.with_state(positions=p.positions + push)))

@@ -231,3 +231,11 @@ def test_at_phi_refuses_more_than_two(sp_jammed):
 
     with pytest.raises(jamlab.InputError, match=r"phi = 2\.1.*between 0 and 2"):
         at_phi(sp_jammed, 2.1)
+
+
+def test_onset_needs_a_backbone():
+    """Two disks that press on each other's images through the box are no packing: the search goes on from there."""
+    p = jamlab.jam(n=4, seed=1, ensemble="shear-stabilized")
+    c = jamlab.contacts(p)
+    assert_onset(p, "sp", 4, 1, 1e-12)
+    assert c.backbone == 4 and c.count == c.isostatic + 3  # a crystal
