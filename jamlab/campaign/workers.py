@@ -6,10 +6,13 @@ the driver.
 """
 
 import contextlib
+import inspect
 import logging
 import os
 import shutil
 import socket
+import subprocess
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -32,6 +35,7 @@ _SETTINGS = {
 }
 _FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs already
 _KNOCK_TIMEOUT = 5.0  # s
+_SBATCH_TIMEOUT = 60.0  # s
 _RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
 _SLURM_DEFAULTS = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
 
@@ -96,6 +100,8 @@ class Workers:
     def _slurm_cluster(self) -> "SLURMCluster":
         try:
             from dask_jobqueue import SLURMCluster
+            from dask_jobqueue.core import Job, JobQueueCluster
+            from dask_jobqueue.slurm import SLURMJob
         except ImportError:
             raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
         if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
@@ -104,11 +110,46 @@ class Workers:
                 " --workers or --scheduler"
             )
         options = _SLURM_DEFAULTS | self.slurm_options
+        known = {name for part in (SLURMJob, Job, JobQueueCluster) for name in inspect.signature(part).parameters}
+        if unknown := options.keys() - known:
+            names = ", ".join(sorted(unknown))
+            raise InputError(f"[slurm] of the campaign file: unknown key {names}; see dask_jobqueue.SLURMCluster")
         fixed = {"processes": 1, "death_timeout": DEATH_TIMEOUT}
         try:
-            return SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
+            cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
-            raise InputError(f"[slurm] of the campaign file: {error}; see dask_jobqueue.SLURMCluster") from error
+            reason = str(error).partition(". ")[0]
+            raise InputError(f"[slurm] of the campaign file: {reason}; see dask_jobqueue.SLURMCluster") from error
+        try:
+            _try_submission(cluster.job_script())
+        except BaseException:
+            cluster.close()
+            raise
+        return cluster
+
+
+def _try_submission(script: str) -> None:
+    """Let SLURM say at once what is wrong with a job; Dask would log a traceback and wait for workers for ever.
+
+    Raises:
+        InputError: with SLURM's own words.
+    """
+    with tempfile.NamedTemporaryFile("w", suffix=".sh") as file:
+        file.write(script)
+        file.flush()
+        try:
+            done = subprocess.run(
+                ["sbatch", "--test-only", file.name],
+                capture_output=True,
+                text=True,
+                timeout=_SBATCH_TIMEOUT,
+                check=False,
+            )
+        except (OSError, subprocess.SubprocessError) as error:
+            raise InputError(f"sbatch cannot be run: {error}") from error
+    if done.returncode:
+        reason = " ".join(done.stderr.split()) or f"sbatch ended with {done.returncode}"
+        raise InputError(f"SLURM refuses the job: {reason}; change [slurm] of the campaign file")
 
 
 def _cancel_all(client: "Client") -> None:

@@ -25,15 +25,13 @@ Folder = Annotated[
 Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; can be repeated.")]
 Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")]
-Slurm = Annotated[
-    bool,
-    typer.Option(
-        "--slurm",
-        help="Run as SLURM jobs, each one task at a time on one core. [slurm] in the file holds arguments of"
-        ' dask_jobqueue.SLURMCluster: queue, account, walltime = "24:00:00", memory = "2 GB" (these two are the'
-        ' defaults), job_extra_directives = ["--qos=long"], job_script_prologue = ["module load ..."].',
-    ),
-]
+SLURM_HELP = (
+    "Run on SLURM: every worker is a job of 1 core, 2 GB and 24 h, unless the table [slurm] of the file "
+    'says otherwise: queue = "short", account, walltime = "04:00:00", memory = "4 GB", '
+    'job_extra_directives = ["--qos=low"], job_script_prologue = ["module load python"], interface = "ib0": '
+    "the keys of dask_jobqueue.SLURMCluster."
+)
+Slurm = Annotated[bool, typer.Option("--slurm", help=SLURM_HELP)]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
 Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 

@@ -9,6 +9,7 @@ import tomllib
 
 import psutil
 import pytest
+from commands import call
 
 import jamlab
 from jamlab.campaign import driver, worker_supply
@@ -105,18 +106,13 @@ def test_a_task_that_kills_its_workers_is_recorded(campaign, monkeypatch):
 
 
 @pytest.mark.slow
-def test_no_scheduler_there(campaign):
-    with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:9.*start"):
-        campaign.run(scheduler="tcp://127.0.0.1:9")
-
-
-@pytest.mark.slow
 def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     """With sbatch and scancel that run jobs here; the real sbatch keeps a copy of the script too."""
     pytest.importorskip("dask_jobqueue")
     bin_ = tmp_path / "bin"
     bin_.mkdir()
-    job = '#!/bin/bash\ncp "$1" {0}/job.sh\nsetsid bash {0}/job.sh > {0}/job.log 2>&1 &\n'
+    job = '#!/bin/bash\n[ "$1" = --test-only ] && exit 0\ncp "$1" {0}/job.sh\n'
+    job += "setsid bash {0}/job.sh > {0}/job.log 2>&1 &\n"
     job += 'echo $! >> {0}/jobs\necho "job $!"\n'
     (bin_ / "sbatch").write_text(job.format(tmp_path))
     (bin_ / "scancel").write_text('#!/bin/bash\nfor j in "$@"; do kill -- -$j; done\n')
@@ -143,3 +139,38 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
     _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
     assert not alive
+
+
+@pytest.mark.parametrize(
+    ("sbatch", "options", "said"),
+    [
+        (None, "", "no command sbatch or scancel"),
+        (
+            "echo sbatch: error: invalid partition: nowhere >&2; exit 1",
+            'queue = "nowhere"',
+            "invalid partition: nowhere",
+        ),
+        ("exit 0", 'qeue = "short"', "unknown key qeue;"),
+    ],
+    ids=["no sbatch", "refused", "unknown key"],
+)
+def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options, said):
+    pytest.importorskip("dask_jobqueue")
+    for name in ("sbatch", "scancel") if sbatch else ():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{sbatch}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    (tmp_path / "c.toml").write_text(f"{FILE}\n[slurm]\n{options}\n")
+    done = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
+    assert done.exit_code == 1 and said in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "address", ["nonsense", "", "tcp://", "tcp://127.0.0.1:9", "tcp://host.invalid:8786", "inproc://a:1"]
+)
+def test_no_scheduler_is_one_line_at_once(tmp_path, address):
+    (tmp_path / "c.toml").write_text(FILE)
+    done = call(tmp_path, "campaign", "run", "c.toml", "--scheduler", address)
+    assert done.exit_code == 1
+    assert done.stderr.count("\n") == 1 and f"no Dask scheduler answers at {address!r}: start one" in done.stderr
