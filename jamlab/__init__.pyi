@@ -1,3 +1,5 @@
+__version__: str
+
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
 from .engine.session import Evaluation as Evaluation

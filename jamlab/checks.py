@@ -1,8 +1,15 @@
 """What arguments must be: refused by name, value and remedy before any work begins."""
 
+import functools
+import inspect
+import os
+import reprlib
 import sys
-from collections.abc import Iterable
-from typing import Any
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +17,145 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.errors import InputError
 
 MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a year until onset
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class _Kind(NamedTuple):
+    """What an argument must be.
+
+    Attributes:
+        holds: whether a value is that.
+        text: the same for a message.
+    """
+
+    holds: Callable[[Any], bool]
+    text: str
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Refuse arguments whose types are not those of the annotations of a function; for public functions.
+
+    Whole numbers and numbers include those of numpy but no truth values; 2.0 is no whole number, and text is no
+    sequence. Nothing is converted. A call takes 3 to 9 us longer.
+
+    Raises:
+        InputError: from the function returned, naming the argument, its value and its type.
+    """
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        positional, named, others = _kinds(function)
+        for (name, kind), value in zip(positional, args, strict=False):
+            if not kind.holds(value):
+                raise _refusal(function, name, kind, value)
+        for name, value in kwargs.items():
+            kind = named.get(name, others)
+            if not kind.holds(value):
+                raise _refusal(function, name, kind, value)
+        return function(*args, **kwargs)
+
+    return call
+
+
+def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
+    given = f"{reprlib.repr(value)} ({type(value).__name__})"
+    return InputError(f"{function.__name__}: {name} = {given}: must be {kind.text}")
+
+
+@functools.cache
+def _kinds(function: Callable[..., Any]) -> tuple[list[tuple[str, _Kind]], dict[str, _Kind], _Kind]:
+    """Kinds of the arguments by position, by name, and of names that a function does not list."""
+    hints = typing.get_type_hints(function)
+    positional, named, others = [], {}, _ANYTHING
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind = _kind(hints.get(name, Any))
+        if parameter.kind is parameter.VAR_KEYWORD:
+            others = kind
+            continue
+        named[name] = kind
+        if parameter.kind is parameter.POSITIONAL_OR_KEYWORD:
+            positional.append((name, kind))
+    return positional, named, others
+
+
+def _kind(hint: Any) -> _Kind:
+    if hint is Any:
+        return _ANYTHING
+    if hint in _PLAIN:
+        return _PLAIN[hint]
+    origin, parts = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (types.UnionType, typing.Union):
+        return _union(set(parts))
+    if origin is np.ndarray:
+        return _array(np.dtype(typing.get_args(parts[1])[0]).kind)
+    if origin is not None and issubclass(origin, Callable):  # type: ignore[arg-type]  # an abstract class all the same
+        return _Kind(callable, "a function")
+    if origin is not None and issubclass(origin, os.PathLike):
+        return _Kind(lambda value: isinstance(value, origin), "a path")
+    if origin is not None and issubclass(origin, Mapping):
+        key, item = map(_kind, parts)
+        return _Kind(
+            lambda value: isinstance(value, origin) and all(key.holds(k) and item.holds(v) for k, v in value.items()),
+            f"a mapping from {key.text} to {item.text}",
+        )
+    if origin is not None and issubclass(origin, Iterable):
+        return _items(origin, _kind(parts[0]))
+    return _Kind(lambda value: isinstance(value, hint), f"a {hint.__name__}")
+
+
+def _union(parts: set[Any]) -> _Kind:
+    kinds = []
+    if _ARRAY_LIKE <= parts:
+        text = {str} if Path in parts else set()  # numpy's ArrayLike has str too
+        kinds, parts = [_array("f")], (parts - _ARRAY_LIKE) | text
+    kinds += [_kind(part) for part in sorted(parts, key=lambda part: (part is type(None), str(part)))]
+    return _Kind(lambda value: any(kind.holds(value) for kind in kinds), " or ".join(kind.text for kind in kinds))
+
+
+def _items(origin: type, item: _Kind) -> _Kind:
+    def holds(value: Any) -> bool:
+        if isinstance(value, np.ndarray) and value.ndim and origin is not tuple:
+            return all(map(item.holds, value))
+        if isinstance(value, str | bytes | Mapping | np.ndarray) or not isinstance(value, origin):
+            return False
+        return not isinstance(value, list | tuple) or all(map(item.holds, value))  # an iterator can be read once only
+
+    return _Kind(holds, f"a sequence, each {item.text}")
+
+
+def _array(kind: str) -> _Kind:
+    """Arrays, and what numpy makes such an array of: "b" truth values, "i" whole numbers, "f" numbers."""
+    allowed = {"b": "b", "i": "iu", "f": "iuf"}[kind]
+
+    def holds(value: Any) -> bool:
+        try:
+            return np.asarray(value).dtype.kind in allowed
+        except Exception:  # whatever the conversion of a stranger's object raises, it is no array
+            return False
+
+    return _Kind(holds, {"b": "an array of truth values", "i": "an array of whole numbers", "f": "numbers"}[kind])
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool)
+
+
+_ANYTHING = _Kind(lambda _: True, "anything")
+_ARRAY_LIKE = set(typing.get_args(ArrayLike))
+_PLAIN: dict[Any, _Kind] = {
+    int: _Kind(_is_whole, "a whole number"),
+    float: _Kind(_is_real, "a number"),
+    bool: _Kind(lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    str: _Kind(lambda value: isinstance(value, str), "text"),
+    type(None): _Kind(lambda value: value is None, "None"),
+    Path: _Kind(lambda value: isinstance(value, Path), "a path"),
+}
 
 
 def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
@@ -33,16 +179,27 @@ def check_number(name: str, value: Any, highest: float) -> None:
         raise InputError(f"{name} = {value!r}: must be a number above 0 and at most {highest:g}")
 
 
-def check_bidisperse(n: Any, seed: Any, phi: float) -> None:
-    """Refuse numbers that no half-small, half-large packing can start from.
+def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
+    """Refuse numbers that no packing of small and large particles can start from.
+
+    Args:
+        n: number of particles; even, if half of them are large.
+        seed: of the random start.
+        phi: nominal packing fraction.
+        large: number share of the large particles.
 
     Raises:
         InputError: naming the value.
     """
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 2 or n % 2:
+    if not is_number(large) or not 0 < large < 1:
+        raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
+    whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
+    if not whole or (large == 0.5 and n % 2):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
     if n > MOST_PARTICLES:
         raise InputError(f"n = {n}: must be {MOST_PARTICLES} or less, a run takes one core half a year there")
+    if not 0 < round(large * n) < n:
+        raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
     check_number("phi", phi, 2.0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_certain
@@ -29,10 +29,17 @@ COLUMNS = (
     *("voids", "void_sides", "void_area", "void_shape", "max_force"),
 )
 
+LABELS = {  # of the columns that are easily mistaken for another quantity
+    "g": "relaxed shear modulus, mean over directions",
+    "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
+    "b": "relaxed bulk modulus",
+}
+
 
 QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
 
 
+@checked
 def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
 
@@ -66,6 +73,19 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
         if not set(group).isdisjoint(names):
             found |= observe(state)
     return {name: found[name] for name in names}
+
+
+def why_no_modulus(packing: Packing) -> str:
+    """Say why g, g_x and b of a packing are nan; "" if they are not."""
+    network = contacts(packing)
+    count = int(network.rattlers.sum())
+    if count == packing.n:
+        return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
+    try:
+        elastic_tensor(packing, network=force_network(packing, network=network))
+    except ConvergenceError as error:
+        return f"with its {count} rattlers taken out, {error}" if count and packing.converged else str(error)
+    return ""
 
 
 def table(packings: list[Packing]) -> dict[str, np.ndarray]:

@@ -53,6 +53,8 @@ int FixPolygonArea::setmask()
 
 void FixPolygonArea::init()
 {
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix polygon/area: run_style respa leaves its forces out: use run_style verlet");
   outline.init(WHO, groupbit);
 
   int is_double, columns;

@@ -6,9 +6,12 @@
 #include "bond_line_tension.h"
 #include "command_quiet.h"
 #include "compute_polygon.h"
+#include "compute_polygon_contact.h"
 #include "fix_polygon_area.h"
 #include "pair_circuloline.h"
 
+#include <cstdlib>
+#include <cstring>
 #include <string>
 
 using namespace LAMMPS_NS;
@@ -36,12 +39,14 @@ typedef void (*lammpsplugin_regfunc)(lammpsplugin_t *, void *);
 
 // library interface of LAMMPS: the same in every version, unlike its C++ classes
 int lammps_version(void *);
+int lammps_extract_setting(void *, const char *);
+void *lammps_extract_global(void *, const char *);
 void lammps_error(void *, int, const char *);
 
 __attribute__((visibility("default"))) void lammpsplugin_init(void *, void *, void *);
 }
 
-static constexpr int ERROR_ALL = 2;
+static constexpr int WARNING = 0;
 static constexpr char AUTHOR[] = "the jamlab authors";
 
 template <class Style> static void *create(void *lmp)
@@ -67,18 +72,56 @@ static constexpr PluginStyle STYLES[] = {
     {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
     {"compute", "polygon", "area, perimeter and shape factor of polygons", nullptr,
      &create<ComputePolygon>},
+    {"compute", "polygon/contact", "gaps and forces of the contacts between polygons", nullptr,
+     &create<ComputePolygonContact>},
     {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
      nullptr},
 };
 
-void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+/* Updates of one version may lay out its classes otherwise: Pair has grown in update 4 of
+   22 Jul 2025. Only the tag "stable_22Jul2025_update4" tells, where LAMMPS was built from git. */
+
+static std::string update_of(void *lmp)
+{
+  const auto *tag = static_cast<const char *>(lammps_extract_global(lmp, "git_descriptor"));
+  const std::string descriptor = tag ? tag : "";
+  if (descriptor.rfind("stable_", 0) != 0) return "";
+  const auto at = descriptor.find("_update");
+  return at == std::string::npos ? "0" : std::to_string(atoi(descriptor.c_str() + at + strlen("_update")));
+}
+
+/* Why this LAMMPS cannot use the plugin; empty if it can. */
+
+static std::string misfit(void *lmp)
 {
   const int found = lammps_version(lmp);
-  if (found != JAMLAB_LAMMPS_VERSION) {
-    const std::string message = "The jamlab plugin was built for LAMMPS version " +
-        std::to_string(JAMLAB_LAMMPS_VERSION) + " but this is version " + std::to_string(found) +
-        ": reinstall jamlab against this LAMMPS, or install the lammps that jamlab requires";
-    lammps_error(lmp, ERROR_ALL, message.c_str());
+  if (found != JAMLAB_LAMMPS_VERSION)
+    return "for LAMMPS version " + std::to_string(JAMLAB_LAMMPS_VERSION) + ", this is " + std::to_string(found);
+
+  const std::string update = update_of(lmp);
+  if (!update.empty() && update != JAMLAB_LAMMPS_UPDATE)
+    return "for update " JAMLAB_LAMMPS_UPDATE " of LAMMPS " JAMLAB_LAMMPS_DATE ", this is update " + update;
+
+  const struct {
+    const char *name;
+    std::size_t bytes;
+  } integers[] = {{"tagint", sizeof(tagint)}, {"bigint", sizeof(bigint)}, {"imageint", sizeof(imageint)}};
+  for (const auto &integer : integers) {
+    const int bytes = lammps_extract_setting(lmp, integer.name);
+    if (bytes != static_cast<int>(integer.bytes))
+      return "with " + std::to_string(integer.bytes) + " bytes in a " + integer.name + ", this LAMMPS has " +
+          std::to_string(bytes);
+  }
+  return "";
+}
+
+void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+{
+  const std::string reason = misfit(lmp);
+  if (!reason.empty()) {
+    const std::string message = "The jamlab plugin was built " + reason +
+        ": its styles are not available here; rebuild jamlab against this LAMMPS to have them";
+    if (lammps_extract_setting(lmp, "world_rank") == 0) lammps_error(lmp, WARNING, message.c_str());
     return;
   }
 

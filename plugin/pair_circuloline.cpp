@@ -5,9 +5,11 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "compute.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
+#include "modify.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 #include "utils.h"
@@ -30,6 +32,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), facings
   writedata = 1;
   manybody_flag = 1;
   no_virial_fdotr_compute = 1;    // the virial is summed contact by contact, newton on or off
+  centroidstressflag = CENTROID_NOTAVAIL;
   comm_forward = 2;    // where a ghost is among the copies of its polygon
   comm_reverse_off = 2;
   delta = longest_edge = 0.0;
@@ -90,26 +93,18 @@ void PairCirculoline::compute(int eflag, int vflag)
 
 template <bool TALLY> void PairCirculoline::push(double *const *f)
 {
-  const double *const *x = atom->x;
-  const int *type = atom->type;
-  const double per_delta = 1.0 / delta;
-
-  auto touch = [this, f, type, per_delta](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
-    const double d = sqrt(foot.rsq);
-    const double overlap = 1.0 - d * per_delta;
-    const double strength = eps[type[vertex]][type[edge.tail]];
-    const double magnitude = d > 0.0 ? strength * overlap * per_delta / d : 0.0;
-    const double fx = magnitude * foot.dx, fy = magnitude * foot.dy;
-    f[vertex][0] += fx;
-    f[vertex][1] += fy;
-    f[edge.tail][0] -= (1.0 - foot.t) * fx;
-    f[edge.tail][1] -= (1.0 - foot.t) * fy;
-    f[edge.head][0] -= foot.t * fx;
-    f[edge.head][1] -= foot.t * fy;
+  for_each_contact([this, f](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+    const Push push = push_on_vertex(vertex, edge, foot);
+    f[vertex][0] += push.fx;
+    f[vertex][1] += push.fy;
+    f[edge.tail][0] -= (1.0 - foot.t) * push.fx;
+    f[edge.tail][1] -= (1.0 - foot.t) * push.fy;
+    f[edge.head][0] -= foot.t * push.fx;
+    f[edge.head][1] -= foot.t * push.fy;
 
     if (TALLY) {
-      const double energy = 0.5 * strength * overlap * overlap;
-      const double v[6] = {foot.dx * fx, foot.dy * fy, 0.0, foot.dx * fy, 0.0, 0.0};
+      const double energy = 0.5 * push.strength * push.overlap * push.overlap;
+      const double v[6] = {foot.dx * push.fx, foot.dy * push.fy, 0.0, foot.dx * push.fy, 0.0, 0.0};
       if (eflag_global) eng_vdwl += energy;
       if (eflag_atom) eatom[owner] += energy;
       for (int k = 0; k < 6; k++) {
@@ -117,9 +112,22 @@ template <bool TALLY> void PairCirculoline::push(double *const *f)
         if (vflag_atom) vatom[owner][k] += v[k];
       }
     }
-  };
+  });
+}
 
-  for_each_contact(form, facings, x, delta, touch);
+/* ----------------------------------------------------------------------
+   E = (eps/2) (1 - d/delta)^2; crossing edges (d = 0) have no direction and no force
+------------------------------------------------------------------------- */
+
+PairCirculoline::Push PairCirculoline::push_on_vertex(int vertex, PolygonFacings::Edge edge,
+                                                      const Foot &foot) const
+{
+  const double per_delta = 1.0 / delta;
+  const double d = sqrt(foot.rsq);
+  const double overlap = 1.0 - d * per_delta;
+  const double strength = eps[atom->type[vertex]][atom->type[edge.tail]];
+  const double magnitude = d > 0.0 ? strength * overlap * per_delta / d : 0.0;
+  return {d, strength, overlap, magnitude * foot.dx, magnitude * foot.dy};
 }
 
 /* ---------------------------------------------------------------------- */
@@ -202,12 +210,44 @@ void PairCirculoline::coeff(int narg, char **arg)
 
 void PairCirculoline::init_style()
 {
+  refuse_computes();
   facings.init(WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "
                      "of a polygon with its own periodic images");
   neighbor->add_request(this, NeighConst::REQ_FULL);
+}
+
+/* ----------------------------------------------------------------------
+   computes that would take the neighbors of a vertex for its contacts without a
+   word; LAMMPS itself refuses those that call single()
+------------------------------------------------------------------------- */
+
+void PairCirculoline::refuse_computes() const
+{
+  for (const char *style : {"^pair/local", "/tally$"})
+    for (const Compute *compute : modify->get_compute_by_style(style)) {
+      int vertices = 0;
+      for (int i = 0; i < atom->nlocal; i++)
+        if (atom->molecule[i] && (atom->mask[i] & compute->groupbit)) vertices = 1;
+      MPI_Allreduce(MPI_IN_PLACE, &vertices, 1, MPI_INT, MPI_MAX, world);
+      if (vertices)
+        error->all(FLERR, "Pair style circuloline: compute {} of style {} knows pairs of atoms only, and a contact "
+                   "is a vertex and an edge: use compute polygon/contact, or a group without polygons",
+                   compute->id, compute->style);
+    }
+}
+
+/* ----------------------------------------------------------------------
+   the edges near a vertex are known by local and ghost index, which a command
+   between two runs may change
+------------------------------------------------------------------------- */
+
+void PairCirculoline::refuse_stale_facings() const
+{
+  if (!facings.fit_atoms())
+    error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
 }
 
 /* ----------------------------------------------------------------------

@@ -4,6 +4,7 @@
 #ifndef JAMLAB_PAIR_CIRCULOLINE_H
 #define JAMLAB_PAIR_CIRCULOLINE_H
 
+#include "atom.h"
 #include "contact_forms.h"
 #include "pair.h"
 #include "polygon_facings.h"
@@ -42,6 +43,19 @@ class PairCirculoline : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
+  struct Push {    // of one contact: force on the vertex, the edge takes the opposite
+    double distance, strength, overlap, fx, fy;
+  };
+  Push push_on_vertex(int vertex, PolygonFacings::Edge, const Foot &) const;
+  double width() const { return delta; }
+
+  // touch(owner, vertex, edge, foot) for the contacts of this rank, at present positions
+  template <class Touch> void for_each_contact(Touch touch) const
+  {
+    refuse_stale_facings();
+    LAMMPS_NS::for_each_contact(form, facings, atom->x, delta, touch);
+  }
+
  protected:
   double delta;           // width of the circulo-lines
   double longest_edge;    // edges may not outgrow this: it sets the neighbor cutoff
@@ -53,6 +67,8 @@ class PairCirculoline : public Pair {
 
   void allocate();
   void find_facings();
+  void refuse_stale_facings() const;
+  void refuse_computes() const;
   template <bool TALLY> void push(double *const *);
 };
 

@@ -66,6 +66,8 @@ void PolygonFacings::build(const NeighList *list, Grouping grouping, double reac
   const tagint *molecule = atom->molecule;
   const double reachsq = reach * reach;
 
+  nlocal = atom->nlocal;
+  nghost = atom->nghost;
   find_successors();
   check_edges(longest_edge);
   facing_list.clear();
@@ -195,6 +197,13 @@ void PolygonFacings::check_edges(double longest_edge) const
   error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, more than "
              "half the box, so that the bond between them takes another image: use a larger box or "
              "more vertices per polygon", ends[0], ends[1], length);
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool PolygonFacings::fit_atoms() const
+{
+  return atom->nlocal == nlocal && atom->nghost == nghost;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -47,6 +47,7 @@ class PolygonFacings : protected Pointers {
   std::vector<Facing>::const_iterator begin() const { return facing_list.begin(); }
   std::vector<Facing>::const_iterator end() const { return facing_list.end(); }
   const std::vector<Edge> &edges() const { return edge_list; }
+  bool fit_atoms() const;    // local and ghost atoms are as many as at the last build
   double memory_usage() const;
 
  private:
@@ -67,6 +68,7 @@ class PolygonFacings : protected Pointers {
   std::vector<Facing> facing_list;
   std::vector<Edge> edge_list;
   std::vector<Copy> copies;            // of every local and ghost atom
+  int nlocal = 0, nghost = 0;          // at the last build
   std::vector<int> successor;          // next vertex of each atom in the same copy, -1 if absent
   std::vector<Candidate> candidates;   // of one vertex
 

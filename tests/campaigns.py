@@ -4,6 +4,8 @@ import json
 
 from jamlab.campaign.driver import remaining_tasks
 from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.standard_error import wanted_batches
+from jamlab.campaign.stored_states import StoredStates
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import run_task
 
@@ -65,10 +67,13 @@ def run_here(campaign):
     """All tasks in this process, without Dask."""
     campaign.folder.prepare()
     campaign.folder.keep_copy(campaign.file)
-    return [
-        run_task(str(campaign.folder.path), task.name, task.parameters)
-        for task in remaining_tasks(batches(campaign.content), campaign.folder.finished() | campaign.folder.failed())
-    ]
+    stored, outcomes = StoredStates(campaign.folder, batches(campaign.content)), []
+    wanted = wanted_batches(batches(campaign.content), campaign.folder)
+    for task in remaining_tasks(wanted, campaign.folder.finished() | campaign.folder.failed()):
+        source = stored.source(task.parameters)
+        more = (source and source.name, [str(campaign.file.parent)])
+        outcomes.append(run_task(str(campaign.folder.path), task.name, task.parameters, *more))
+    return outcomes
 
 
 def compression(path, name="c", n=16, seeds=4, step=0.01):

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import pydoc
 import subprocess
 import sys
 from pathlib import Path
@@ -37,6 +38,16 @@ def test_every_name_is_the_class_or_function_of_its_module():
         thing = getattr(jamlab, name)
         assert inspect.isclass(thing) or inspect.isfunction(thing), name
         assert (thing.__module__, thing.__name__) == (module, original) and thing.__doc__
+
+
+def test_help_opens_with_words():
+    """numpy's array types fill ten lines where they are written out."""
+    for name in jamlab.__all__:
+        thing = getattr(jamlab, name)
+        if inspect.isfunction(thing):
+            signature = pydoc.render_doc(thing, renderer=pydoc.plaintext).splitlines()[2]
+            assert "numpy" not in signature and len(signature) < 600, signature
+    assert jamlab.__version__.count(".") == 2
 
 
 def test_functions_stay_functions_after_every_module_was_imported():

@@ -5,15 +5,18 @@ campaign.run()
 states = campaign.table("states")
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
+from jamlab.checks import checked
 from jamlab.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,65 +25,9 @@ if TYPE_CHECKING:
 
     from jamlab.campaign.driver import CampaignRun
     from jamlab.campaign.plan import Estimate
+    from jamlab.campaign.status import Status
     from jamlab.campaign.worker import Outcome
     from jamlab.packing.packing import Packing
-
-
-@dataclass(frozen=True)
-class SweepStatus:
-    """Counts of the tasks of one sweep, model and n."""
-
-    sweep: str
-    model: str
-    n: int
-    tasks: int
-    finished: int
-    failed: int
-
-    @property
-    def left(self) -> int:
-        """Number of tasks neither finished nor failed."""
-        return self.tasks - self.finished - self.failed
-
-
-@dataclass(frozen=True)
-class Status:
-    """Progress of a campaign.
-
-    Attributes:
-        sweeps: one entry for each sweep, model and n.
-        failures: failed task -> record with label, error and reason.
-        damaged: finished task -> damage of its file; None if the files were not read.
-        gaps: finished task -> states it lacks, and why; None if the files were not read.
-        foreign: number of finished files that belong to no task of the campaign file, e.g. because seeds were removed
-            from it, or because the defaults of jamlab have changed.
-    """
-
-    sweeps: list[SweepStatus]
-    failures: dict[str, dict[str, Any]]
-    damaged: dict[str, str] | None
-    gaps: dict[str, str] | None
-    foreign: int
-
-    @property
-    def tasks(self) -> int:
-        """Number of tasks; one that two sweeps share counts in both."""
-        return sum(sweep.tasks for sweep in self.sweeps)
-
-    @property
-    def finished(self) -> int:
-        """Number of tasks with a file."""
-        return sum(sweep.finished for sweep in self.sweeps)
-
-    @property
-    def failed(self) -> int:
-        """Number of tasks that failed."""
-        return sum(sweep.failed for sweep in self.sweeps)
-
-    @property
-    def left(self) -> int:
-        """Number of tasks neither finished nor failed."""
-        return sum(sweep.left for sweep in self.sweeps)
 
 
 @dataclass(frozen=True)
@@ -103,28 +50,20 @@ class Campaign:
         return self.content.name
 
     def status(self, *, verify: bool = False) -> Status:
-        """Count finished, failed and remaining tasks by the names of files alone.
+        """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
 
         Args:
             verify: also read every finished file and check its checksum.
 
         Raises:
-            InputError: the folder cannot be read.
+            InputError: the folder cannot be read, or a column of `until` does not exist.
+            StorageError: a file of a sweep with `until` is damaged.
         """
-        finished, failed = self.folder.finished(), self.folder.failed()
-        sweeps, known = [], set()
-        for batch in batches(self.content):
-            names = set(batch.names())
-            known |= names
-            p = batch.parameters
-            counts = (len(names), len(names & finished), len(names & failed))
-            sweeps.append(SweepStatus(batch.sweep, p["model"], p["n"], *counts))
-        failures = {name: record for name, record in self.folder.failures().items() if name in known}
-        damaged = self.folder.damages(known & finished) if verify else None
-        gaps = self.folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
-        return Status(sweeps, failures, damaged, gaps, len(finished - known))
+        from jamlab.campaign.status import count_tasks
 
-    def plan(self, only: Iterable[str] | None = None) -> "list[Estimate]":
+        return count_tasks(batches(self.content), self.folder, verify)
+
+    def plan(self, only: Iterable[str] | None = None) -> list[Estimate]:
         """Estimate time on one core and disk space of each sweep, model and n, without running anything.
 
         Args:
@@ -135,7 +74,7 @@ class Campaign:
         """
         from jamlab.campaign.plan import plan
 
-        return plan(batches(self.content, only), self.folder)
+        return plan(batches(self.content, only), self.folder, batches(self.content))
 
     def run(
         self,
@@ -146,9 +85,9 @@ class Campaign:
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
         verify: bool = True,
-        progress: "Callable[[Outcome], None] | None" = None,
-    ) -> "CampaignRun":
-        """Run all tasks that are neither finished nor failed.
+        progress: Callable[[Outcome], None] | None = None,
+    ) -> CampaignRun:
+        """Run all tasks that are neither finished nor failed; with `until`, until the standard errors are met.
 
         Args:
             workers: number of processes on this machine, by default one per core; with `slurm`, number of jobs.
@@ -160,12 +99,14 @@ class Campaign:
             progress: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
-            InputError: the workers cannot be started or reached.
+            InputError: the workers cannot be started or reached, or an observable of your own cannot be imported.
             StorageError: the folder is in use or cannot be written. Run again to go on.
             EngineError: the workers are lost. Run again to go on.
         """
-        from jamlab.campaign.driver import CampaignRun, drive, remaining_tasks
+        from jamlab.campaign.driver import CampaignRun, drive_rounds
         from jamlab.campaign.plan import longest_first
+        from jamlab.campaign.standard_error import wanted_batches
+        from jamlab.campaign.stored_states import StoredStates
         from jamlab.campaign.workers import Workers
 
         chosen = longest_first(batches(self.content, only))
@@ -181,20 +122,34 @@ class Campaign:
                 repaired[name] = f"{reason}; moved to {self.folder.move_aside(name)}"
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & names)
-            skip = (finished - repaired.keys()) | self.folder.failed()
-            if names <= skip:
+            skip = self.folder.finished() | self.folder.failed()
+            if _names(wanted_batches(chosen, self.folder)) <= skip:
                 return CampaignRun(0, 0, repaired)
+            self._check_functions(chosen)
+            stored = StoredStates(self.folder, batches(self.content))
             with where.client() as client:
-                tasks = remaining_tasks(chosen, skip)
-                done = drive(client, self.folder, tasks, progress, expected=where.expected)
+                how = (progress, where.expected, stored, self._modules())
+                done = drive_rounds(client, self.folder, chosen, *how)
         return replace(done, repaired=repaired)
 
-    def table(self, name: str = "states", sweep: str | None = None) -> "pd.DataFrame":
+    def _check_functions(self, chosen: list[Batch]) -> None:
+        """Import the observables of the user's own before any work begins."""
+        from jamlab.campaign.own_observables import load_function, own_observables
+
+        for name in sorted({name for batch in chosen for name in own_observables(batch.parameters["observables"])}):
+            load_function(name, self._modules())
+
+    def _modules(self) -> list[str]:
+        """List the folders that hold modules of the user's own observables."""
+        place = self.file.parent.resolve()
+        return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
+
+    def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
         Args:
             name: "states", "onset", "spectra", "quasistatic", "correlation" or "voids"; their columns are listed in
-                `jamlab.campaign.tables.TABLE_COLUMNS`.
+                `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of your own observables.
             sweep: take the tasks of this sweep only.
 
         Raises:
@@ -214,11 +169,11 @@ class Campaign:
         sweep: str | None = None,
         converged: bool = True,
         along: str | None = None,
-        bins: "ArrayLike | None" = None,
+        bins: ArrayLike | None = None,
         statistic: str = "mean",
         confidence: float = 0.95,
         resamples: int = 1000,
-    ) -> "pd.DataFrame":
+    ) -> pd.DataFrame:
         """Average over packings, with bootstrap intervals; see `jamlab.campaign.aggregate.aggregate`.
 
         Args:
@@ -254,13 +209,14 @@ class Campaign:
         chosen = batches(self.content, None if sweep is None else [sweep])
         return sorted(self.folder.finished() & _names(chosen))
 
-    def packings(self, task: str) -> "list[Packing]":
+    def packings(self, task: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame."""
         from jamlab.packing.hdf5 import read_all
 
         return read_all(self.folder.task_file(task))
 
 
+@checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
     """Open a campaign by its TOML file, or by its folder.
 

@@ -1,11 +1,13 @@
 """Feed tasks to workers, a bounded number at a time; whatever dies, the files in the folder are whole."""
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.standard_error import wanted_batches
+from jamlab.campaign.stored_states import StoredStates
 from jamlab.campaign.tasks import Batch, Task
 from jamlab.campaign.worker import FAILED, FINISHED, FULL, Outcome, run_task
 from jamlab.errors import EngineError, StorageError
@@ -48,6 +50,8 @@ def drive(
     progress: Callable[[Outcome], None] | None = None,
     *,
     expected: int = 1,
+    stored: StoredStates | None = None,
+    modules: Sequence[str] = (),
 ) -> CampaignRun:
     """Run tasks until none is left.
 
@@ -57,6 +61,8 @@ def drive(
         tasks: to run, preferably the longest first.
         progress: called after each task with its outcome.
         expected: number of workers to come, e.g. when their jobs start.
+        stored: finished tasks whose states may be used again.
+        modules: folders that hold modules of the user's own observables.
 
     Raises:
         StorageError: the folder cannot be written, e.g. the disk is full; running tasks are given up.
@@ -74,19 +80,43 @@ def drive(
         for task in itertools.islice(tasks, max(0, wanted - len(under_way))):
             key = f"jamlab-{task.name}"
             under_way[key] = task
-            ended.add(client.submit(run_task, place, task.name, task.parameters, key=key, pure=False))
+            source = stored.source(task.parameters) if stored is not None else None
+            work = (place, task.name, task.parameters, source and source.name, modules)
+            ended.add(client.submit(run_task, *work, key=key, pure=False))
 
     fill()
     for future in ended:
-        outcome = _outcome(future, folder, under_way.pop(future.key))
+        task = under_way.pop(future.key)
+        outcome = _outcome(future, folder, task)
         future.release()
         if outcome.state == FULL:
             raise StorageError(f"{outcome.line}; make room, then `jamlab campaign resume` goes on")
         counts[outcome.state] += 1
+        if stored is not None and outcome.state == FINISHED:
+            stored.add(task)
         if progress is not None:
             progress(outcome)
         fill()
     return CampaignRun(counts[FINISHED], counts[FAILED])
+
+
+def drive_rounds(
+    client: "Client",
+    folder: CampaignFolder,
+    chosen: list[Batch],
+    progress: Callable[[Outcome], None] | None = None,
+    expected: int = 1,
+    stored: StoredStates | None = None,
+    modules: Sequence[str] = (),
+) -> CampaignRun:
+    """Run what is left of some batches, then the seeds that `until` adds, round by round; see `drive`."""
+    finished = failed = 0
+    before: list[Batch] = []
+    while (wanted := wanted_batches(chosen, folder)) != before:
+        tasks = remaining_tasks(wanted, folder.finished() | folder.failed())
+        done = drive(client, folder, tasks, progress, expected=expected, stored=stored, modules=modules)
+        finished, failed, before = finished + done.finished, failed + done.failed, wanted
+    return CampaignRun(finished, failed)
 
 
 def _outcome(future: "Future", folder: CampaignFolder, task: Task) -> Outcome:

@@ -14,6 +14,7 @@ A file holds one or more sweeps. README and `reference.toml` show more keys; `Sw
 
 import difflib
 import os
+import re
 import stat
 import tomllib
 from collections import Counter
@@ -21,7 +22,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
@@ -33,7 +43,6 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
-Observable = Literal["states", "spectra", "quasistatic", "correlation", "voids"]
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
@@ -45,6 +54,7 @@ LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150
 _SHOWN = 120  # characters of a wrong value in its message
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
 class _Table(BaseModel):
@@ -65,6 +75,14 @@ def _space_evenly_in_log(value: Any) -> Any:
     return value
 
 
+def _check_observable(value: str) -> str:
+    if value not in OBSERVABLES and not _FUNCTION.fullmatch(value):
+        known = ", ".join(map(repr, OBSERVABLES))
+        raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
+    return value
+
+
+Observable = Annotated[str, AfterValidator(_check_observable)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
 Drag = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
 Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
@@ -122,12 +140,18 @@ class SweepTable(_Table):
         name: of the sweep, for `--only` and `table(..., sweep=...)`.
         model: "sp", "dp" or a list of both.
         n: even number of particles, or a list.
-        seeds: number of seeds (1, 2, ...), or a list of seeds.
+        seeds: number of seeds (1, 2, ...), or a list of seeds; with `until`, the most that may be used.
+        until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
+            of each named column of "states", at the last state of each packing and for each model and n. The first
+            eight seeds always run; `standard_error.py` says how many follow.
         compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures` and `onset`.
         pressures: target pressures of disks, in units of k.
         onset: true: make only the packings at onset.
         ensemble: "fixed-box" or "shear-stabilized".
-        observables: tables to measure; "states" is always among them.
+        observables: tables to measure; "states" is always among them. One added later is measured on the packings
+            that are stored. "module:function" is a function of your own in a module beside the campaign file: it
+            takes a `Packing` and returns a number, column `function` of "states", or a dict of numbers, whose keys
+            are columns. Only its name enters the names of tasks: rename it when it changes.
         damping: laws of the spectra and of the correlation; by default balanced contact damping.
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
@@ -144,6 +168,7 @@ class SweepTable(_Table):
         Field(min_length=1, max_length=MOST_SIZES),
     ]
     seeds: list[Annotated[int, Field(ge=0)]] | range
+    until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
     compress: Compression | None = None
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], Field(min_length=1)] | None = None
     onset: Literal[True] | None = None
@@ -199,6 +224,7 @@ class SweepTable(_Table):
         if len(protocols) != 1:
             said = " and ".join(protocols) or "none of them"
             raise ValueError(f"says {said}: give exactly one of compress, pressures and onset = true")
+        self._check_until()
         droplets = "dp" in self.model
         if droplets and self.pressures is not None:
             raise ValueError("pressures are for model sp (units k): give droplets a separate sweep with compress")
@@ -218,9 +244,23 @@ class SweepTable(_Table):
                 raise ValueError(f"{key} is given, but observable {observable!r} is not: add it or leave {key} out")
         return self
 
+    def _check_until(self) -> None:
+        from jamlab.measure import COLUMNS
+
+        for column in self.until or ():
+            if column not in COLUMNS and not any(":" in observable for observable in self.observables):
+                raise ValueError(f"until.{column}: table states has no such column: use one of {', '.join(COLUMNS)}")
+
 
 class CampaignTable(_Table):
-    """A whole file: its name, its sweeps, and options of `dask_jobqueue.SLURMCluster` for `--slurm`."""
+    """A whole file.
+
+    Attributes:
+        name: of the campaign, and of its folder.
+        sweep: one or more sweeps.
+        slurm: arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory
+            ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time on one core.
+    """
 
     name: Annotated[str, Field(pattern=_NAME)]
     sweep: Annotated[list[SweepTable], Field(min_length=1)]

@@ -1,5 +1,6 @@
 """Measure the states of one task: one table of columns for each observable."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -32,21 +33,28 @@ SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
 }
 
 
-def measure_tables(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> dict[str, Columns]:
-    """Measure every table that the task asks for.
+def measure_tables(
+    parameters: dict[str, Any],
+    states: TaskStates,
+    pressure: NDArray[np.float64],
+    known: Mapping[str, Columns] | None = None,
+) -> dict[str, Columns]:
+    """Measure every table of jamlab's own that the task asks for.
 
     Args:
         parameters: of the task, see `tasks.py`.
         states: packings of the task.
         pressure: (packings,) measured pressure.
+        known: tables of these states that are measured already; they are returned as they are.
 
     Returns:
         Table -> column -> values. An unstable packing has nan in "spectra", where it is not converged, and in
         "quasistatic", and no rows in "correlation"; one whose outlines cross has no rows in "voids".
     """
-    observables = parameters["observables"]
+    known = known or {}
+    observables = [name for name in parameters["observables"] if name not in known]
     tables: dict[str, list[Row]] = {}
-    if "pressures" not in parameters:
+    if "pressures" not in parameters and "onset" not in known:
         tables["onset"] = [_onset_row(states)]
     if "spectra" in observables:
         tables["spectra"] = _spectrum_rows(parameters, states, pressure)
@@ -56,7 +64,7 @@ def measure_tables(parameters: dict[str, Any], states: TaskStates, pressure: NDA
         tables["correlation"] = _correlation_rows(parameters, states, pressure)
     if "voids" in observables:
         tables["voids"] = _void_rows(states)
-    return {name: _stack(name, rows) for name, rows in tables.items()}
+    return {**known, **{name: _stack(name, rows) for name, rows in tables.items()}}
 
 
 def _stack(table: str, rows: list[Row]) -> Columns:

@@ -9,12 +9,15 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.measurements import SCHEMA
 from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
 from jamlab.checks import check_choice
+from jamlab.errors import InputError
 from jamlab.measure import COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd
 
 TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids")
+
+DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 
 _WHO = ("task", "model", "n", "seed")
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
@@ -30,6 +33,7 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
         for name in ("spectra", "quasistatic", "correlation")
     },
 }
+STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
 
 
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFrame":
@@ -41,22 +45,26 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
         name: one of `TABLES`.
 
     Returns:
-        Columns `TABLE_COLUMNS[name]`; rows sorted by model, n and seed, and within a task as in its file.
+        Columns `TABLE_COLUMNS[name]`; "states" also has those of the user's own observables, nan where a task lacks
+        them. Rows are sorted by model, n and seed, and within a task as in its file.
 
     Raises:
-        InputError: there is no such table.
+        InputError: there is no such table, or two of the user's own observables have a column of the same name.
         StorageError: a file is damaged.
     """
     import pandas as pd
 
     check_choice("table", name, TABLES)
     parts: list[dict[str, Any]] = []
+    own: dict[str, str] = {}
     for task in names:
         path = folder.task_file(task)
         if name in ("states", "onset", "voids"):
             file = read_task_file(path)
             columns = {"states": _states, "onset": _onset, "voids": _voids}[name](file)
             parameters = file.parameters
+            if name == "states":
+                columns |= _own(file, own)
         else:
             parameters, found = read_task_table(path, name)
             columns = _name_laws(found)
@@ -65,8 +73,11 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
             parts.append({**who, **columns})
     parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
     frames = {}
-    for column in TABLE_COLUMNS[name]:
-        values = [np.broadcast_to(np.asarray(part[column]), _row_count(part)) for part in parts]
+    for column in (*TABLE_COLUMNS[name], *sorted(own)):
+        values = [
+            np.broadcast_to(np.asarray(part.get(column, np.nan) if column in own else part[column]), _row_count(part))
+            for part in parts
+        ]
         frames[column] = np.concatenate(values) if values else np.empty(0)
     return pd.DataFrame(frames)
 
@@ -91,6 +102,20 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "contact": str(law.get("contact", "")),
         "wall_time": file.wall_time,
     }
+
+
+def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
+    """Return the columns of the user's own observables, and note in `known` which observable each belongs to."""
+    found: dict[str, Any] = {}
+    for observable, columns in file.tables.items():
+        if ":" in observable:
+            for column in columns:
+                if known.setdefault(column, observable) != observable:
+                    raise InputError(
+                        f"{observable} and {known[column]} both have a column {column!r}: take one sweep at a time"
+                    )
+            found |= columns
+    return found
 
 
 def _onset(file: TaskFile) -> dict[str, Any]:

@@ -12,6 +12,7 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
 | /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
+| /tables/<module:function> | (F,) float64   | columns of a user's own observable, one row per frame                 |
 
 The checksum at the start of the file (`jamlab.packing.checksum`) carries the name of the task.
 """
@@ -154,6 +155,17 @@ def read_gaps(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
     with _campaign(path) as file:
         attributes = file["campaign"].attrs
         return json.loads(attributes["parameters"]), json.loads(attributes["missing"])
+
+
+def read_last_state(path: Path) -> dict[str, float]:
+    """Read the row of table "states" of the last frame: observables and `converged`. Errors as in `read_task_file`."""
+    with _campaign(path) as file:
+        own = (columns for name, columns in file.get("tables", {}).items() if ":" in name)
+        return {
+            "converged": float(file["campaign/converged"][-1]),
+            **{name: float(element["value"][-1]) for name, element in file["observables"].items()},
+            **{column: float(values[-1]) for columns in own for column, values in columns.items()},
+        }
 
 
 def read_seconds(path: Path) -> float:

@@ -4,12 +4,15 @@ The name of a task is a hash of everything its result depends on: the parameters
 seed, the defaults of the LAMMPS decks, and the version of the file schema. The name of the sweep, and where or how fast
 the task runs, do not enter. So a campaign may be renamed, sweeps may share tasks, and more seeds add tasks without
 touching existing ones.
+
+Tasks that differ only in what they measure share a state key, the hash of the other parameters. So a new observable
+makes a new task, but no new packings: `stored_states.py` finds a finished task of the same key.
 """
 
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +23,13 @@ from jamlab.packing.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
 _NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name
+_MEASURING = (
+    "observables",
+    "damping",
+    "prestress",
+    "omega",
+    "correlation_omega",
+)  # parameters without effect on states
 
 
 @dataclass(frozen=True)
@@ -48,11 +58,13 @@ class Batch:
         sweep: name of the sweep.
         parameters: of every task, without the seed.
         seeds: one for each task.
+        until: column -> standard error at which no more seeds are added; empty: all seeds are wanted.
     """
 
     sweep: str
     parameters: dict[str, Any]
     seeds: list[int] | range
+    until: dict[str, float] = field(default_factory=dict)
 
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
@@ -69,6 +81,10 @@ class Batch:
         digest.update(f'"seed":{seed}'.encode())
         return digest.hexdigest()[:_NAME_LENGTH]
 
+    def first(self, count: int) -> "Batch":
+        """Return the batch of the first `count` seeds."""
+        return replace(self, seeds=self.seeds[:count])
+
     @cached_property
     def _digest(self) -> "hashlib._Hash":
         return hashlib.sha256(json.dumps(self.parameters, sort_keys=True, separators=(",", ":")).encode())
@@ -78,6 +94,13 @@ def task_name(parameters: dict[str, Any]) -> str:
     """Name the task with these parameters, which include the seed."""
     rest = {key: value for key, value in parameters.items() if key != "seed"}
     return Batch("", rest, []).name_of(parameters["seed"])
+
+
+def state_key(parameters: dict[str, Any]) -> str:
+    """Name the states of the task with these parameters; tasks that differ only in what they measure share it."""
+    rest = {key: value for key, value in parameters.items() if key not in _MEASURING}
+    rest["tolerances"] = {k: v for k, v in parameters["tolerances"].items() if k != "spectrum_error"}
+    return task_name(rest)
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
@@ -96,7 +119,7 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
             raise InputError(f"campaign {campaign.name} has no sweep {name!r}: use one of {', '.join(names)}")
     chosen = [sweep for sweep in campaign.sweep if not only or sweep.name in only]
     return [
-        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds)
+        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds, sweep.until or {})
         for sweep in chosen
         for model in sweep.model
         for n in sweep.n

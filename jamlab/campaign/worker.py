@@ -2,6 +2,7 @@
 
 import errno
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,13 +32,17 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def run_task(folder: str, name: str, parameters: dict[str, Any]) -> Outcome:
+def run_task(
+    folder: str, name: str, parameters: dict[str, Any], source: str | None = None, modules: Sequence[str] = ()
+) -> Outcome:
     """Run a task unless its file exists.
 
     Args:
         folder: of the campaign, the same path on every machine.
         name: of the task.
         parameters: of the task.
+        source: finished task whose states are those of this one.
+        modules: folders that hold modules of the user's own observables.
     """
     began = time.perf_counter()
 
@@ -50,7 +55,7 @@ def run_task(folder: str, name: str, parameters: dict[str, Any]) -> Outcome:
             place.check_target(place.task_file(name))  # before the work, not after
             check_target(place.task_file(name))
             with threadpool_limits(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
-                _make_file(place, task, began)
+                _make_file(place, task, began, source, modules)
         return end(FINISHED, task.label)
     except StorageError as error:
         return end(FULL, str(error))
@@ -64,13 +69,30 @@ def run_task(folder: str, name: str, parameters: dict[str, Any]) -> Outcome:
         return end(FAILED, f"{task.label}: {error}")
 
 
-def _make_file(folder: CampaignFolder, task: Task, began: float) -> None:
+def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | None, modules: Sequence[str]) -> None:
     from jamlab.campaign.measurements import measure_tables
+    from jamlab.campaign.own_observables import load_function, measure_own, own_observables
     from jamlab.campaign.states import make_states
+    from jamlab.campaign.stored_states import read_stored, shared_tables
+    from jamlab.campaign.tables import STATE_COLUMNS
     from jamlab.campaign.task_file import write_task_file
-    from jamlab.measure import table
+    from jamlab.measure import COLUMNS, table
 
-    states = make_states(task.parameters)
-    measured = table(states.packings)
-    tables = measure_tables(task.parameters, states, measured["pressure"])
-    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=time.perf_counter() - began)
+    functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
+    stored = read_stored(folder, source) if source is not None else None
+    if stored is None:
+        states, known, before = make_states(task.parameters), {}, 0.0
+        measured = table(states.packings)
+    else:
+        file, states = stored
+        shared = {"onset", *shared_tables(task.parameters, file.parameters)}
+        known, before = {name: columns for name, columns in file.tables.items() if name in shared}, file.seconds
+        whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
+        measured = file.observables if whole else table(states.packings)
+    tables = measure_tables(task.parameters, states, measured["pressure"], known)
+    taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
+    for name in sorted(functions.keys() - known.keys()):
+        tables[name] = measure_own(name, functions[name], states.packings, taken)
+        taken |= tables[name].keys()
+    seconds = before + time.perf_counter() - began
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=seconds)

@@ -11,6 +11,7 @@ import signal
 import sys
 
 DEATH_TIMEOUT = 60  # s without a scheduler after which a worker exits; as long as a connection may take, see workers.py
+_LOOPBACK = "127.0.0.1"
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -24,11 +25,12 @@ def die_with(parent: int) -> None:
 async def _serve(scheduler: str) -> None:
     from distributed import Worker
 
-    async with Worker(scheduler, nthreads=1, memory_limit=0, dashboard=False, death_timeout=DEATH_TIMEOUT) as worker:
+    # Dask would listen on every interface; this worker and its scheduler share one machine
+    options = {"host": _LOOPBACK, "dashboard_address": f"{_LOOPBACK}:0", "dashboard": False}
+    async with Worker(scheduler, nthreads=1, memory_limit=0, death_timeout=DEATH_TIMEOUT, **options) as worker:
         await worker.finished()
 
 
 if __name__ == "__main__":
     die_with(int(sys.argv[2]))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the driver ends its workers
     asyncio.run(_serve(sys.argv[1]))

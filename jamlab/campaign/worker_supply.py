@@ -4,6 +4,7 @@ Dask's own nannies give up when a worker dies while it starts, and need `if __na
 """
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -44,6 +45,8 @@ class WorkerSupply:
         self._thread.join()
 
     def _keep(self) -> None:
+        # Ctrl-C reaches the whole process group; workers inherit this mask, and the driver ends them
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         workers = [(self._start(), time.monotonic()) for _ in range(self._count)]
         early = 0
         try:

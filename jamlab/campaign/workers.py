@@ -8,6 +8,8 @@ the driver.
 import contextlib
 import logging
 import os
+import shutil
+import socket
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ _SETTINGS = {
     "logging.distributed": "critical",  # failures are reported as outcomes or errors
 }
 _FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs already
+_KNOCK_TIMEOUT = 5.0  # s
 _RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
 _SLURM_DEFAULTS = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
 
@@ -95,6 +98,11 @@ class Workers:
             from dask_jobqueue import SLURMCluster
         except ImportError:
             raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
+        if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
+            raise InputError(
+                f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
+                " --workers or --scheduler"
+            )
         options = _SLURM_DEFAULTS | self.slurm_options
         fixed = {"processes": 1, "death_timeout": DEATH_TIMEOUT}
         try:
@@ -115,15 +123,24 @@ def _local_scheduler() -> "LocalCluster":
     return LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
 
 
+def _knock(address: str) -> None:
+    """Raise OSError where nobody listens, and ValueError for what is no address."""
+    from distributed.comm import get_address_host_port
+
+    host, port = get_address_host_port(address)
+    socket.create_connection((host, port), timeout=_KNOCK_TIMEOUT).close()
+
+
 def _connect(address: str) -> "Client":
     from distributed import Client
 
     try:
+        _knock(address)  # a client that finds nobody prints a traceback when it is deleted
         client = Client(address, timeout=_FIND_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"no Dask scheduler answers at {address}: start one with `dask scheduler`, and workers with "
-            "`dask worker --nthreads 1 ADDRESS`"
+            f"no Dask scheduler answers at {address!r}: start one with `dask scheduler`, give the address that it "
+            "prints, such as tcp://host:8786, and start workers with `dask worker --nthreads 1 ADDRESS`"
         ) from error
     for worker, threads in client.nthreads().items():
         if threads != 1:

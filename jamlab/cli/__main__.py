@@ -1,5 +1,5 @@
 """`python -m jamlab.cli` is the command `jamlab`."""
 
-from jamlab.cli.main import main
+from jamlab.cli.start import main
 
 main()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from jamlab.cli.console import err_console, print_json, print_table
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def calibrate(
     def show(outcome: "Outcome") -> None:
         err_console.print(f"{outcome.state} {outcome.line}, {outcome.seconds:.0f} s", soft_wrap=True, highlight=False)
 
+    expect_output(out)
     changes, found = run(out, n, seeds, workers=workers, progress=show)
     changes.to_csv(out / "sensitivity.csv", index=False)
     if as_json:

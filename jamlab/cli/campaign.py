@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from jamlab.cli.campaign_new import new
 from jamlab.cli.console import err_console, out_console, print_json, print_table
 from jamlab.cli.options import Json
 
@@ -15,7 +16,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Ensembles of packings from one file: thousands of tasks that can be stopped and resumed.",
-    epilog="Start with: jamlab campaign plan campaign.toml",
+    epilog="Start with: jamlab campaign new campaign.toml",
 )
 Where = Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")]
 Folder = Annotated[
@@ -24,7 +25,15 @@ Folder = Annotated[
 Only = Annotated[list[str] | None, typer.Option(help="Name of a sweep; can be repeated.")]
 Count = Annotated[int | None, typer.Option(help="Number of worker processes (with --slurm: jobs); default: all cores.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a running Dask scheduler.")]
-Slurm = Annotated[bool, typer.Option("--slurm", help="Run on SLURM, with the options in [slurm] of the file.")]
+Slurm = Annotated[
+    bool,
+    typer.Option(
+        "--slurm",
+        help="Run as SLURM jobs, each one task at a time on one core. [slurm] in the file holds arguments of"
+        ' dask_jobqueue.SLURMCluster: queue, account, walltime = "24:00:00", memory = "2 GB" (these two are the'
+        ' defaults), job_extra_directives = ["--qos=long"], job_script_prologue = ["module load ..."].',
+    ),
+]
 Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again that failed before.")]
 Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 
@@ -66,6 +75,7 @@ def run(
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
 
 
+app.command(epilog="Example: jamlab campaign new campaign.toml")(new)
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 
@@ -94,6 +104,14 @@ def status(
     ]
     lines.append(["total", "", "", *(str(getattr(found, key)) for key in ("tasks", "finished", "failed", "left"))])
     print_table(f"campaign {campaign.name}", ["sweep", "model", "n", "tasks", "finished", "failed", "left"], lines)
+    for s in found.sweeps:
+        for column, wanted in s.until.items():
+            state = "met" if s.errors[column] <= wanted else "not met"
+            seeds = f"{s.finished} of at most {s.most} seeds finished"
+            line = (
+                f"{s.sweep} {s.model} n={s.n}: error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
+            )
+            out_console.print(f"{line}; {seeds}", soft_wrap=True, highlight=False)
     for record in found.failures.values():
         out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
     for task, reason in (found.damaged or {}).items():
@@ -112,23 +130,32 @@ def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = No
     import os
 
     from jamlab.campaign.campaign import open_campaign
+    from jamlab.campaign.cost import WORKER_SECONDS
 
     campaign = open_campaign(file, out)
     lines = campaign.plan(only)
     count = workers or len(os.sched_getaffinity(0))
     seconds, size = sum(line.seconds for line in lines), sum(line.bytes for line in lines)
+    if any(line.left for line in lines):
+        seconds += WORKER_SECONDS * count
     if as_json:
         totals = {"workers": count, "seconds": seconds / count, "core_seconds": seconds, "bytes": size}
         print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
         return
-    names = ["sweep", "model", "n", "tasks", "left", "states", "core time", "size", "time from"]
+    names = ["sweep", "model", "n", "tasks", "left", "stored", "states", "core time", "size", "time from"]
     print_table(f"campaign {campaign.name}", names, [_format_cells(line) for line in lines])
     left, time = sum(line.left for line in lines), _format_time(seconds / count)
-    out_console.print(f"{left} tasks left: about {time} on {count} workers, {size / 1e6:.0f} MB")
+    out_console.print(f"{left} tasks left: about {time} on {count} free cores, {size / 1e6:.0f} MB")
+    if stored := sum(line.stored for line in lines):
+        out_console.print(f"{stored} of them measure states that are stored already")
+    for line in lines:
+        if line.until and line.left:
+            aims = ", ".join(f"{column} to {error:g}" for column, error in line.until.items())
+            out_console.print(f"{line.sweep} {line.model} n={line.n}: at most, until the means are known: {aims}")
 
 
 def _format_cells(line: "Estimate") -> list[str]:
-    counts = [str(value) for value in (line.n, line.tasks, line.left, line.states)]
+    counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
     source = "finished tasks" if line.measured else "estimate"
     return [line.sweep, line.model, *counts, _format_time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
 

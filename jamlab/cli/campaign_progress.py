@@ -8,9 +8,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.progress import Progress as Bars
 
 from jamlab.campaign.campaign import Campaign
+from jamlab.campaign.standard_error import wanted_batches
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker import FAILED, Outcome
 from jamlab.cli.console import err_console
+from jamlab.cli.interruption import describe_kept
 
 _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
 
@@ -18,9 +20,16 @@ _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a mi
 @contextmanager
 def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Callable[[Outcome], None]]:
     """Count tasks, and print failures at once; yields a function for `Campaign.run(progress=...)`."""
-    names = {name for batch in batches(campaign.content, only) for name in batch.names()}
+    wanted = wanted_batches(batches(campaign.content, only), campaign.folder)
+    names = {name for batch in wanted for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    describe_kept(
+        lambda: (
+            f"{len(names & campaign.folder.finished())} of {total} tasks are finished in {campaign.folder.path}; "
+            f"`jamlab campaign resume {campaign.file}` goes on"
+        )
+    )
     quiet = not err_console.is_terminal
     with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
         bar = bars.add_task(campaign.name, total=total, completed=before)
@@ -29,11 +38,11 @@ def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Calla
         def show(outcome: Outcome) -> None:
             nonlocal count, last
             count += 1
-            bars.advance(bar)
+            bars.update(bar, completed=count, total=max(total, count))  # `until` may add seeds
             if outcome.state == FAILED:
                 bars.console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
             elif quiet and time.monotonic() - last > _LINE_INTERVAL:
                 last = time.monotonic()
-                err_console.print(f"{count} of {total} tasks", soft_wrap=True, highlight=False)
+                err_console.print(f"{count} of {max(total, count)} tasks", soft_wrap=True, highlight=False)
 
         yield show

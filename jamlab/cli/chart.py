@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 chart = typer.Typer(
@@ -31,6 +32,7 @@ def speed_accuracy(
     from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
+    expect_output(out)
     found = run(out, topic or (), quick=quick, progress=print_stage)
     beaten = defaults_off_the_front(found)
     if as_json:
@@ -56,6 +58,7 @@ def stability(
     from jamlab.benchmarks.failure_maps.page import stability as run
     from jamlab.benchmarks.failure_maps.verdict import VERDICTS
 
+    expect_output(out)
     found = run(out, maps or (), quick=quick, progress=print_stage)
     if as_json:
         runs: dict[str, Any] = {name: [asdict(r) for r in rows] for name, rows in found.items()}
@@ -75,6 +78,7 @@ def table(
     """Measure the table from which model="auto" chooses, in under ten minutes."""
     from jamlab.benchmarks.model_table import make_table
 
+    expect_output(out)
     smaller: dict[str, Any] = {"n": 16, "seeds": range(1001, 1003), "levels": (0.87, 0.9)} if quick else {}
     made = make_table(out, progress=print_stage, **smaller)
     out_console.print(f"wrote {out}: {len(made['rows'])} rows in {made['provenance']['wall_time']} s", soft_wrap=True)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json, Seed
 
 
@@ -30,6 +31,7 @@ def compare(
         return
     if out is not None:
         make_folder(out)
+        expect_output(out)
     rows = run(n, seed, phi, progress=print_stage)
     if out is not None:
         write_comparison(out, rows, n, phi)

@@ -5,8 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_packings, progress_bar
+from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import File, Frame, Json, Out, Tolerance
+from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
 
 
@@ -27,8 +29,9 @@ def compress(
     from jamlab.protocols.compression import compress as run
 
     check_target(out)
+    expect_output(out)
     start = read(file, frame)
-    with progress_bar("compress", to) as progress:
+    with progress_bar("compress", to, start.model) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}
         packings = [start, *run(start, to, step, progress=progress, **how)]
     print_packings(packings, out, as_json)

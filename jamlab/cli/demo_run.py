@@ -3,23 +3,23 @@
 The two models run side by side in separate processes; pictures and page are made from the packings they return.
 """
 
-import multiprocessing
 import platform
 import time
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing.managers import SyncManager
+from functools import partial
 from pathlib import Path
-from queue import Empty, Queue
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from jamlab.checks import check_bidisperse, check_number
+from jamlab.cli.model_processes import run_side_by_side
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures import html_page
 from jamlab.figures.packing_pictures import MODEL_STYLE, curve_figure, modulus_figure, packings_figure
-from jamlab.measure import table
+from jamlab.measure import table, why_no_modulus
 from jamlab.packing.atomic_file import check_target
 from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
@@ -27,13 +27,16 @@ from jamlab.packing.versions import versions
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import Progress
-from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.mean_spectrum import Spectra
+from jamlab.rheology.mean_spectrum import Spectra, mean_spectra
 
 STEP = 0.01  # in rho, between stored states
+ENSEMBLE = "shear-stabilized"  # a box without residual shear stress: G > 0 in every direction
 OMEGA = np.logspace(-6, 2, 41)  # 1/tau_1: from the slow to the fast limit of G*, five per decade
-_POLL = 0.2  # s between looks whether both models have ended
 HEADINGS = ["ρ", "φ", "z", "rattlers", "pressure", "G", "A", "max force"]
+G_NOTE = (
+    "G: relaxed shear modulus, mean over directions, in a box sheared until no shear stress is left "
+    f"({ENSEMBLE}); units ε/σ² (SP), ε/l² (DP)"
+)
 FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".2e", "g": ".4f", "shape": ".4f"}
 
 
@@ -71,8 +74,11 @@ def run_demo(
 
     Raises:
         InputError, ConvergenceError: from the protocols.
+        EngineError: a process was killed.
         StorageError: the folder cannot be written.
     """
+    check_bidisperse(n, seed, 1.0)
+    check_number("to", to, 1.0)
     missing = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -92,10 +98,10 @@ def run_demo(
 def _run_into(
     out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    sweeps = _run_both(n, seed, to, progress)
+    sweeps = run_side_by_side(partial(_run_model, n=n, seed=seed, to=to), ("sp", "dp"), progress)
     try:
         densest = sweeps["sp"].packings[-1]
-        spectrum: Spectra | None = Spectra((complex_modulus(densest, OMEGA),), densest.units, (densest.converged,))
+        spectrum: Spectra | None = mean_spectra([densest], OMEGA)[0]
     except ConvergenceError:
         spectrum = None
     for sweep in sweeps.values():
@@ -109,7 +115,7 @@ def table_rows(sweep: ModelSweep) -> list[list[str]]:
     lines = []
     for k, packing in enumerate(sweep.packings):
         row = {name: values[k] for name, values in sweep.measured.items()}
-        cells = [f"{row[name]:{form}}" for name, form in FORMATS.items()]
+        cells = ["-" if np.isnan(row[name]) else f"{row[name]:{form}}" for name, form in FORMATS.items()]
         if np.isnan(row["g"]):
             cells[list(FORMATS).index("g")] = "not stable"
         mark = "" if packing.converged else " (not converged)"
@@ -117,82 +123,47 @@ def table_rows(sweep: ModelSweep) -> list[list[str]]:
     return lines
 
 
-def _run_model(model: str, n: int, seed: int, to: float, queue: "Queue[tuple[str, str, float]]") -> ModelSweep:
+def unstable(sweep: ModelSweep) -> list[str]:
+    """Say of each state without a modulus why it has none."""
+    reasons = []
+    for packing, rho, g in zip(sweep.packings, sweep.measured["rho"], sweep.measured["g"], strict=True):
+        if np.isnan(g):
+            reasons.append(f"ρ = {rho:.4f}: {why_no_modulus(packing)}")
+    return reasons
+
+
+def _run_model(model: str, report: Progress, *, n: int, seed: int, to: float) -> ModelSweep:
     began = time.perf_counter()
-
-    def report(stage: str, fraction: float) -> None:
-        queue.put((model, stage, fraction))
-
-    onset = jam(model, n, seed, progress=report)
+    onset = jam(model, n, seed, ensemble=ENSEMBLE, progress=report)
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     packings = [onset, *compress(onset, to, STEP, progress=report)]
     return ModelSweep(model, packings, table(packings), time.perf_counter() - began)
 
 
-def _run_both(n: int, seed: int, to: float, progress: Mapping[str, Progress]) -> dict[str, ModelSweep]:
-    context = multiprocessing.get_context("spawn")  # a fork would share what LAMMPS and MPI hold
-    with context.Manager() as manager, ProcessPoolExecutor(2, mp_context=context) as pool:
-        queue = _make_queue(manager)
-        futures = {model: pool.submit(_run_model, model, n, seed, to, queue) for model in ("dp", "sp")}
-        while not all(future.done() for future in futures.values()):
-            try:
-                model, stage, fraction = queue.get(timeout=_POLL)
-            except Empty:
-                continue
-            progress[model](stage, fraction)
-        return {model: futures[model].result() for model in ("sp", "dp")}
-
-
-def _make_queue(manager: SyncManager) -> "Queue[tuple[str, str, float]]":
-    queue: Queue[tuple[str, str, float]] = manager.Queue()
-    return queue
+_LEAD = (
+    "From a random start at φ = 0.20 through jamming onset (first row of each table) to dense packings. The box is "
+    "sheared until no shear stress is left, so that no stable state has a negative shear modulus. Lengths, energies "
+    "and stresses are in the units of Boromand et al.; G is the mean over directions, A the mean shape factor (SP: "
+    "disks cut by their power cells; DP: polygons without rim, 1.012 and 1.024 when round)."
+)
+_PACKINGS = (
+    "Packings in their periodic cell: large particles blue, small ones pink, rattlers grey; black lines join particles "
+    "in contact. DP: the fill is the outline with the rim of the circulo-lines, the line inside it the bare polygon."
+)
 
 
 def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, facts: dict[str, str]) -> None:
-    densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
-    titles = {
-        model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
-            label=MODEL_STYLE[model]["label"], rho=sweep.measured["rho"][-1], z=sweep.measured["z"][-1]
-        )
-        for model, sweep in sweeps.items()
-    }
-    tables = {model: sweep.measured for model, sweep in sweeps.items()}
-    unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon_r/l^2$ (DP)"
-    pictures = {
-        "Packings in their periodic cell: large particles blue, small ones pink, rattlers grey; black lines join "
-        "particles in contact. DP: the fill is the outline with the rim of the circulo-lines, the line inside it the "
-        "bare polygon.": (
-            "packings.png",
-            packings_figure(densest, titles),
-        ),
-        "Contacts per particle without rattlers.": (
-            "z.png",
-            curve_figure(tables, "z", "contact number $z$"),
-        ),
-        "Relaxed shear modulus by linear response, mean over directions.": (
-            "g.png",
-            curve_figure(tables, "g", f"shear modulus $G$  [{unit}]"),
-        ),
-    }
+    pictures = _draw_pictures(sweeps, spectrum)
     if spectrum is None:
         facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
-    else:
-        pictures[
-            "Complex shear modulus of the densest SP packing, balanced contact damping (β = 1), with pre-stress."
-        ] = (
-            "gstar.png",
-            modulus_figure({f"SP, ρ = {tables['sp']['rho'][-1]:.3f}": spectrum}, r"$\epsilon/\sigma^2$"),
-        )
     images = {caption: html_page.save_png(figure, out / name) for caption, (name, figure) in pictures.items()}
     times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
-    parameters = {k: v for k, v in densest["dp"].params.items() if k != "a0"}
+    parameters = {k: v for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0"}
     html_page.write_page(
         out / "index.html",
         "Jamming of disks and deformable polygons",
-        "From a random start at φ = 0.20 through jamming onset (first row of each table) to dense packings. Lengths, "
-        "energies and stresses in the units of Boromand et al.; A is the mean shape factor (SP: disks cut by their "
-        "power cells; DP: polygons without rim, 1.012 and 1.024 when round).",
+        _LEAD,
         [html_page.TextTable(MODEL_STYLE[m]["label"], HEADINGS, table_rows(sweep)) for m, sweep in sweeps.items()],
         images,
         facts
@@ -201,6 +172,35 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
         | versions()
         | {"Python": platform.python_version()},
     )
+
+
+def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure]]:
+    """Caption -> name of the file, and figure."""
+    densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
+    titles = {
+        model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
+            label=MODEL_STYLE[model]["label"], rho=sweep.measured["rho"][-1], z=sweep.measured["z"][-1]
+        )
+        for model, sweep in sweeps.items()
+    }
+    tables = {model: sweep.measured for model, sweep in sweeps.items()}
+    unit = r"$\epsilon/\sigma^2$ (SP), $\epsilon/l^2$ (DP)"
+    left_out = [f"Not stable: {MODEL_STYLE[m]['label']}, {line}." for m, s in sweeps.items() for line in unstable(s)]
+    moduli = " ".join(["Relaxed shear modulus by linear response, mean over directions.", *left_out])
+    pictures = {
+        _PACKINGS: ("packings.png", packings_figure(densest, titles)),
+        "Contacts per particle without rattlers.": ("z.png", curve_figure(tables, "z", "contact number $z$")),
+        moduli: ("g.png", curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]")),
+    }
+    if spectrum is not None:
+        caption = (
+            "Complex shear modulus G*_xy of the densest SP packing, for shear along x of the box, balanced contact "
+            f"damping (β = 1), with pre-stress. Its static limit is G_xy = {spectrum.limit('g0'):.4f}; the mean over "
+            f"directions, as in the table, is G = {spectrum.mean_g:.4f}."
+        )
+        name = f"SP, ρ = {tables['sp']['rho'][-1]:.3f}"
+        pictures[caption] = ("gstar.png", modulus_figure({name: spectrum}, r"$\epsilon/\sigma^2$"))
+    return pictures
 
 
 def unconverged(sweeps: dict[str, ModelSweep]) -> list[str]:

@@ -7,6 +7,7 @@ import typer
 from rich.text import Text
 
 from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.errors import InputError
 
@@ -26,6 +27,7 @@ def figure(
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
+    expect_output(out)
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:

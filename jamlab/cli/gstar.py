@@ -5,13 +5,16 @@ from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import print_json, print_spectra
+from jamlab.cli.console import out_console, print_json, print_spectra
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Frame, Json, Seed
 from jamlab.errors import InputError
 
 
 def gstar(
-    files: Annotated[list[Path] | None, typer.Argument(help="HDF5 files; several give a mean and a band.")] = None,
+    files: Annotated[
+        list[Path] | None, typer.Argument(help="HDF5 files; those of packings alike give a mean and a band.")
+    ] = None,
     n: Annotated[int | None, typer.Option("--n", help="Without files: number of disks to pack, even.")] = None,
     pressure: Annotated[float | None, typer.Option(help="Without files: pressure to pack them to, k.")] = None,
     seed: Seed = 1,
@@ -27,15 +30,18 @@ def gstar(
     out: Annotated[Path | None, typer.Option(help="Picture (.png) or numbers (.h5) to write.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe."""
+    """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe.
+
+    It is G*_xy, for shear along x of the box; the static G averaged over directions is printed beside it. Packings
+    that differ in pressure, units, force law, sizes or ensemble get a curve each.
+    """
     import numpy as np
 
     from jamlab.cli import spectrum_output
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make
-    from jamlab.rheology.complex_modulus import complex_modulus
     from jamlab.rheology.damping import ContactDamping, StokesDrag
-    from jamlab.rheology.mean_spectrum import Spectra
+    from jamlab.rheology.mean_spectrum import mean_spectra
 
     if not 0 < omega_min < omega_max or points < 2:
         raise InputError(f"frequencies {omega_min} .. {omega_max} in {points} points: need 0 < min < max and 2 points")
@@ -43,17 +49,18 @@ def gstar(
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
     if out is not None:
         spectrum_output.check_output(out)
+        expect_output(out)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
     packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]
     omega = np.geomspace(omega_min, omega_max, points)
-    found = Spectra(
-        tuple(complex_modulus(p, omega, law, prestress, method) for p in packings),
-        packings[0].units,
-        tuple(p.converged for p in packings),
-    )
+    found = mean_spectra(packings, omega, law, prestress, method)
     if out is not None:
-        spectrum_output.save(found, str(law), out)
+        spectrum_output.save(found, law, out)
     if as_json:
-        print_json(found.summary())
-    else:
-        print_spectra(f"{law}, {found.description}", found)
+        curves = [spectra.summary() for spectra in found]
+        print_json(curves[0] if len(curves) == 1 else {"curves": curves})
+        return
+    for spectra in found:
+        print_spectra(f"{law}; {spectra.description}", spectra)
+    if len(found) > 1:
+        out_console.print(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean", soft_wrap=True)

@@ -5,8 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_packings, progress_bar
-from jamlab.cli.options import Ensemble, Json, N, Out, Seed, Tolerance
+from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
+from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
+from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
 
 
@@ -15,6 +17,11 @@ def jam(
     n: N = 64,
     seed: Seed = 1,
     contact: Annotated[str | None, typer.Option(help="Contact form (dp): outline, segment or segment/smooth.")] = None,
+    gamma: Annotated[float | None, typer.Option(help="Line tension (dp), eps/l; default 0.4.")] = None,
+    ka: Annotated[float | None, typer.Option(help="Area stiffness (dp), eps/l^4; default 300.")] = None,
+    delta: Annotated[float | None, typer.Option(help="Width of the rims (dp), l; default 0.25.")] = None,
+    ratio: Ratio = None,
+    large: Large = 0.5,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
     ensemble: Ensemble = "fixed-box",
     tolerance: Tolerance = None,
@@ -25,8 +32,10 @@ def jam(
     from jamlab.protocols.onset import jam as run
 
     check_target(out)
-    with progress_bar("to onset", 0.84) as progress:
-        how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance}
-        how |= {} if contact is None else {"contact": contact}
+    expect_output(out)
+    with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
+        how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
+        law = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
+        how |= {"large": large} | {name: value for name, value in law.items() if value is not None}
         packing = run(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

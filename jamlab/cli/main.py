@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -19,6 +19,7 @@ from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.figure import figure
 from jamlab.cli.gstar import gstar
+from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
 from jamlab.errors import JamlabError
@@ -48,13 +49,31 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     cls=Commands,
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="Jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum.",
     epilog="Start with: jamlab demo",
 )
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"jamlab {version('jamlab')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
 app.command(epilog="Example: jamlab demo --out jamlab-demo")(demo)
 app.command(epilog="Example: jamlab jam --model dp --n 16 --seed 3 --out onset.h5")(jam)
 app.command(epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --out sweep.h5")(compress)
@@ -71,8 +90,10 @@ app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compar
 
 
 def main() -> None:
-    """Run the words of the shell."""
-    app()
+    """Run the words of the shell; `jamlab.cli.start` also watches for signals during the imports above."""
+    with ending_on_signals() as imports_are_done:
+        imports_are_done()
+        app()
 
 
 if __name__ == "__main__":

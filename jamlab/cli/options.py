@@ -6,7 +6,9 @@ from typing import Annotated
 import typer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
-N = Annotated[int, typer.Option("--n", help="Number of particles, even.")]
+N = Annotated[int, typer.Option("--n", help="Number of particles, even if half of them are large.")]
+Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
+Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option(help="HDF5 file to write.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]

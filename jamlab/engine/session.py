@@ -5,6 +5,8 @@ LAMMPS instance serves a whole sweep: new positions or a new box cost a few micr
 milliseconds.
 """
 
+from __future__ import annotations
+
 import ctypes
 import tempfile
 from collections.abc import Iterator
@@ -16,12 +18,14 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.packing import Packing, self_crossings
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -49,6 +53,8 @@ class Evaluation:
     stress: Array
     pressure: float
     max_force: float
+
+    __repr__ = short_repr
 
 
 class Session:
@@ -291,6 +297,7 @@ class Session:
         )
 
 
+@checked
 def evaluate(packing: Packing) -> Evaluation:
     """LAMMPS single point of a packing: energy, forces, stress, pressure.
 

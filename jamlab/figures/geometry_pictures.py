@@ -4,6 +4,8 @@ Colours are from the palette of Okabe & Ito and from cividis, both safe for the 
 of sides as a digit too.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import matplotlib
@@ -15,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.figures.packing_pictures import frame_cell, home_moves, particle_shapes, periodic_moves
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import local_packing_fraction, tessellation
@@ -143,6 +146,7 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2)
 
 
+@checked
 def geometry_figure(packing: Packing) -> Figure:
     """Draw overlaps, voids and cells of one packing side by side."""
     figure = Figure(figsize=(16.5, 6.6), layout="constrained")

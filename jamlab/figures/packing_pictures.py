@@ -102,28 +102,46 @@ def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column
     return figure
 
 
-def modulus_figure(spectra: Mapping[str, Spectra], unit: str) -> Figure:
+def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -> Figure:
     """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
 
-    Several packings: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at 1/tau*.
+    Several packings of an entry: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at 1/tau*.
     """
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
-    for colour, (name, s) in zip(("#009E73", "#D55E00", "#0072B2", "#CC79A7"), spectra.items(), strict=False):
+    for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):
         for column, line, fill, label in (("storage", "-o", colour, "G'"), ("loss", "--s", "white", "G''")):
             mean, low, high = s.band(column)
+            positive = mean > 0
+            left_out = "" if positive.all() else f", {np.sum(~positive)} value(s) below 0 left out"
+            mean = np.where(positive, mean, np.nan)
             axes.loglog(
-                s.omega, mean, line, color=colour, markersize=4, markerfacecolor=fill, label=f"${label}$  {name}"
+                s.omega,
+                mean,
+                line,
+                color=colour,
+                markersize=4,
+                markerfacecolor=fill,
+                label=f"${label}_{{xy}}$  {name}{left_out}",
             )
             if len(s.members) > 1:
                 axes.fill_between(s.omega, np.maximum(low, 1e-3 * mean), high, color=colour, alpha=0.25, linewidth=0)
         _draw_slopes(axes, s)
     axes.set_xlabel(r"angular frequency $\omega\,\tau_1$", fontsize=12)
-    axes.set_ylabel(f"complex shear modulus $G^*$  [{unit}]", fontsize=12)
+    axes.set_ylabel(f"complex shear modulus $G^*_{{xy}}$  [{unit}]", fontsize=12)
     axes.tick_params(labelsize=11)
     axes.grid(alpha=0.3, which="major")
-    axes.legend(fontsize=10)
+    axes.legend(fontsize=10 if len(spectra) < 3 else 7)
+    axes.set_title(title, fontsize=11)
     return figure
+
+
+def _colours(count: int) -> list[Any]:
+    """Colours that differ: of the palette, or of a scale where there are more curves than it has."""
+    palette: list[Any] = ["#009E73", "#D55E00", "#0072B2", "#CC79A7"]
+    return (
+        palette[:count] if count <= len(palette) else list(matplotlib.colormaps["viridis"](np.linspace(0, 0.9, count)))
+    )
 
 
 def _draw_slopes(axes: Any, s: Spectra) -> None:

@@ -1,15 +1,19 @@
 """Contact lengths: the flats along which droplets press on each other."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 
@@ -27,7 +31,10 @@ class ContactLengths:
     pairs: NDArray[np.int64]
     length: NDArray[np.float64]
 
+    __repr__ = short_repr
 
+
+@checked
 def contact_lengths(packing: Packing, network: Contacts | None = None) -> ContactLengths:
     """Length of outline that each pair of polygons shares.
 

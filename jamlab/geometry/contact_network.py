@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.touching_disks import touching_disks
 from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 
@@ -35,6 +37,8 @@ class Contacts:
     r: NDArray[np.float64]
     shift: NDArray[np.int64]
     meetings: Meetings
+
+    __repr__ = short_repr
 
     @property
     def count(self) -> int:
@@ -62,6 +66,7 @@ def find_meetings(packing: Packing) -> Meetings:
     return touching_disks(packing) if packing.model == "sp" else vertex_contacts(packing)
 
 
+@checked
 def contacts(packing: Packing) -> Contacts:
     """Find the contacts and rattlers of a packing.
 
@@ -78,6 +83,7 @@ def contacts(packing: Packing) -> Contacts:
     return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings)
 
 
+@checked
 def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packing:
     """Leave only the force-bearing particles: voids are then the faces of the contact network.
 

@@ -8,6 +8,8 @@ droplet nearest to it. Outlines are smoothed to their first Fourier modes, becau
 Sources: N. Otsu, IEEE Trans. SMC 9, 62 (1979); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from scipy import ndimage
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -56,6 +60,8 @@ class Micrograph:
     contacts: Indices
     rattlers: NDArray[np.bool_]
 
+    __repr__ = short_repr
+
     @property
     def local_packing_fraction(self) -> Array:
         """(n,) area of each droplet over that of its cell."""
@@ -76,6 +82,7 @@ class Micrograph:
         }
 
 
+@checked
 def micrograph(
     picture: str | Path | ArrayLike,
     pixel: float = 1.0,

@@ -1,14 +1,18 @@
 """Bond-orientational order, which tells a crystal from a disordered packing."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -28,6 +32,8 @@ class OrientationalOrder:
     local: NDArray[np.complex128]
     neighbors: Indices
 
+    __repr__ = short_repr
+
     @property
     def mean_local(self) -> float:
         """Mean of |psi_k| over particles."""
@@ -39,6 +45,7 @@ class OrientationalOrder:
         return float(np.abs(self.local.mean()))
 
 
+@checked
 def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     """Compute the bond-orientational order of the centres (SP) or area centroids (DP).
 

@@ -1,10 +1,13 @@
 """Packing fraction: the area that particles cover over that of the cell, exact or in approximations of the papers."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
@@ -17,6 +20,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
+@checked
 def packing_fraction(packing: Packing, method: str = "exact") -> float:
     """Area that the particles cover over the area of the cell.
 
@@ -45,6 +49,7 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     return METHODS[packing.model][method](packing)
 
 
+@checked
 def exact_method(packing: Packing) -> str:
     """Name the way in which `packing_fraction(packing, "exact")` finds rho.
 

@@ -1,8 +1,11 @@
 """Areas and shape factors of single particles."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.power_cells import DiskCells, disk_cells
 from jamlab.geometry.rims import rims, shared_areas
@@ -11,6 +14,7 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 
+@checked
 def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     """(n,) area of each particle, overlaps shared between those that overlap; the sum is the area they cover.
 
@@ -27,6 +31,7 @@ def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array
     return shared_areas(packing)
 
 
+@checked
 def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | None = None) -> Array:
     """(n,) shape factor perimeter^2/(4 pi area) of each particle; 1 for a circle, more for any other shape.
 
@@ -56,6 +61,7 @@ def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | Non
     return factors
 
 
+@checked
 def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     """(n,) area of each particle over its area at rest; 1 minus this is the area deficit.
 
@@ -71,6 +77,7 @@ def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     return np.asarray(packing.polygon_areas / packing.params["a0"])
 
 
+@checked
 def edge_lengths(packing: Packing) -> Array:
     """(n_vertices,) length of every edge of a DP packing: its histogram is the edge-length spectrum.
 

@@ -10,18 +10,22 @@ distance h_ij from x_i; with s_ij the signed length of the wall,
 Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); F. M. Schaller et al., Philos. Mag. 93, 3993 (2013).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.cross_product import cross
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -52,6 +56,8 @@ class Tessellation:
     sides: Indices
     lines: Array
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True)
 class _Walls:
@@ -65,6 +71,7 @@ class _Walls:
     corner: Array
 
 
+@checked
 def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     """Divide the plane into power cells of disks, or set-Voronoi cells of polygons without rim.
 
@@ -88,6 +95,7 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     return _merge_cells(packing, owner, area, walls)
 
 
+@checked
 def local_packing_fraction(packing: Packing) -> Array:
     """(n,) area of each particle, overlaps shared, over that of its cell.
 

@@ -4,17 +4,21 @@ With the energy's second derivatives K_uu, K_uE, K_EE (see `jamlab.mechanics.sti
 C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in every direction.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -39,7 +43,10 @@ class ElasticTensor:
     relaxed: Array
     displacements: Array
 
+    __repr__ = short_repr
 
+
+@checked
 def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNetwork | None = None) -> ElasticTensor:
     """Affine and relaxed elastic tensor, rattlers left out.
 

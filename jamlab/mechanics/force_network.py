@@ -13,7 +13,9 @@ from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
-LARGEST_IMBALANCE = 0.01  # of the pressure: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
+LARGEST_IMBALANCE = (
+    0.01  # of pressure times particle size: minima of disks leave 1e-12 (pressure 1e-2 k) to 2e-5 (onset)
+)
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class ForceNetwork:
         """Refuse forces that do not balance: a response to strain is that of a minimum.
 
         Raises:
-            ConvergenceError: the largest force is above 1 % of the pressure, or positions are rounded to fewer digits
-                than float64 has.
+            ConvergenceError: the largest force is above 1 % of the pressure times the mean size of the particles, or
+                positions are rounded to fewer digits than float64 has.
         """
         if self.packing.rounding:
             raise ConvergenceError(
@@ -46,11 +48,17 @@ class ForceNetwork:
             )
         imbalance = np.hypot(*forces(self.packing, self.terms).T).max()
         pressure = 0.5 * np.trace(stress(self.packing, self.terms))
-        if imbalance > LARGEST_IMBALANCE * pressure:
+        size = mean_size(self.packing)
+        if imbalance > LARGEST_IMBALANCE * pressure * size:
             raise ConvergenceError(
                 f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure "
-                f"{pressure:.2g}"
+                f"{pressure:.2g} on particles of size {size:.2g}; relax it first"
             )
+
+
+def mean_size(packing: Packing) -> float:
+    """Mean diameter of disks, or mean square root of the rest areas of droplets: 1 in packings that jamlab makes."""
+    return float(np.mean(np.sqrt(packing.params["a0"]) if packing.diameters is None else packing.diameters))
 
 
 def force_network(packing: Packing, *, prestress: bool = True, network: Contacts | None = None) -> ForceNetwork:

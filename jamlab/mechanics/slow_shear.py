@@ -9,11 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -33,6 +35,8 @@ class SlowShear:
     tangential: Array
     nonaffine: Array
 
+    __repr__ = short_repr
+
     @property
     def median_normal(self) -> float:
         """Median of |normal|, ~ p^(1/4)."""
@@ -49,6 +53,7 @@ class SlowShear:
         return float(np.median(np.hypot(*self.nonaffine.T)))
 
 
+@checked
 def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     """Split the static response to shear, contact by contact.
 

@@ -4,6 +4,8 @@ Positions move as x = (1 + E) X + u: a homogeneous displacement gradient E of bo
 fixed box. With prestress the second derivatives are those of the full potential energy.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import checked
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.packing.packing import Packing
 
@@ -45,6 +48,7 @@ def forces(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
     return total
 
 
+@checked
 def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     """(2 n_sites, 2 n_sites) sparse Hessian of the potential energy at fixed box.
 

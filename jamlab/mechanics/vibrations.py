@@ -1,5 +1,7 @@
 """Vibrations of a packing: the lowest eigenmodes of its Hessian, and the number of its zero modes."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,10 +9,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -49,7 +53,10 @@ class Modes:
     eigenvalues: Array
     vectors: Array
 
+    __repr__ = short_repr
 
+
+@checked
 def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -> Modes:
     """Find the modes of the smallest eigenvalues at fixed box, with translations and free motion of rattlers.
 
@@ -74,6 +81,7 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
 
 
+@checked
 def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
     """Count modes without stiffness: 2 translations and 2 for every rattler, in a stable packing of disks.
 

@@ -26,6 +26,8 @@ positions:
     MDAnalysis.Universe("run.dump", "run.h5", topology_format="LAMMPSDUMP", format="H5MD", convert_units=False)
 """
 
+from __future__ import annotations
+
 import json
 import secrets
 from collections.abc import Callable, Iterable, Mapping
@@ -35,6 +37,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.checksum import add_checksum
@@ -45,6 +48,7 @@ from jamlab.packing.verified_file import REMEDY, SCHEMA, SCHEMA_VERSION, FilePat
 Array = NDArray[np.float64]
 
 
+@checked
 def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str, ArrayLike] | None = None) -> None:
     """Write the packings of one sweep as frames; the file appears whole or not at all.
 
@@ -97,6 +101,7 @@ def file_image(
         return bytes(file.id.get_file_image())
 
 
+@checked
 def read(path: FilePath, frame: int = -1) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
@@ -113,12 +118,14 @@ def read(path: FilePath, frame: int = -1) -> Packing:
         return _packing(path, file, int(frame) % count)
 
 
+@checked
 def read_all(path: FilePath) -> list[Packing]:
     """Read every frame, in the order written. Errors as in `read`."""
     with opened(path) as file:
         return [_packing(path, file, frame) for frame in range(_count(file))]
 
 
+@checked
 def read_observables(path: FilePath) -> dict[str, Array]:
     """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
     with opened(path) as file:

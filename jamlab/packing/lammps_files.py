@@ -17,6 +17,8 @@ In a triclinic box LAMMPS turns every position it reads into fractions of the bo
 digit: who needs all digits sets the positions again after read_data.
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -25,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.checks import is_number
+from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.force_law import CONTACT_FORMS, ENSEMBLES
@@ -74,6 +76,7 @@ def types(packing: Packing) -> TypeTable:
     return TypeTable(values, rank.reshape(-1).astype(np.int64) + 1)
 
 
+@checked
 def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     """Write a LAMMPS data file: triclinic box, atoms wrapped into it with image flags, DP: bonds and `d_a0`.
 
@@ -98,6 +101,7 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     return table
 
 
+@checked
 def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> None:
     """Write packings as the frames of a LAMMPS text dump, for OVITO and MDAnalysis.
 

@@ -5,6 +5,8 @@ box is a parallelogram with periodic boundaries; all lengths and energies are in
 `Packing.units` names.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -12,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.checks import check_choice, check_positive, finite_array, is_number
+from jamlab.checks import check_choice, check_positive, checked, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.force_law import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
@@ -80,6 +82,20 @@ class Packing:
             self._check_disks()
         else:
             self._check_polygons()
+
+    def __repr__(self) -> str:
+        facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
+        facts += [f"ensemble={self.ensemble!r}"]
+        facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
+        facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
+        return f"Packing({', '.join(facts)}, converged={self.converged})"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        from jamlab.packing.inline_picture import draw_svg
+
+        return f"<div><code>{escape(repr(self))}</code><br>{draw_svg(self)}</div>"
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -210,7 +226,7 @@ class Packing:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
 
-    def with_state(self, **changes: Any) -> "Packing":
+    def with_state(self, **changes: Any) -> Packing:
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
         A copy with other particles, another box or another force law is at no known minimum: `max_force` and
@@ -223,7 +239,7 @@ class Packing:
                 provenance.pop(name, None)
         return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
 
-    def select(self, particles: NDArray[np.bool_]) -> "Packing":
+    def select(self, particles: NDArray[np.bool_]) -> Packing:
         """Keep some of the particles.
 
         Args:
@@ -237,7 +253,7 @@ class Packing:
             changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
         return self.with_state(**changes)
 
-    def difference(self, other: "Packing") -> str | None:
+    def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
         for name in ("model", "units", "diameters", "offsets"):
             if not np.array_equal(getattr(self, name), getattr(other, name)):
@@ -261,6 +277,7 @@ class Packing:
         return self.offsets
 
 
+@checked
 def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
 
@@ -273,7 +290,15 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
 
     Returns:
         (m,) int64, ascending.
+
+    Raises:
+        InputError: shapes that are not these, or offsets that do not cut the vertices into polygons.
     """
+    positions, offsets = np.asarray(positions), np.asarray(offsets)
+    if positions.ndim != 2 or positions.shape[1] != 2 or offsets.ndim != 1 or len(offsets) < 1:
+        raise InputError(f"positions {positions.shape} and offsets {offsets.shape}: must be (vertices, 2) and (n + 1,)")
+    if offsets[0] != 0 or offsets[-1] != len(positions) or (np.diff(offsets) < 3).any():
+        raise InputError(f"offsets: must rise from 0 to {len(positions)}, the number of vertices, by 3 or more")
     outlines = _outlines(positions, offsets)
     suspects = np.flatnonzero(~shapely.is_valid(outlines))
     if not len(suspects):

@@ -1,5 +1,7 @@
 """Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.checks import check_number
+from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -51,6 +53,7 @@ class SweepSettings:
 SWEEP = SweepSettings()
 
 
+@checked
 def compress(
     packing: Packing,
     to: float,

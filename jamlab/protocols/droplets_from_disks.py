@@ -6,6 +6,8 @@ disks overlap. Rest areas are chosen so that every free droplet has the area of 
 the box is set until they cover what the disks covered.
 """
 
+from __future__ import annotations
+
 import time
 from typing import Any
 
@@ -13,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
@@ -34,6 +37,7 @@ _STEPS = 12  # secant steps in phi at most
 _Z_JUMP, _KEPT = 0.5, 0.75  # beyond, the hand-over is called discontinuous
 
 
+@checked
 def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = None, **parameters: Any) -> Packing:
     """Hand disks over to droplets at the same true packing fraction, relaxed.
 

@@ -15,7 +15,14 @@ _TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplet
 
 
 def place_loose(
-    model: str, n: int, seed: int, protocol: dict[str, float], highest: float, parameters: dict[str, Any]
+    model: str,
+    n: int,
+    seed: int,
+    protocol: dict[str, float],
+    highest: float,
+    parameters: dict[str, Any],
+    ratio: float | None = None,
+    large: float = 0.5,
 ) -> Packing:
     """Place random particles without contacts: disks at phi_start, droplets at `highest` or where their disks jam.
 
@@ -24,10 +31,10 @@ def place_loose(
     """
     phi = protocol["phi_start"]
     if model == "sp":
-        return random_disks(n, seed, phi=phi)
-    nv, params = droplet_params(n, **parameters)
+        return random_disks(n, seed, phi=phi, ratio=ratio, large=large)
+    nv, params = droplet_params(n, large, **parameters)
     side = droplet_cell(nv, params, phi)
-    disks = random_disks(n, seed, phi=phi)
+    disks = random_disks(n, seed, phi=phi, large=large)
     scale = side / disks.box[0, 0]
     holders = disks.with_state(
         box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)

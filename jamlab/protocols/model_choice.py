@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from jamlab.checks import checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.force_law import CONTACT_FORMS, MODELS
@@ -74,6 +75,7 @@ class Choice:
     warning: str = ""
 
 
+@checked
 def choose(
     rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: dict[str, Any] | None = None
 ) -> Choice:
@@ -92,6 +94,8 @@ def choose(
     """
     _check(rho, tolerance, model)
     table = read_table() if table is None else table
+    if not {"rows"} <= table.keys():
+        raise InputError(f"table: has {sorted(map(str, table))} and no rows; take one that `read_table` returned")
     levels = sorted({row["rho"] for row in table["rows"]})
     if not levels[0] - TABLE_MARGIN <= rho <= levels[-1] + TABLE_MARGIN:
         raise InputError(f"rho = {rho}: the table of errors spans {levels[0]} .. {levels[-1]}; name a model instead")

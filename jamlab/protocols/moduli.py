@@ -4,10 +4,12 @@ Boromand et al. apply an affine shear and measure the stress; without relaxation
 not vanish at onset. The scaling G ~ (phi - phi_J)^0.5 belongs to the relaxed modulus.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice, check_number
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
@@ -27,6 +29,7 @@ METHODS = ("linear-response", "finite-strain", "affine")
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
 
 
+@checked
 def shear_modulus(
     packing: Packing,
     method: str = "linear-response",
@@ -73,6 +76,7 @@ def shear_modulus(
     return float(moduli.mean()) if average or not asked.ndim else moduli
 
 
+@checked
 def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: float | None = None) -> float:
     """Bulk modulus B = -A dp/dA of a packing at an energy minimum, in its units of stress.
 
@@ -135,7 +139,20 @@ def _minimum(session: Session, packing: Packing) -> tuple[Evaluation, Packing]:
 
 
 def _same_contacts(one: Packing, two: Packing) -> bool:
-    return np.array_equal(contacts(one).pairs, contacts(two).pairs)
+    """Whether the same images touch: in a box of two disks, a pair that parts may be replaced by another of its images.
+
+    Images are told apart by the vectors between particles, which differ by the box; their numbers change where a
+    particle is wrapped.
+    """
+    (pairs, r), (others, s) = (_sort_contacts(packing) for packing in (one, two))
+    return np.array_equal(pairs, others) and bool(np.all(np.hypot(*(r - s).T) < 0.5 * np.hypot(*r.T)))
+
+
+def _sort_contacts(packing: Packing) -> tuple[NDArray[np.int64], Array]:
+    """Pairs that touch and vectors between them; several of one pair in the order along an odd direction."""
+    found = contacts(packing)
+    order = np.lexsort((found.r @ [np.cos(1.0), np.sin(1.0)], found.pairs[:, 1], found.pairs[:, 0]))
+    return found.pairs[order], found.r[order]
 
 
 def _changing_contacts(modulus: str, strain: float) -> ConvergenceError:

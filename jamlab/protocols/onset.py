@@ -10,7 +10,7 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 import time
 from typing import Any
 
-from jamlab.checks import check_bidisperse, check_choice, check_number
+from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
@@ -28,6 +28,7 @@ STARTS = ("carried", "scratch")
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
+@checked
 def jam(
     model: str = "sp",
     n: int = 64,
@@ -38,6 +39,8 @@ def jam(
     ensemble: str = "fixed-box",
     start: str = "carried",
     tolerance: float | None = None,
+    ratio: float | None = None,
+    large: float = 0.5,
     progress: Progress | None = None,
     **parameters: Any,
 ) -> Packing:
@@ -45,7 +48,7 @@ def jam(
 
     Args:
         model: "sp" or "dp".
-        n: even number of particles.
+        n: number of particles, even if half of them are large.
         seed: of the random start; the same seed gives the same positions, bit for bit.
         search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some forty times slower.
         step: first increment of phi, by default `step` or `step_paper` of `protocol.parameters`, halved at every turn;
@@ -56,6 +59,10 @@ def jam(
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
         tolerance: largest force at the minimum, eps over length; default `force` of `*.minimum.parameters`, 1e-12 for
             disks and 1e-10 for droplets; from 1e-15 to 1e-9.
+        ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
+            their vertices, `nv_large` over `nv_small`.
+        large: number share of the large particles, rounded to whole ones. The unit of length stays the mean of the two
+            sizes.
         progress: called with the stage and phi after each minimisation.
         parameters: for "dp": values that replace those of `dp.parameters`, e.g. `contact="segment"`.
 
@@ -68,7 +75,7 @@ def jam(
         ConvergenceError: no onset was found.
     """
     protocol = {name: float(value) for name, value in defaults("protocol").items()}
-    _check(model, search, ensemble, start, parameters)
+    _check(model, search, ensemble, start, ratio, parameters)
     first_step = protocol["step" if search == "bisection" else "step_paper"] if step is None else step
     check_number("step", first_step, 0.5)
     if first_step < protocol["increment_least"]:
@@ -76,10 +83,10 @@ def jam(
             f"step = {first_step:g}: the search ends at {protocol['increment_least']:g}, give a larger step"
         )
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_bidisperse(n, seed, protocol["phi_start"])
+    check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
-    loose = place_loose(model, n, seed, protocol, highest, parameters)
+    loose = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
     with Session(loose) as session:
         force = force_tolerance(model) if tolerance is None else tolerance
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
@@ -89,7 +96,7 @@ def jam(
     return record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
 
 
-def _check(model: str, search: str, ensemble: str, start: str, parameters: dict[str, Any]) -> None:
+def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
@@ -98,6 +105,8 @@ def _check(model: str, search: str, ensemble: str, start: str, parameters: dict[
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
+    if model == "dp" and ratio is not None:
+        raise InputError(f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large")
     if model == "sp" and parameters:
         raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
 

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow
+from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, settle
@@ -20,7 +22,7 @@ class OnsetSettings:
         search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
         loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
             F^2 delta^2/(2 eps).
-        bearing: largest force over pressure below which contacts carry a load.
+        bearing: largest force over pressure and mean size below which contacts carry a load.
         decompressions: at most.
         jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
         least_root: part of sqrt(U) that remains at least in one decompression.
@@ -54,7 +56,17 @@ class SearchState:
     @property
     def bears_load(self) -> bool:
         """Whether contact forces, of order pressure times particle size, stand far above the force imbalance."""
-        return self.found.evaluation.max_force < ONSET.bearing * self.found.evaluation.pressure
+        return self.found.evaluation.max_force < ONSET.bearing * self.found.evaluation.pressure * mean_size(
+            self.packing
+        )
+
+    @property
+    def has_backbone(self) -> bool:
+        """Whether some particles are held; in tiny boxes a row of two may press on its own images and rattle."""
+        try:
+            return not contacts(self.packing).rattlers.all()
+        except InputError:  # outlines cross: no minimum yet that could be judged
+            return True
 
 
 @dataclass(frozen=True)
@@ -148,7 +160,7 @@ class OnsetSearch:
                 fall = root - np.sqrt(state.energy)
                 gap = np.sqrt(state.energy) * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
                 jammed, stride = state, 1.0
-            elif state.energy < self.protocol["u_contact"]:
+            elif state.energy < self.protocol["u_contact"] or not state.has_backbone:
                 fallen = state
             else:
                 stride *= ONSET.stride  # did not converge: come from elsewhere
@@ -180,7 +192,8 @@ class OnsetSearch:
         return SearchState(reached, found, found.evaluation.contact_energy / len(reached.positions))
 
     def _jammed(self, state: SearchState) -> bool:
-        return state.energy > self.protocol["u_jammed"] and state.bears_load
+        return state.energy > self.protocol["u_jammed"] and state.bears_load and state.has_backbone
 
     def _at_onset(self, state: SearchState) -> bool:
-        return self.protocol["u_contact"] <= state.energy <= self.protocol["u_jammed"] and state.found.converged
+        in_window = self.protocol["u_contact"] <= state.energy <= self.protocol["u_jammed"]
+        return in_window and state.found.converged and state.has_backbone

@@ -23,7 +23,11 @@ Enough = Callable[[float], bool]
 
 @dataclass(frozen=True)
 class LbfgsSettings:
-    """Numbers of the method; `tests/protocols/benchmark_solver_settings.py` shows what each of them costs.
+    """Numbers of the method.
+
+    Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
+    `refresh` (62 % more or 30 % fewer factorisations), fewer `trials` (12 % more) and a `shift_decay` above 1, which
+    doubles them: `tests/protocols/benchmark_solver_settings.py`.
 
     Attributes:
         steps: at most.

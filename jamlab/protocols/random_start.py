@@ -14,36 +14,51 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
-MOST_VERTICES = 10_000  # of a droplet; the papers have 13 and 16
+MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
 WIDEST_RIM = 10.0  # in l, the size of a droplet
 WIDEST_RANGE = 1e12  # of stiffness and energy in units of eps and l: float64 keeps no digits of what is smaller
+LARGEST_RATIO = 10.0  # beyond, small disks rattle in the gaps and neighbor lists grow with the square of the ratio
 
 
-def random_disks(n: int, seed: int, *, phi: float, units: str = "eps") -> Packing:
-    """Place half small, half large disks uniformly at random in a square box.
+def random_disks(
+    n: int, seed: int, *, phi: float, units: str = "eps", ratio: float | None = None, large: float = 0.5
+) -> Packing:
+    """Place small and large disks uniformly at random in a square box.
 
     Args:
-        n: even number of disks; the first n/2 are small.
+        n: number of disks, even if half of them are large; the small ones come first.
         seed: of numpy's default generator; one seed gives one packing, bit for bit.
         phi: nominal packing fraction.
-        units: "eps" or "k"; in both the mean diameter is 1.
+        units: "eps" or "k"; in both the mean of the two diameters is 1.
+        ratio: large over small diameter; default that of `sp.parameters`.
+        large: number share of the large disks, rounded to whole disks.
     """
-    check_bidisperse(n, seed, phi)
+    check_bidisperse(n, seed, phi, large)
     check_choice("units", units, UNITS)
     law = defaults("sp")
-    ratio = float(law["ratio"])
+    if ratio is None:
+        ratio = float(law["ratio"])
+    elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
+        raise InputError(f"ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}")
     small = 2 / (1 + ratio)
-    diameters = np.repeat([small, ratio * small], n // 2)
+    diameters = np.repeat([small, ratio * small], _counts(n, large))
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
     return Packing("sp", np.diag([side, side]), positions, {units: float(law[units])}, units, diameters)
 
 
-def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Give vertices and force-law parameters of n droplets, half small, half large.
+def _counts(n: int, large: float) -> tuple[int, int]:
+    """Numbers of small and of large particles."""
+    many = round(large * n)
+    return n - many, many
+
+
+def droplet_params(n: int, large: float = 0.5, /, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Give vertices and force-law parameters of n droplets, small ones first.
 
     Args:
-        n: even number of droplets; the first n/2 are small.
+        n: number of droplets.
+        large: number share of the large ones.
         changes: values that replace those of `lammps_inputs/dp.parameters`.
 
     Returns:
@@ -64,7 +79,7 @@ def droplet_params(n: int, **changes: Any) -> tuple[NDArray[np.int64], dict[str,
                 f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3 to "
                 f"{MOST_VERTICES}"
             )
-    nv = np.repeat(np.array(vertices, dtype=np.int64), n // 2)
+    nv = np.repeat(np.array(vertices, dtype=np.int64), _counts(n, large))
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
     params: dict[str, Any] = {**values, "a0": (2 * nv / (nv[0] + nv[-1])) ** 2}
     check_params("dp", "eps", params)

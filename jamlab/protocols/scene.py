@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -17,6 +17,7 @@ from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.model_choice import Choice, Way, choose
 from jamlab.protocols.onset import jam
+from jamlab.representation import short_repr
 from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones
@@ -40,7 +41,10 @@ class Scene:
     choice: Choice
     seconds: float
 
+    __repr__ = short_repr
 
+
+@checked
 def scene(
     rho: float,
     n: int = 64,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.checks import check_bidisperse, check_number
+from jamlab.checks import check_bidisperse, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -45,6 +45,7 @@ class PressureSettings:
 PRESSURE = PressureSettings()
 
 
+@checked
 def pack(
     n: int,
     pressure: float,
@@ -53,6 +54,8 @@ def pack(
     ensemble: str = "fixed-box",
     ranks: int = 1,
     tolerance: float | None = None,
+    ratio: float | None = None,
+    large: float = 0.5,
     progress: Progress | None = None,
 ) -> Packing:
     """Make an SP packing at a target pressure, units "k" (stiffness k, mean diameter d).
@@ -62,13 +65,15 @@ def pack(
     bulk modulus until p = (S_xx + S_yy)/2 meets the target.
 
     Args:
-        n: even number of disks.
+        n: number of disks, even if half of them are large.
         pressure: target, k; from 1e-8 to 0.3.
         seed: of the random start.
         ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
         ranks: MPI ranks for first-order minimisation; pays from about 10 000 disks.
         tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
             1e-4 of the pressure.
+        ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
+        large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
         progress: called with the stage and phi after each minimisation.
 
     Returns:
@@ -80,10 +85,11 @@ def pack(
     """
     force = _check_force(pressure, tolerance)
     search = {name: float(value) for name, value in defaults("pressure").items()}
-    check_bidisperse(n, seed, search["phi_jammed"])
+    check_bidisperse(n, seed, search["phi_jammed"], large)
     relax_state = minimizer(ensemble)
     began = time.perf_counter()
-    start = random_disks(n, seed, phi=search["phi_jammed"] + 2 * pressure, units="k").with_state(ensemble=ensemble)
+    phi = search["phi_jammed"] + 2 * pressure
+    start = random_disks(n, seed, phi=phi, units="k", ratio=ratio, large=large).with_state(ensemble=ensemble)
     with Session(start, ranks=ranks) as session:
         packing = _walk(session, pressure, search, progress)
         rise = pressure

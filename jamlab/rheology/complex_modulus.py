@@ -1,14 +1,17 @@
 """The complex shear modulus G*(omega), Baumgarten & Tighe eqs 10-13, by three solvers."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import check_choice
-from jamlab.errors import InputError
+from jamlab.checks import check_choice, checked
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
@@ -26,6 +29,11 @@ _SMALL = 256  # displacements up to which the dense solver is the quickest (benc
 _CHECKS_PER_DECADE = (
     1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
 )
+# Slower or faster, squares of frequencies over rates overflow; both limits of G* are reached long before.
+_SLOWEST, _FASTEST = 1e-100, 1e100
+# Drag of sliding over that of approach: outside, the fast limit leaves errors of its own, which bounds of rounding do
+# not see, and the direct solver is asked as well. 0 leaves sliding out.
+_EVEN_CONTRAST = (1e-4, 100.0)
 
 
 @dataclass(frozen=True)
@@ -34,9 +42,10 @@ class ComplexModulus:
 
     Attributes:
         omega: (m,) angular frequencies, 1/tau_1.
-        storage: (m,) G'.
-        loss: (m,) G''.
-        g0: static modulus at fixed box shape, G'(omega -> 0); negative if the packing would shear by itself.
+        storage: (m,) G'_xy, for simple shear along x of the box.
+        loss: (m,) G''_xy.
+        g0: static modulus at fixed box shape, G'_xy(omega -> 0) = `shear_modulus(p)`, not its mean over directions;
+            negative if the packing would shear by itself.
         eta0: lim G''/omega at low frequency.
         eta_inf: lim G''/omega at high frequency.
         method: solver used.
@@ -55,12 +64,15 @@ class ComplexModulus:
     error: Array
     spectrum: RelaxationSpectrum | None = None
 
+    __repr__ = short_repr
+
     @property
     def tau_star(self) -> float:
         """Time of the slowest relaxation that carries stress, tau* = eta_0/G_0 (Baumgarten & Tighe, below eq 22)."""
         return self.eta0 / self.g0
 
 
+@checked
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,
@@ -68,11 +80,11 @@ def complex_modulus(
     prestress: bool = True,
     method: str = "auto",
 ) -> ComplexModulus:
-    """G*(omega) of a packing; rattlers are left out.
+    """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
 
     Args:
         packing: SP or DP at an energy minimum.
-        omega: (m,) angular frequencies, positive, in units 1/tau_1.
+        omega: (m,) angular frequencies, from 1e-100 to 1e100, in units 1/tau_1.
         damping: `ContactDamping` (default, beta = 1) or `StokesDrag`.
         prestress: False replaces contacts by unstressed springs; SP only.
         method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
@@ -80,9 +92,10 @@ def complex_modulus(
             sites. "auto": "dense" for small packings, else "reduced".
 
     Raises:
-        InputError: a frequency that is not positive, an unknown method, a packing too large for "dense", droplets
+        InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
             without pre-stress.
-        ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named.
+        ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named. Or
+            "direct" has no digit of G* at some frequency.
     """
     check_choice("method", method, METHODS)
     frequencies = _check_frequencies(omega)
@@ -117,6 +130,12 @@ def _check_frequencies(omega: ArrayLike) -> Array:
     bad = frequencies[~(np.isfinite(frequencies) & (frequencies > 0))]
     if len(bad):
         raise InputError(f"omega = {bad[0]}: frequencies must be positive and finite")
+    bad = frequencies[(frequencies < _SLOWEST) | (frequencies > _FASTEST)]
+    if len(bad):
+        raise InputError(
+            f"omega = {bad[0]:g}: frequencies must lie between {_SLOWEST:g} and {_FASTEST:g}; beyond, G* is its limit, "
+            "g0 + i omega eta0 or i omega eta_inf"
+        )
     return frequencies
 
 
@@ -124,14 +143,24 @@ _Solution = tuple[Complex, Array, RelaxationSpectrum | None]
 
 
 def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
-    modulus = np.empty(len(omega), dtype=np.complex128)
-    error = np.empty(len(omega))
+    modulus, error = _solve_each(motion, omega)
+    lost = omega[~(np.abs(error) < np.abs(modulus))]
+    if len(lost):
+        raise ConvergenceError(
+            f"omega = {lost[0]:g}: method 'direct' has no digit of G*, since rounding of omega B exceeds K; use "
+            "method='dense' or 'reduced', or lower frequencies"
+        )
+    return modulus, larger_relative(error, modulus), None
+
+
+def _solve_each(motion: EquationOfMotion, omega: Array) -> tuple[Complex, Complex]:
+    """(f,) G* by one factorisation for each frequency, and bounds of the errors of G' and, imaginary, of G''."""
+    modulus, error = np.empty((2, len(omega)), dtype=np.complex128)
     for index, w in enumerate(omega):
         q, modulus[index], left = solve_frequency(motion, w)
-        rounding = rounding_error(motion, q[:, None], omega[[index]])
-        total = rounding + abs(left.real) + 1j * abs(left.imag)
-        error[index] = larger_relative(total, modulus[[index]])[0]
-    return modulus, error, None
+        rounding = rounding_error(motion, q[:, None], omega[[index]])[0]
+        error[index] = rounding + abs(left.real) + 1j * abs(left.imag)
+    return modulus, error
 
 
 def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
@@ -156,13 +185,22 @@ def _estimate_rounding(
 ) -> Array:
     """(f,) relative rounding error of a spectrum, from some frequencies on which the response is written out.
 
-    To the bound for any solver comes what the sum of Maxwell elements differs from the work done by that response.
+    To the bound for any solver comes what the sum of Maxwell elements differs from the work done by that response; and
+    from the direct solver, where drag is so uneven that the response itself may be wrong.
     """
     low, high = omega.min(), omega.max()
     samples = np.geomspace(low, high, 2 + int(_CHECKS_PER_DECADE * np.log10(high / low)))
     q = limits.slow[:, None] + basis @ found.coefficients(samples)
     modulus = elements.modulus(samples)
     gap = modulus - variational_modulus(motion, q, samples)
-    bound = rounding_error(motion, q, samples) + np.abs(gap.real) + 1j * np.abs(gap.imag)
+    bound = rounding_error(motion, q, samples) + _by_parts(gap)
+    if motion.contrast and not _EVEN_CONTRAST[0] <= motion.contrast <= _EVEN_CONTRAST[1]:
+        direct, own = _solve_each(motion, samples)
+        bound = bound + _by_parts(modulus - direct) + own
     relative = larger_relative(bound, modulus)
     return np.asarray(np.exp(np.interp(np.log(omega), np.log(samples), np.log(relative))))
+
+
+def _by_parts(difference: Complex) -> Complex:
+    """(f,) moduli of the real and of the imaginary parts."""
+    return np.asarray(np.abs(difference.real) + 1j * np.abs(difference.imag))

@@ -1,11 +1,14 @@
 """Dynamic critical scaling: collapse G*/p^mu over omega/p^lambda, Baumgarten & Tighe eqs 14-17 and fig 3."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
@@ -28,7 +31,8 @@ class Collapse:
         mu: G_0 ~ p^mu.
         lam: tau* ~ p^-lam.
         exponent: Delta, G* ~ omega^Delta in the critical regime.
-        mu_error, lam_error, exponent_error: half-widths.
+        mu_error, lam_error, exponent_error: half-widths; 0 without resamples, nan where the packings do not give one:
+            a pressure needs two packings or more, and most resamples must have a fit.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
     """
 
@@ -40,7 +44,24 @@ class Collapse:
     exponent_error: float
     spread: float
 
+    def __str__(self) -> str:
+        names = {
+            "μ": (self.mu, self.mu_error),
+            "λ": (self.lam, self.lam_error),
+            "Δ": (self.exponent, self.exponent_error),
+        }
+        text = ", ".join(f"{name} = {_with_error(*value)}" for name, value in names.items())
+        text += f", spread {self.spread:.2g} in ln G*"
+        if np.isnan([error for _, error in names.values()]).any():
+            text += "; no error: too few packings, give two or more of each pressure"
+        return text
 
+
+def _with_error(value: float, error: float) -> str:
+    return f"{value:.3g} ± {error:.2g}" if error > 0 else f"{value:.3g}"
+
+
+@checked
 def collapse(
     pressures: Sequence[float], spectra: Sequence[Sequence[ComplexModulus]], *, resamples: int = 200, seed: int = 1
 ) -> Collapse:

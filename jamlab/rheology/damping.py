@@ -1,11 +1,14 @@
 """Viscous force laws of Baumgarten & Tighe and their damping matrices, for disks and droplets."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
@@ -15,27 +18,42 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
+ARMS = ("radius", "contact")
+
 
 @dataclass(frozen=True)
 class ContactDamping:
     """Drag on the relative velocity at every contact, Baumgarten & Tighe eqs 5 and 6.
 
-    R = (tau_1/2) sum k_ij [(du_par')^2 + beta (du_perp' - R_i theta_i' - R_j theta_j')^2]; k_ij is the stiffness of the
-    contact, which is k in their units. DP: the sum runs over all meetings of a vertex with an edge, du' is the velocity
-    of the vertex relative to the point of the edge that it meets, and there are no rotations.
+    R = (tau_1/2) sum k_ij [(du_par')^2 + beta (du_perp' - a_i theta_i' - a_j theta_j')^2]; k_ij is the stiffness of the
+    contact, which is k in their units, and a_i, a_j are lever arms.
+
+    SP: the paper's arms are the radii. They add up to more than the distance r of the centres, so a rigid rotation of
+    two overlapping disks counts as sliding, and G'' of a packing depends on how it is turned, by a part of the order of
+    the overlap. Arms that reach to the middle of the overlap, R - (R_i + R_j - r)/2, dissipate nothing in a rotation.
+
+    DP: the sum runs over all meetings of a vertex with an edge. du' is the velocity of the vertex relative to the point
+    of the edge that it meets, theta' the rotation of the outline on either side, which vertices carry and edges
+    interpolate, and both arms are d/2: the rims meet half way. A rigid rotation dissipates nothing.
 
     Attributes:
         beta: damping of sliding over damping of approach; 1 is "balanced".
         tau: tau_1, the relaxation time of two disks.
+        arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
     """
 
     beta: float = 1.0
     tau: float = 1.0
+    arms: str = "radius"
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.beta) and self.beta >= 0):
-            raise InputError(f"beta = {self.beta}: must be 0 or more")
+        if not (is_number(self.beta) and self.beta >= 0):
+            raise InputError(f"beta = {self.beta!r}: must be a number, 0 or more")
         _check_time(self.tau)
+        check_choice("arms", self.arms, ARMS)
+
+    def __str__(self) -> str:
+        return f"contact damping, β = {self.beta:g}" + _name_time(self.tau)
 
 
 @dataclass(frozen=True)
@@ -54,17 +72,24 @@ class StokesDrag:
     tau: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.eta_f) and self.eta_f >= 0):
-            raise InputError(f"eta_f = {self.eta_f}: must be 0 or more")
+        if not (is_number(self.eta_f) and self.eta_f >= 0):
+            raise InputError(f"eta_f = {self.eta_f!r}: must be a number, 0 or more")
         _check_time(self.tau)
+
+    def __str__(self) -> str:
+        return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
 
 
 Damping = ContactDamping | StokesDrag
 
 
 def _check_time(tau: float) -> None:
-    if not (np.isfinite(tau) and tau > 0):
-        raise InputError(f"tau = {tau}: must be a positive time")
+    if not (is_number(tau) and tau > 0):
+        raise InputError(f"tau = {tau!r}: must be a positive time")
+
+
+def _name_time(tau: float) -> str:
+    return "" if tau == 1 else f", τ1 = {tau:g}"
 
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
@@ -86,7 +111,7 @@ def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None
         return _assemble_stokes(packing, damping)
     meetings = meetings or find_meetings(packing)
     if isinstance(meetings, Pairs):
-        return _assemble_contacts(_join_disks(packing, meetings), damping)
+        return _assemble_contacts(_join_disks(packing, meetings, damping.arms), damping)
     return _assemble_contacts(_join_vertices(packing, meetings), damping)
 
 
@@ -113,79 +138,103 @@ class _Joints:
     """Relative velocity at m contacts as a linear function of all rates.
 
     Attributes:
-        size: number of coordinates.
         normal: (m, 2) unit vectors.
         flow: (m,) affine velocity difference along x at unit shear rate.
         stiffness: (m,).
         sites: (m, j) that each contact joins.
         weights: (m, j) of their velocities in the difference.
-        spins: (m, 2) angular coordinates, or None.
-        radii: (m, 2) lever arms of the rotations, or None.
+        rolling: (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating.
     """
 
-    size: int
     normal: Array
     flow: Array
     stiffness: Array
     sites: NDArray[np.int64]
     weights: Array
-    spins: NDArray[np.int64] | None = None
-    radii: Array | None = None
+    rolling: sparse.csr_array
 
 
-def _join_disks(packing: Packing, touching: Pairs) -> _Joints:
+def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     assert packing.diameters is not None
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
     _, _, stiffness = disk_law(packing, pairs, distance)
+    levers = 0.5 * packing.diameters[pairs]
+    if arms == "contact":  # in the middle of the overlap
+        levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]
     return _Joints(
-        size=_size(packing),
         normal=r / distance[:, None],
         flow=r[:, 1],
         stiffness=stiffness,
         sites=pairs,
         weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
-        spins=2 * packing.n + pairs,
-        radii=0.5 * packing.diameters[pairs],
+        rolling=_spread(levers, 2 * packing.n + pairs, _size(packing)),
     )
 
 
 def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
-    """Vertex against the point (1 - t) tail + t head of the edge."""
+    """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
     distance, t = found.distance, found.place
     if not np.all(distance > 0):
         raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
+    sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
+    levers = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
     return _Joints(
-        size=_size(packing),
         normal=found.separation / distance[:, None],
         flow=found.separation[:, 1],
         stiffness=np.full(len(t), packing.params["eps"] / packing.params["delta"] ** 2),
-        sites=np.column_stack([found.vertex, found.tail, packing.successor[found.tail]]),
+        sites=sites,
         weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
+        rolling=_spread(levers, sites, len(packing.positions)) @ _outline_rotation(packing),
     )
+
+
+def _outline_rotation(packing: Packing) -> sparse.csr_array:
+    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates.
+
+    The rotation w that fits the velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least:
+    w = sum e x e'/sum e^2. One edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders.
+    """
+    edges, head = packing.edges, packing.successor
+    tail = np.arange(len(head))
+    square = np.einsum("ij,ij->i", edges, edges)
+    around = square.copy()  # of both edges at a vertex
+    around[head] += square
+    if not np.all(around > 0):
+        raise InputError(f"vertex {np.argmin(around)} lies on both its neighbours: its outline has no direction there")
+    rows = np.repeat(np.concatenate([tail, head]), 5)  # every edge turns its tail and its head
+    columns = np.column_stack(
+        [2 * tail, 2 * tail + 1, 2 * head, 2 * head + 1, np.full_like(tail, _size(packing) - 1)]
+    ).ravel()
+    x, y = edges.T
+    turn = np.column_stack([y, -x, -y, x, -(y**2)])  # e x e', with e' = u_head - u_tail + gamma' e_y along x
+    values = np.concatenate([turn / around[tail, None], turn / around[head, None]])
+    shape = (len(tail), _size(packing))
+    return sparse.coo_array((values.ravel(), (rows, np.tile(columns, 2))), shape=shape).tocsr()
 
 
 def _assemble_contacts(joints: _Joints, damping: ContactDamping) -> sparse.csc_array:
     normal = joints.normal
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     weight = sparse.diags_array(joints.stiffness * damping.tau)
-    approach = _relate_velocities(joints, normal, spin=False)
+    approach = _relate_velocities(joints, normal)
     matrix = approach.T @ weight @ approach
     if damping.beta > 0:
-        slide = _relate_velocities(joints, tangent, spin=True)
+        slide = _relate_velocities(joints, tangent) - joints.rolling
         matrix = matrix + damping.beta * (slide.T @ weight @ slide)
     return sparse.csc_array(matrix)
 
 
-def _relate_velocities(joints: _Joints, direction: Array, spin: bool) -> sparse.csr_array:
+def _relate_velocities(joints: _Joints, direction: Array) -> sparse.csr_array:
     """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
-    m = len(direction)
-    columns = [2 * joints.sites, 2 * joints.sites + 1, np.full((m, 1), joints.size - 1)]
-    values = [joints.weights * direction[:, [0]], joints.weights * direction[:, [1]]]
-    values.append((joints.flow * direction[:, 0])[:, None])
-    if spin and joints.spins is not None and joints.radii is not None:
-        columns.append(joints.spins)
-        values.append(-joints.radii)
-    entry, column = np.hstack(values), np.hstack(columns)
-    rows = np.repeat(np.arange(m), entry.shape[1])
-    return sparse.coo_array((entry.ravel(), (rows, column.ravel())), shape=(m, joints.size)).tocsr()
+    size = joints.rolling.shape[1]
+    columns = np.hstack([2 * joints.sites, 2 * joints.sites + 1, np.full((len(direction), 1), size - 1)])
+    along_x, along_y = direction[:, [0]], direction[:, [1]]
+    flow = joints.flow[:, None] * along_x
+    return _spread(np.hstack([joints.weights * along_x, joints.weights * along_y, flow]), columns, size)
+
+
+def _spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:
+    """(m, size) sparse, with values (m, j) in the columns (m, j) of each row."""
+    rows = np.repeat(np.arange(len(values)), values.shape[1])
+    return sparse.coo_array((values.ravel(), (rows, columns.ravel())), shape=(len(values), size)).tocsr()

@@ -4,14 +4,18 @@ Under contact damping it has no length but the box; under Stokes drag it has a m
 falls. Sites are binned and pairs counted by fast Fourier transform: the cost grows as n log n, not as the n^2 pairs.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
@@ -35,6 +39,8 @@ class DisplacementCorrelation:
     correlation: Array
     pairs: Array
 
+    __repr__ = short_repr
+
     @property
     def length(self) -> float:
         """Distance at which C first falls through zero.
@@ -50,6 +56,7 @@ class DisplacementCorrelation:
         return float(x0 + (x1 - x0) * c0 / (c0 - c1))
 
 
+@checked
 def oscillating_displacements(
     packing: Packing, omega: float, damping: Damping | None = None, prestress: bool = True
 ) -> tuple[Packing, Complex]:
@@ -78,6 +85,7 @@ def oscillating_displacements(
     return network.packing, u - u.mean(axis=0)
 
 
+@checked
 def displacement_correlation(
     packing: Packing,
     omega: float,

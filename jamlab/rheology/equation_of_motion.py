@@ -5,12 +5,15 @@ eq 10 prints a dot on the first Q). At unit strain Q = (q, 1), and q follows fro
 s = i omega, with the columns k, b of gamma.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.checks import checked
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
@@ -21,6 +24,7 @@ from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 Array = NDArray[np.float64]
 
 
+@checked
 def dynamical_matrices(
     packing: Packing, damping: Damping | None = None, prestress: bool = True
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
@@ -70,6 +74,7 @@ class EquationOfMotion:
         drifting: True if drag acts on rigid translation. Then translations are zero modes of K alone and no particle
             may be held, which would be a force; otherwise site 0 is held.
         area: A of the cell.
+        contrast: drag of sliding over that of approach, the beta of contact damping; 1 if drag has no such parts.
     """
 
     k: sparse.csc_array
@@ -81,6 +86,7 @@ class EquationOfMotion:
     moving: int
     drifting: bool
     area: float
+    contrast: float = 1.0
 
     @property
     def size(self) -> int:
@@ -131,4 +137,5 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,
+        contrast=damping.beta if isinstance(damping, ContactDamping) else 1.0,
     )

@@ -1,37 +1,65 @@
-"""Mean spectra: G*(omega) of several packings together, with band and table."""
+"""Mean spectra: G*(omega) of packings alike together, with band and table; unlike packings get a curve each.
 
+G* is G*_xy, that of simple shear along x of the box. A small packing is anisotropic, so the static modulus averaged
+over directions, which `jamlab.measure` calls g, stands beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.rheology.complex_modulus import ComplexModulus
+from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
+from jamlab.mechanics.stiffness import stress
+from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
+from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.damping import Damping
 
 Array = NDArray[np.float64]
 
 COLUMNS = ("storage", "loss", "error")
 LIMITS = ("g0", "eta0", "eta_inf")
+UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε/l²"}
+_PARTICLES = {"sp": "disks", "dp": "droplets"}
+_SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 
 
 @dataclass(frozen=True)
 class Spectra:
-    """G*(omega) of one or more packings at the same frequencies.
+    """G*_xy(omega) of one or more packings alike, at the same frequencies.
 
     Attributes:
         members: one spectrum per packing.
         units: "k" or "eps", of all packings.
         converged: whether each packing is at a minimum.
+        g: relaxed static modulus of each packing, mean over directions; the `g0` of a member is that along x.
+        label: what the packings have in common, for titles and legends.
+        unit: of stress, for axes.
     """
 
     members: tuple[ComplexModulus, ...]
     units: str
     converged: tuple[bool, ...]
+    g: tuple[float, ...]
+    label: str = ""
+    unit: str = ""
+
+    __repr__ = short_repr
 
     @property
     def omega(self) -> Array:
         """(m,) angular frequencies, 1/tau_1."""
         return self.members[0].omega
+
+    @property
+    def mean_g(self) -> float:
+        """Static modulus, mean over directions and packings."""
+        return float(np.mean(self.g))
 
     def all_of(self, name: str) -> Array:
         """(packings, m) values of "storage", "loss" or "error"."""
@@ -55,33 +83,117 @@ class Spectra:
 
     @property
     def description(self) -> str:
-        """The numbers of packings and of those that are not at a minimum, and the solver."""
+        """Label, the numbers of packings and of those that are not at a minimum, and the solver."""
         count = len(self.members)
         text = f"{count} packings" if count > 1 else "1 packing"
         bad = self.converged.count(False)
-        return f"{text}, {self.method}" + (f", {bad} NOT CONVERGED" if bad else "")
+        label = f"{self.label}, " if self.label else ""
+        return f"{label}{text}, {self.method}" + (f", {bad} NOT CONVERGED" if bad else "")
 
     def rows(self) -> tuple[list[str], list[list[str]]]:
         """Column names and cells of a table."""
-        names = ["ω τ1", "G'", "G''", "error"]
+        names = ["ω τ1", "G'_xy", "G''_xy", "error"]
         columns = [self.omega, *(self.band(name)[0] for name in COLUMNS)]
         if len(self.members) > 1:
-            names += ["± G'", "± G''"]
+            names += ["± G'_xy", "± G''_xy"]
             columns += [high - mean for mean, _, high in map(self.band, ("storage", "loss"))]
         return names, [[f"{value:.4g}" for value in row] for row in zip(*columns, strict=True)]
 
     def summary(self) -> dict[str, Any]:
         """Plain numbers: limits and mean curves, of each packing too if there are several."""
         content: dict[str, Any] = {
+            "label": self.label,
+            "units": self.units,
             "converged": all(self.converged),
             "method": self.method,
+            "shear": "G*_xy: g0, storage and loss are for shear along x of the box; g is the mean over directions",
             "omega": self.omega.tolist(),
+            "g": self.mean_g,
         }
         content |= {name: self.limit(name) for name in LIMITS}
         content |= {name: self.band(name)[0].tolist() for name in COLUMNS}
         if len(self.members) > 1:
             content["packings"] = [
-                {**{k: getattr(s, k) for k in LIMITS}, **{k: getattr(s, k).tolist() for k in COLUMNS}}
-                for s in self.members
+                {"g": g, **{k: getattr(s, k) for k in LIMITS}, **{k: getattr(s, k).tolist() for k in COLUMNS}}
+                for s, g in zip(self.members, self.g, strict=True)
             ]
         return content
+
+
+def mean_spectra(
+    packings: Sequence[Packing],
+    omega: Array,
+    damping: Damping | None = None,
+    prestress: bool = True,
+    method: str = "auto",
+) -> list[Spectra]:
+    """G*_xy(omega) of packings: one mean for those of the same force law, units, sizes, ensemble and pressure.
+
+    Args:
+        packings: one or more, at energy minima.
+        omega, damping, prestress, method: as in `complex_modulus`.
+
+    Returns:
+        One `Spectra` per group, in the order of their first packings; their labels say what the groups differ in.
+    """
+    groups = group_packings(packings)
+    found = []
+    for label, members in zip(_labels([group[0] for group in groups]), groups, strict=True):
+        spectra = tuple(complex_modulus(p, omega, damping, prestress, method) for p in members)
+        tensors = [elastic_tensor(p, prestress=prestress).relaxed for p in members]
+        means = tuple(float(modulus_along(c, AVERAGING_ANGLES).mean()) for c in tensors)
+        unit = UNIT_OF_STRESS[members[0].model, members[0].units]
+        found.append(Spectra(spectra, members[0].units, tuple(p.converged for p in members), means, label, unit))
+    return found
+
+
+def group_packings(packings: Sequence[Packing]) -> list[list[Packing]]:
+    """Gather packings that may be averaged: all alike but for their random start; pressures within 1e-3."""
+    groups: list[list[Packing]] = []
+    for packing in packings:
+        for group in groups:
+            first = group[0]
+            close = abs(_pressure(packing) - _pressure(first)) <= _SAME_PRESSURE * abs(_pressure(first))
+            if close and _facts(packing) == _facts(first):
+                group.append(packing)
+                break
+        else:
+            groups.append([packing])
+    return groups
+
+
+def _facts(packing: Packing) -> dict[str, str]:
+    """Whatever the packings of one mean must share, besides their pressure: what it is -> how a label says it."""
+    sizes, counts = np.unique(
+        packing.diameters if packing.diameters is not None else packing.params["a0"], return_counts=True
+    )
+    named = "diameters" if packing.model == "sp" else "rest areas"
+    law = {name: f"{name} = {value}" for name, value in packing.params.items() if name != "a0"}
+    vertices = [] if packing.offsets is None else sorted(np.unique(np.diff(packing.offsets)).tolist())
+    return {
+        "model": _PARTICLES[packing.model],
+        "units": f"units {packing.units}",
+        "n": f"n = {packing.n}",
+        "ensemble": packing.ensemble,
+        "sizes": f"{named} " + " ".join(f"{c} × {s:.4g}" for s, c in zip(sizes[:4], counts, strict=False)),
+        "every size": str([(f"{s:.12g}", int(c)) for s, c in zip(sizes, counts, strict=True)]),
+        "vertices": f"vertices {vertices}",
+        **law,
+    }
+
+
+def _labels(firsts: Sequence[Packing]) -> list[str]:
+    """Particles, pressure, and whatever differs between groups."""
+    facts = [_facts(p) for p in firsts]
+    names = [name for name in dict.fromkeys(name for f in facts for name in f) if name not in ("model", "every size")]
+    differ = [name for name in names if len({f.get(name) for f in facts}) > 1]
+    labels = []
+    for packing, fact in zip(firsts, facts, strict=True):
+        unit = UNIT_OF_STRESS[packing.model, packing.units]
+        more = [fact[name] for name in differ if name in fact and name != "units"]
+        labels.append(", ".join([fact["model"], f"p = {_pressure(packing):.4g} {unit}", *more]))
+    return labels
+
+
+def _pressure(packing: Packing) -> float:
+    return 0.5 * float(np.trace(stress(packing)))

@@ -6,6 +6,8 @@ much; that time replaces tau_1 in the linear equation of motion. Not exact: harm
 contacts move by different amounts.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import gamma
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 
@@ -38,7 +42,10 @@ class NonlinearModulus:
     tau: Array
     error: Array
 
+    __repr__ = short_repr
 
+
+@checked
 def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: float = 1.0) -> Array:
     """Solve for the time tau_alpha, (m,) in units of tau_1, of an oscillator driven by a force at each frequency.
 
@@ -83,6 +90,7 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
     return np.array([solve(log_rate) for log_rate in np.log(w)])
 
 
+@checked
 def nonlinear_modulus(
     packing: Packing,
     omega: ArrayLike,

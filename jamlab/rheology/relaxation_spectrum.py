@@ -5,6 +5,8 @@ G* = G_0 + i omega eta_inf + sum_i g_i i omega/(lambda_i + i omega), g_i >= 0. E
 G'' is ever a small difference of large numbers, however low or high the frequency.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy import linalg
 
 from jamlab.errors import InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.representation import short_repr
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 
@@ -37,6 +40,8 @@ class RelaxationSpectrum:
     eta_inf: float
     rates: Array
     strengths: Array
+
+    __repr__ = short_repr
 
     @property
     def eta0(self) -> float:

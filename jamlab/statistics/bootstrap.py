@@ -7,6 +7,8 @@ Every interval draws with the same seed, `SEED`, unless told otherwise: the same
 figure, and two statistics of one ensemble are compared on the same resamples.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError, JamlabError
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -34,7 +37,9 @@ class Interval:
     low: Array
     high: Array
 
-    def __getitem__(self, index: int) -> "Interval":
+    __repr__ = short_repr
+
+    def __getitem__(self, index: int) -> Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 

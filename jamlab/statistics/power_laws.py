@@ -3,6 +3,8 @@
 `jamlab.statistics.bootstrap` gives the intervals of what is fitted here.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -36,6 +39,8 @@ class PowerLaw:
     points: int
     spread: float
     worst: float
+
+    __repr__ = short_repr
 
     def __call__(self, x: ArrayLike) -> Array:
         """y at x, of the shape of x."""

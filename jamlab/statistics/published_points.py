@@ -1,16 +1,20 @@
 """Read published points, such as those of Boromand et al. fig 9, from CSV to lay them beside a simulation."""
 
+from __future__ import annotations
+
 import csv
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import StorageError
 
 Array = NDArray[np.float64]
 
 
+@checked
 def read_points(path: str | Path, columns: tuple[str, ...] = ()) -> dict[str, Array]:
     """Read columns of numbers from a CSV file.
 

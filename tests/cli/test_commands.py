@@ -60,14 +60,14 @@ def test_analyze_says_what_a_foreign_file_lacks(packed, tmp_path):
     lines = (tmp_path / "p.data").read_text().splitlines()
     (tmp_path / "p.data").write_text("\n".join(["foreign", *lines[1:]]))
     done = call(tmp_path, "analyze", "p.data")
-    assert done.returncode == 0
+    assert done.exit_code == 0, done.stderr
     assert "p.data does not say eps, diameters: defaults of the decks are taken" in done.stderr
     jamlab.write_data(tmp_path / "p.data", rounded)
     done = call(tmp_path, "analyze", "p.data", "--json")
     assert "holds positions to" in done.stderr and json.loads(done.stdout)["g"] == [None]
     (tmp_path / "p.data").write_text("\n".join(lines[:20]))
     done = call(tmp_path, "analyze", "p.data")
-    assert done.returncode == 1 and "p.data is damaged or cut off" in done.stderr
+    assert done.exit_code == 1 and "p.data is damaged or cut off" in done.stderr
 
 
 def test_gstar_limits_and_picture(packed, tmp_path):
@@ -82,7 +82,7 @@ def test_gstar_limits_and_picture(packed, tmp_path):
 def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
     """Two files give a mean and write numbers; --n and --pressure make the packing."""
     path, _ = packed
-    other = ("pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--ensemble", "shear-stabilized", "--json")
+    other = ("pack", "--n", "32", "--pressure", "0.02", "--seed", "4", "--json")
     assert call(tmp_path, *other).exit_code == 0
     options = ("--points", "3", "--json")
     done = call(tmp_path, "gstar", str(path), "packing.h5", "--out", "both.h5", *options)
@@ -94,6 +94,48 @@ def test_gstar_of_several_files_is_their_mean(packed, tmp_path):
     assert made["g0"] == pytest.approx(printed["packings"][0]["g0"], rel=1e-9)
     direct = json.loads(call(tmp_path, "gstar", str(path), "--method", "direct", *options).stdout)
     assert direct["method"] == "direct" and direct["loss"] == pytest.approx(printed["packings"][0]["loss"], rel=1e-8)
+
+
+def test_gstar_of_unlike_files_is_a_curve_each(packed, tmp_path):
+    """pack, analyze and gstar give the same two moduli of one packing, each under its name."""
+    path, printed = packed
+    denser = call(tmp_path, "pack", "--n", "32", "--pressure", "0.04", "--seed", "3", "--json")
+    words = ("gstar", str(path), "packing.h5", "--points", "3")
+    curves = json.loads(call(tmp_path, *words, "--json").stdout)["curves"]
+    for curve, made in zip(curves, (printed, json.loads(denser.stdout)), strict=True):
+        assert curve["g"] == pytest.approx(made["g"][0], rel=1e-9)
+        assert curve["g0"] == pytest.approx(made["g_x"][0], rel=1e-7)
+    text = call(tmp_path, *words).stdout
+    assert text.count("contact damping, β = 1") == 2 and "p = 0.04 k" in text and "a curve each" in text
+    assert call(tmp_path, *words, "--out", "both.png").exit_code == 0
+    shown = call(tmp_path, "analyze", str(path)).stdout
+    assert "G_xy" in shown and "mean over directions" in shown
+
+
+def test_sizes_and_droplets_from_the_command_line(tmp_path):
+    sizes = ("--n", "10", "--ratio", "1.2", "--large", "0.3", "--json")
+    assert call(tmp_path, "pack", "--pressure", "0.05", *sizes).exit_code == 0
+    diameters = jamlab.read(tmp_path / "packing.h5").diameters
+    assert np.sum(diameters > 1) == 3 and diameters.max() / diameters.min() == pytest.approx(1.2)
+    droplets = ("jam", "--model", "dp", "--n", "5", "--large", "0.4", "--gamma", "0.1", "--ka", "50", "--delta", "0.2")
+    done = call(tmp_path, *droplets, "--json")
+    assert done.exit_code == 0, done.stderr
+    packing = jamlab.read(tmp_path / "onset.h5")
+    assert [packing.params[name] for name in ("gamma", "ka", "delta")] == [0.1, 50.0, 0.2]
+    assert np.diff(packing.offsets).tolist() == [12, 12, 12, 17, 17]
+
+
+def test_version_and_completion(tmp_path):
+    assert call(tmp_path, "--version").stdout == f"jamlab {jamlab.__version__}\n"
+    assert "--install-completion" in call(tmp_path, "--help").stdout
+
+
+def test_a_new_campaign_file_can_be_planned_and_is_never_replaced(tmp_path):
+    assert call(tmp_path, "campaign", "new", "c.toml").exit_code == 0
+    assert json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)["tasks"] == 12
+    (tmp_path / "c.toml").write_text("mine")
+    done = call(tmp_path, "campaign", "new", "c.toml")
+    assert done.exit_code == 1 and "c.toml exists" in done.stderr and (tmp_path / "c.toml").read_text() == "mine"
 
 
 def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
@@ -135,6 +177,11 @@ BAD = [
     (("jam", "--n", "7"), "n = 7"),
     (("jam", "--n", "few"), "--n"),
     (("jam", "--model", "foam"), "foam"),
+    (("jam", "--n", "8", "--gamma", "0.3"), "gamma"),
+    (("jam", "--n", "8", "--ratio", "0.5"), "ratio = 0.5"),
+    (("jam", "--model", "dp", "--n", "8", "--ratio", "1.4"), "nv_large"),
+    (("pack", "--n", "8", "--pressure", "0.1", "--large", "1"), "large = 1"),
+    (("pack", "--n", "4", "--pressure", "0.1", "--large", "0.01"), "one size only"),
     (("jam", "--seed", "-2"), "seed = -2"),
     (("jam", "--model", "dp", "--n", "8", "--contact", "round"), "round"),
     (("pack", "--n", "32", "--pressure", "-0.1"), "-0.1"),

@@ -114,7 +114,7 @@ def test_texts_list_the_contact_forms():
     """The comment of the decks' default, and the help of `jamlab jam`, which must not load numpy for the list."""
     deck = (installed("lammps_inputs") / "dp.parameters").read_text()
     help_text = CliRunner().invoke(app, ["jam", "--help"]).output
-    comment = re.search(r"^variable contact .*# (.*)$", deck, re.MULTILINE)[1]
+    comment = re.search(r"^variable contact .*# \[(.*)\]$", deck, re.MULTILINE)[1]
     assert comment.split(" | ") == list(CONTACT_FORMS)
     assert f"{', '.join(CONTACT_FORMS[:-1])} or {CONTACT_FORMS[-1]}." in " ".join(help_text.split())
 
@@ -194,6 +194,57 @@ def test_compute_polygon_needs_consecutive_atom_ids_too(refuses):
 def test_compute_polygon_takes_no_arguments(refuses):
     """None at all."""
     refuses("compute shape all polygon 3", "Compute polygon takes no arguments")
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (
+            "compute c all pair/local dist",
+            "compute c of style pair/local knows pairs of atoms .* compute polygon/contact",
+        ),
+        ("compute c all pair/local dist eng force", "compute c of style pair/local knows pairs"),
+        ("compute c all force/tally all", "compute c of style force/tally knows pairs of atoms"),
+        ("compute c all group/group all", "does not support compute group/group"),
+        ("compute c all centroid/stress/atom NULL pair", "does not support compute centroid/stress/atom"),
+        ("run_style respa 2 2 bond 1 pair 2", "polygon/area: run_style respa leaves its forces out"),
+    ],
+)
+def test_what_the_styles_cannot_serve_is_refused(refuses, command, message):
+    """By LAMMPS, which knows that there is no single(), or by the plugin."""
+    refuses(f"{FORCE}{AREA}{command}\nrun 0", message)
+
+
+def test_pair_write_is_refused(refuses, tmp_path):
+    """It wrote a table of the distance between two atoms otherwise."""
+    refuses(f"{FORCE}pair_write 1 1 10 r 0.1 0.2 {tmp_path / 'table'} circuloline", "does not support pair_write")
+
+
+def test_pair_local_serves_atoms_that_belong_to_no_polygon(lmp, tmp_path):
+    """A group without vertices."""
+    (tmp_path / "squares.data").write_text(squares())
+    deck = HEAD + PROPERTY + f"read_data {tmp_path / 'squares.data'} fix d_a0 NULL d_a0\n" + FORCE + AREA
+    deck += "group none empty\ncompute c none pair/local dist\nrun 0"
+    for line in deck.splitlines():
+        lmp.command(line)
+
+
+@pytest.mark.parametrize(
+    ("deck", "message"),
+    [
+        ("compute c all polygon/contact all", "polygon/contact takes no arguments"),
+        ("pair_style none\ncompute c all polygon/contact\nrun 0", "polygon/contact needs pair_style circuloline"),
+    ],
+)
+def test_compute_polygon_contact(refuses, deck, message):
+    """Arguments, and the pair style that it asks."""
+    refuses(f"{FORCE}{deck}", message)
+
+
+def test_compute_polygon_contact_refuses_atoms_that_changed(refuses, tmp_path):
+    """The edges near a vertex are of the last run; the message says how to renew them."""
+    deck = f"{FORCE}compute c all polygon/contact\nrun 0\ngroup second id 5:8\ndelete_atoms group second\n"
+    refuses(f"{deck}write_dump all local {tmp_path / 'contacts'} c_c[5]", "atoms have changed since .* use run 0 first")
 
 
 def test_three_dimensions_are_refused(refuses):

@@ -10,6 +10,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.deck_defaults import installed
+from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.deformation import sheared
 from jamlab.packing.force_law import CONTACT_FORMS
 
@@ -142,6 +143,63 @@ def test_ranks_and_newton_change_nothing(states, tmp_path, ranks):
             areas, perimeters = columns(tmp_path / f"{name}.shape", 4).T
             assert areas == pytest.approx(p.polygon_areas, rel=1e-12), name
             assert perimeters == pytest.approx(p.perimeters, rel=1e-12), name
+
+
+CONTACTS = """
+compute contacts all polygon/contact
+dump contacts all local 1 {name}.contacts c_contacts[*]
+dump_modify contacts format float %.17g
+compute of_pairs all pressure NULL pair
+fix virial all ave/time 1 1 1 c_of_pairs[1] c_of_pairs[2] c_of_pairs[4] file {name}.virial format " %.17g"
+"""
+
+
+def per_pair(i, j, force, separation):
+    """Of every pair of polygons: number of contacts, force on the first (none between images of one), sum of f r."""
+    sign = np.select([i < j, i > j], [1.0, -1.0], 0.0)
+    names = np.column_stack([np.minimum(i, j), np.maximum(i, j)]).astype(int)
+    names, row = np.unique(names, axis=0, return_inverse=True)
+    virial = np.einsum("ca,cb->cab", force, separation).reshape(-1, 4)
+    sums = np.zeros((len(names), 7))
+    np.add.at(sums, row.ravel(), np.column_stack([np.ones(len(i)), sign[:, None] * force, virial]))
+    return names, sums
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_contacts_are_those_of_the_energy(states, tmp_path, ranks):
+    """compute polygon/contact against jamlab's contacts, energy, forces and the virial of the pair style."""
+    deck = ""
+    kinds = {kind: p for kind, p in states.items() if kind.startswith(("jammed-", "spanning-")) and p.model == "dp"}
+    for kind, p in kinds.items():
+        jamlab.write_data(tmp_path / f"{kind}.data", p)
+        deck += deck_for(p, f"state-{kind}", data=f"{kind}.data", more=CONTACTS)
+    printed = run(tmp_path, deck, ranks)
+    assert len(printed) == len(kinds)
+    for kind, p in kinds.items():
+        e, delta, eps = jamlab.evaluate(p), p.params["delta"], p.params["eps"]
+        rows = np.loadtxt(tmp_path / f"state-{kind}.contacts", skiprows=9, ndmin=2)
+        polygons, vertices, gap, magnitude = rows[:, :2] - 1, rows[:, 2:4].astype(int) - 1, rows[:, 4], rows[:, 5]
+        force, separation = rows[:, 6:8], rows[:, 8:]
+        assert np.array_equal(p.particle[vertices], polygons), kind
+        assert np.hypot(*separation.T) - delta == pytest.approx(gap, abs=1e-14), kind
+        assert magnitude == pytest.approx(-eps * gap / delta**2, rel=1e-10), kind
+        assert np.sum(0.5 * eps * (gap / delta) ** 2) == pytest.approx(e.contact_energy, rel=1e-10), kind
+
+        c = vertex_contacts(p)
+        push = (eps / delta * (1 - c.distance / delta) / c.distance)[:, None] * c.separation
+        names, sums = per_pair(*polygons.T, force, separation)
+        wanted_names, wanted = per_pair(p.particle[c.vertex], p.particle[c.tail], push, c.separation)
+        assert np.array_equal(names, wanted_names), kind
+        assert np.abs(sums - wanted).max() < 1e-10 * np.abs(wanted).max(), kind
+
+        on_polygons = np.zeros((len(p.params["a0"]), 2))  # tension and area pull no polygon as a whole
+        np.add.at(on_polygons, polygons[:, 0].astype(int), force)
+        np.subtract.at(on_polygons, polygons[:, 1].astype(int), force)
+        gradient = np.add.reduceat(e.forces, p.offsets[:-1])
+        assert np.abs(on_polygons - gradient).max() < 1e-10 * magnitude.max(), kind
+        pressure = np.loadtxt(tmp_path / f"state-{kind}.virial")[1:]
+        virial = np.sum(force[:, [0, 1, 0]] * separation[:, [0, 1, 1]], axis=0)
+        assert virial / np.linalg.det(p.box) == pytest.approx(pressure, rel=1e-10, abs=1e-12), kind
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

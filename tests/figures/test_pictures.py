@@ -98,7 +98,7 @@ def test_overlaps():
 
 def modulus():
     s = jamlab.complex_modulus(state("disks"), np.geomspace(1e-4, 1e2, 25), method="dense")
-    return modulus_figure({"contact damping": Spectra((s,), "k", (True,))}, "k")
+    return modulus_figure({"contact damping": Spectra((s,), "k", (True,), (s.g0,))}, "k")
 
 
 def chart():
@@ -147,7 +147,7 @@ def test_numbers_behind_a_figure():
 @pytest.mark.parametrize(
     ("draw", "labels", "entries"),
     [
-        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*$  [k]")], 2),
+        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")], 2),
         (chart, [("CPU time on one core, s", "error of rho")] * 2, 6),
         (
             lambda: paper_figure("boromand-9").figure,

@@ -9,7 +9,12 @@ from jamlab import ContactDamping, StokesDrag
 from jamlab.geometry.contact_network import without_rattlers
 from jamlab.packing.deformation import sheared
 
-LAWS = [ContactDamping(), ContactDamping(beta=0.0), ContactDamping(beta=0.3, tau=2.0), StokesDrag(eta_f=0.7)]
+LAWS = [
+    ContactDamping(),
+    ContactDamping(beta=0.0),
+    ContactDamping(beta=0.3, tau=2.0, arms="contact"),
+    StokesDrag(eta_f=0.7),
+]
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +57,7 @@ def test_hessian_against_finite_differences(network):
 
 
 def disk_dissipation(p, law, u, spin, flow):
-    """Baumgarten & Tighe eq 6, contact by contact."""
+    """Baumgarten & Tighe eq 6, contact by contact; arms as printed, or to the middle of the overlap."""
     total = 0.0
     for i in range(p.n):
         for j in range(i):
@@ -61,15 +66,30 @@ def disk_dissipation(p, law, u, spin, flow):
                 if np.hypot(*r) < p.diameters[[i, j]].mean():
                     normal = r / np.hypot(*r)
                     du = u[j] - u[i] + flow * np.array([r[1], 0.0])
-                    slide = du @ [-normal[1], normal[0]] - p.diameters[[i, j]] @ spin[[i, j]] / 2
+                    arms = p.diameters[[i, j]] / 2
+                    if law.arms == "contact":
+                        arms = arms - (arms.sum() - np.hypot(*r)) / 2
+                    slide = du @ [-normal[1], normal[0]] - arms @ spin[[i, j]]
                     total += p.params["k"] * law.tau / 2 * ((du @ normal) ** 2 + law.beta * slide**2)
     return total
 
 
+def outline_rotation(p, ring, u, flow):
+    """Angular velocity at every vertex of a ring: the least squares fit of a rotation to its two edges."""
+    x, spin = p.positions, {}
+    for before, vertex, after in zip(np.roll(ring, 1), ring, np.roll(ring, -1), strict=True):
+        edges = np.array([x[vertex] - x[before], x[after] - x[vertex]])
+        rates = np.array([u[vertex] - u[before], u[after] - u[vertex]]) + flow * edges[:, [1]] * [1, 0]
+        turned = np.column_stack([-edges[:, 1], edges[:, 0]]).reshape(-1, 1)
+        spin[int(vertex)] = np.linalg.lstsq(turned, rates.ravel(), rcond=None)[0][0]
+    return spin
+
+
 def polygon_dissipation(p, law, u, flow):
-    """The same for a vertex against the point of the outline that it meets."""
+    """The same for a vertex against the point of the outline that it meets, where half way between the rims touch."""
     total = 0.0
     rings = [np.arange(*p.offsets[m : m + 2]) for m in range(p.n)]
+    spin = {vertex: w for ring in rings for vertex, w in outline_rotation(p, ring, u, flow).items()}
     for m, ring in enumerate(rings):
         for other in rings[:m] + rings[m + 1 :]:
             for image in np.ndindex(3, 3):
@@ -84,8 +104,10 @@ def polygon_dissipation(p, law, u, flow):
                         r = np.subtract(x, nearest)
                         du = u[i] - (1 - t) * u[tail] - t * u[head] + flow * np.array([r[1], 0.0])
                         par = du @ r / distance
+                        slide = (du[1] * r[0] - du[0] * r[1]) / distance
+                        slide -= distance / 2 * (spin[i] + (1 - t) * spin[tail] + t * spin[head])
                         stiffness = p.params["eps"] / p.params["delta"] ** 2
-                        total += stiffness * law.tau / 2 * (par**2 + law.beta * (du @ du - par**2))
+                        total += stiffness * law.tau / 2 * (par**2 + law.beta * slide**2)
     return total
 
 

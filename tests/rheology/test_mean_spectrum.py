@@ -6,7 +6,7 @@ import pytest
 
 import jamlab
 from jamlab.cli.spectrum_output import check_output, save
-from jamlab.rheology.mean_spectrum import Spectra
+from jamlab.rheology.mean_spectrum import Spectra, group_packings, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
 
@@ -14,7 +14,7 @@ OMEGA = np.geomspace(1e-4, 10, 9)
 @pytest.fixture(scope="module")
 def three():
     packings = [jamlab.pack(32, 1e-2, seed, ensemble="shear-stabilized") for seed in (1, 2, 3)]
-    return Spectra(tuple(jamlab.complex_modulus(p, OMEGA) for p in packings), "k", (True, False, True))
+    return Spectra(tuple(jamlab.complex_modulus(p, OMEGA) for p in packings), "k", (True, False, True), (0.1, 0.2, 0.3))
 
 
 def test_band_is_mean_and_standard_error(three):
@@ -23,7 +23,7 @@ def test_band_is_mean_and_standard_error(three):
     assert mean == pytest.approx(values.sum(axis=0) / 3, rel=1e-14)
     error = np.sqrt(((values - mean) ** 2).sum(axis=0) / 2 / 3)
     assert high - mean == pytest.approx(error, rel=1e-12) and mean - low == pytest.approx(error, rel=1e-12)
-    one = Spectra(three.members[:1], "k", (True,))
+    one = Spectra(three.members[:1], "k", (True,), (0.1,))
     mean, low, high = one.band("storage")
     assert np.array_equal(low, mean) and np.array_equal(high, mean)
 
@@ -37,12 +37,12 @@ def test_summary_and_rows_say_what_did_not_converge(three):
 
 
 def test_hdf5_holds_every_number(three, tmp_path):
-    save(three, "contact", tmp_path / "s.h5")
+    save([three], jamlab.ContactDamping(), tmp_path / "s.h5")
     with h5py.File(tmp_path / "s.h5") as file:
         assert np.array_equal(file["omega"], OMEGA)
         assert np.array_equal(file["storage"][1], three.members[1].storage)
         assert list(file["converged"]) == [True, False, True]
-        assert file.attrs["damping"] == "contact" and file.attrs["units"] == "k"
+        assert file.attrs["damping"] == "ContactDamping(beta=1.0, tau=1.0)" and file.attrs["units"] == "k"
 
 
 def test_picture_draws_band_and_slopes(three, tmp_path):
@@ -55,8 +55,36 @@ def test_picture_draws_band_and_slopes(three, tmp_path):
         x, y = line.get_data()
         slopes.append(np.log(y[1] / y[0]) / np.log(x[1] / x[0]))
     assert slopes == pytest.approx([1.0, 0.5])
-    save(three, "contact", tmp_path / "s.png")
+    save([three], jamlab.ContactDamping(), tmp_path / "s.png")
     assert (tmp_path / "s.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_packings_that_differ_are_never_averaged():
+    """Seeds alone may be averaged; pressure, size, ensemble, sizes and units each make a curve of their own."""
+    same = [jamlab.pack(16, 1e-2, seed) for seed in (1, 2)]
+    others = [
+        jamlab.pack(16, 2e-2, 1),
+        jamlab.pack(24, 1e-2, 1),
+        jamlab.pack(16, 1e-2, 1, ensemble="shear-stabilized"),
+        jamlab.pack(16, 1e-2, 1, ratio=1.2),
+        jamlab.jam("sp", 16, 1, ensemble="shear-stabilized"),
+    ]
+    packings = [same[0], *others, same[1]]
+    groups = group_packings(packings)
+    assert [len(group) for group in groups] == [2, 1, 1, 1, 1, 1]
+    curves = mean_spectra(packings[:3], OMEGA)
+    assert len({c.label for c in curves}) == 3 and "n = 24" in curves[2].label and "p = 0.02 k" in curves[1].label
+    first = curves[0]
+    measured = jamlab.measure(same[0])
+    assert first.g[0] == pytest.approx(measured["g"], rel=1e-12)
+    assert first.members[0].g0 == pytest.approx(measured["g_x"], rel=1e-8)
+
+
+def test_several_curves_in_one_file(three, tmp_path):
+    save([three, three], jamlab.ContactDamping(), tmp_path / "s.h5")
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert sorted(file) == ["curve_1", "curve_2"] and np.array_equal(file["curve_2/omega"], OMEGA)
+        assert "mean over directions" in file["curve_1"].attrs["shear"]
 
 
 def test_unknown_endings_and_places_are_refused(tmp_path):

@@ -1,12 +1,16 @@
 """Statistics of voids: numbers of sides, areas, and shapes beside that of a Plateau border."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -34,6 +38,8 @@ class VoidStatistics:
     shape_spread: Array
     percolating: int
 
+    __repr__ = short_repr
+
     @property
     def plateau(self) -> float:
         """Mean shape factor of voids with three sides over that of a Plateau border, 4.8706; nan without such voids."""
@@ -41,6 +47,7 @@ class VoidStatistics:
         return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
 
 
+@checked
 def void_statistics(*found: Voids) -> VoidStatistics:
     """Compute P_l, mean area and mean shape of the voids of one or several packings together.
 

@@ -10,12 +10,15 @@ A loop that winds around the torus by w has area -(sum - (w x p_0)/2), which is 
 areas of all loops of one void, modulo the cell, add up to the area of the void.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.geometry.cross_product import cross
 from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.disk_boundary import trace_disks
@@ -23,6 +26,7 @@ from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.torus_graph import find_components
 from jamlab.geometry.voids.void_rays import find_first_hits
 from jamlab.packing.packing import Packing
+from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -60,6 +64,8 @@ class Voids:
     void: Indices
     image: Indices
 
+    __repr__ = short_repr
+
     @property
     def shape(self) -> Array:
         """(m,) shape factor perimeter^2/(4 pi area); Plateau border of three equal disks: 4.8706."""
@@ -75,6 +81,7 @@ class LoopKind(IntEnum):
     WINDING = 3  # winds around the torus
 
 
+@checked
 def voids(packing: Packing) -> Voids:
     """Find the voids of a packing.
 

@@ -1,0 +1,111 @@
+"""Measure observables of the user's own: functions `module:function` that take a packing and return numbers."""
+
+import importlib
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.packing.packing import Packing
+
+Function = Callable[[Packing], Any]
+
+
+def own_observables(observables: Iterable[str]) -> list[str]:
+    """List the observables that are functions of the user's own."""
+    return [name for name in observables if ":" in name]
+
+
+def load_function(observable: str, folders: Sequence[str]) -> Function:
+    """Import the function of an observable `module:function`.
+
+    Args:
+        observable: its name.
+        folders: searched for the module before the places where Python looks.
+
+    Raises:
+        InputError: the module cannot be imported, or has no such function.
+    """
+    module, _, name = observable.partition(":")
+    with _search(folders):
+        try:
+            found = importlib.import_module(module)
+        except Exception as error:  # the module is the user's: whatever it raises is reported with its name
+            places = " and ".join(folders)
+            raise InputError(
+                f"observable {observable}: cannot import {module}: {type(error).__name__}: {error};"
+                f" put {module.partition('.')[0]}.py beside the campaign file (searched: {places})"
+            ) from error
+    function = getattr(found, name, None)
+    if not callable(function):
+        place = getattr(found, "__file__", module)
+        raise InputError(f"observable {observable}: {place} has no function {name}: correct the name")
+    return function  # type: ignore[no-any-return]
+
+
+def measure_own(
+    observable: str, function: Function, packings: Sequence[Packing], taken: Iterable[str]
+) -> dict[str, NDArray[np.float64]]:
+    """Measure each packing with a function of the user's own.
+
+    Args:
+        observable: its name, for messages.
+        function: returns a number, or a dict of numbers with the same keys for every packing; nan where it has no
+            value.
+        packings: frames of a task.
+        taken: names of columns that other observables use.
+
+    Returns:
+        Column -> (packings,); a single number makes the column `function`.
+
+    Raises:
+        InputError: the function fails, or returns anything else.
+    """
+    rows = [_row(observable, function, packing, k) for k, packing in enumerate(packings)]
+    for k, row in enumerate(rows):
+        if row.keys() != rows[0].keys():
+            raise InputError(
+                f"observable {observable}: columns {', '.join(row)} for state {k}, {', '.join(rows[0])} for state 0:"
+                " return the same keys for every packing, with nan where there is no value"
+            )
+    for column in rows[0]:
+        if column in taken:
+            raise InputError(f"observable {observable}: column {column!r} is taken: choose another name")
+    return {column: np.array([row[column] for row in rows], dtype=np.float64) for column in rows[0]}
+
+
+def _row(observable: str, function: Function, packing: Packing, state: int) -> dict[str, float]:
+    try:
+        found = function(packing)
+    except Exception as error:  # the function is the user's: whatever it raises is reported with its name
+        raise InputError(
+            f"observable {observable} failed for state {state}: {type(error).__name__}: {error};"
+            " correct it, or return nan where it has no value"
+        ) from error
+    row = found if isinstance(found, dict) else {observable.partition(":")[2]: found}
+    for column, value in row.items():
+        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+        if not number or np.isinf(value) or not isinstance(column, str) or not column.isidentifier():
+            raise InputError(
+                f"observable {observable} returned {found!r:.200} for state {state}: return a finite number or nan,"
+                " or a dict of them whose keys are words"
+            )
+    if not row:
+        raise InputError(f"observable {observable} returned {{}} for state {state}: return at least one number")
+    return {column: float(value) for column, value in row.items()}
+
+
+@contextmanager
+def _search(folders: Sequence[str]) -> Iterator[None]:
+    """Look for modules in these folders first."""
+    before = list(sys.path)
+    sys.path[:0] = folders
+    importlib.invalidate_caches()
+    try:
+        yield
+    finally:
+        sys.path[:] = before

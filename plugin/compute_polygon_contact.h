@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_COMPUTE_POLYGON_CONTACT_H
+#define JAMLAB_COMPUTE_POLYGON_CONTACT_H
+
+#include "compute.h"
+
+namespace LAMMPS_NS {
+
+/* Local array, one row per contact of pair style circuloline, a vertex and an
+   edge of another polygon (or of an image of its own) that are closer than delta:
+
+   1, 2    molecule IDs of the vertex and of the edge
+   3, 4    atom IDs of the vertex and of the edge's first vertex
+   5       gap d - delta, negative while the rims overlap
+   6-8     force: magnitude, x and y component of the force on the vertex
+   9, 10   vector from the closest point of the edge to the vertex
+
+   Rows of a pair of polygons add up to the force between them; force times
+   vector, over all rows, is the contact virial. A group keeps the contacts of
+   which it holds both the vertex and the edge's first vertex. */
+
+class ComputePolygonContact : public Compute {
+ public:
+  ComputePolygonContact(class LAMMPS *, int, char **);
+  ~ComputePolygonContact() override;
+  void init() override;
+  void compute_local() override;
+  double memory_usage() override;
+
+ private:
+  class PairCirculoline *pair;
+  int capacity;    // rows that array_local has room for
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,234 @@
+"""Campaigns: observables added later are measured on stored states; observables of the user's own."""
+
+import re
+
+import pandas as pd
+import pytest
+from campaigns import run_here, written
+
+import jamlab
+from jamlab.campaign import measurements
+from jamlab.campaign import states as making
+from jamlab.campaign.exchange import export, merge
+from jamlab.campaign.tables import TABLES
+from jamlab.campaign.tasks import batches, state_key
+from jamlab.engine.session import Session
+from jamlab.errors import InputError
+
+OWN = """
+CALLS = []
+
+def twice_phi(packing):
+    return 2 * packing.phi
+
+def largest(packing):
+    return {"widest": packing.diameters.max(), "nothing": float("nan")}
+
+def text(packing):
+    return "dense"
+
+def clash(packing):
+    return {"rho": 1.0}
+
+def uneven(packing):
+    CALLS.append(packing)
+    return {f"call_{len(CALLS)}": 1.0}
+
+def breaks(packing):
+    return packing.no_such_thing
+"""
+MORE = {
+    "observables": ["voids", "spectra", "quasistatic", "correlation", "own_numbers:twice_phi", "own_numbers:largest"],
+    "omega": [1e-2, 1.0],
+    "correlation_omega": [1e-1],
+    "prestress": [True, False],
+}
+SHORT = {"n": 8, "compress": {"to": 0.88, "step": 0.02}}
+
+
+@pytest.fixture
+def forbid_minimization(monkeypatch):
+    """Function after which nothing can be made or minimised any more."""
+
+    def forbid():
+        def fail(*_, **__):
+            raise AssertionError("a packing was made or minimised")
+
+        for name in ("jam", "compress", "pack"):
+            monkeypatch.setattr(making, name, fail)
+        monkeypatch.setattr(Session, "minimize", fail)
+
+    return forbid
+
+
+def run(path):
+    """The campaign of a file, run by the driver's own steps in this process."""
+    (path.parent / "own_numbers.py").write_text(OWN)
+    campaign = jamlab.open_campaign(path)
+    assert {outcome.state for outcome in run_here(campaign)} <= {"finished"}
+    return campaign
+
+
+def assert_same_tables(one, other):
+    for name in TABLES:
+        first, second = (c.table(name).drop(columns=["wall_time", "seconds"], errors="ignore") for c in (one, other))
+        assert len(first) or name in ("onset", "spectra", "quasistatic", "correlation")  # not every campaign has these
+        pd.testing.assert_frame_equal(first, second, check_exact=True)
+
+
+@pytest.mark.parametrize(
+    "protocol",
+    [
+        SHORT,
+        {"n": 16, "compress": None, "pressures": [1e-2, 1e-3], "ensemble": "shear-stabilized", "seeds": 1},
+    ],
+)
+def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimization, protocol):
+    (tmp_path / "at_once").mkdir()
+    at_once = run(written(tmp_path / "at_once" / "c.toml", **protocol, **MORE))
+    path = tmp_path / "c.toml"
+    run(written(path, **protocol))
+    forbid_minimization()
+    run(written(path, **protocol, observables=["voids"]))
+    later = run(written(path, **protocol, **MORE))
+    assert later.finished() == at_once.finished()
+    assert later.status().foreign == 2 * len(at_once.finished())
+    assert_same_tables(at_once, later)
+    for name in later.finished():
+        for kept, made in zip(later.packings(name), at_once.packings(name), strict=True):
+            assert kept.positions.tobytes() == made.positions.tobytes()
+            assert kept.box.tobytes() == made.box.tobytes()
+
+
+def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid_minimization):
+    path = written(
+        tmp_path / "c.toml", "full", model="dp", n=8, seeds=[1], compress=None, onset=True, force_law={"gamma": 0.12},
+        observables=["voids"],
+    )  # fmt: skip
+    forbid_minimization()
+    campaign = jamlab.open_campaign(path)
+    merge(campaign, [full.folder.path])
+    assert [line.stored for line in campaign.plan()] == [1]
+    run_here(campaign)
+    (task,) = campaign.finished()
+    voids = jamlab.voids(campaign.packings(task)[0])
+    assert len(campaign.table("voids")) == (voids.percolating == 0).sum() > 0
+    pd.testing.assert_frame_equal(
+        campaign.table("states").drop(columns="task"), full.table("states", "droplets").drop(columns="task")
+    )
+
+
+def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
+    path = tmp_path / "c.toml"
+    spectra = {"observables": ["spectra"], "omega": [1.0]}
+    run(written(path, **SHORT, **spectra))
+    monkeypatch.setattr(measurements, "complex_modulus", lambda *_: pytest.fail("measured again"))
+    run(written(path, **SHORT, observables=["spectra", "voids"], omega=[1.0]))
+    campaign = jamlab.open_campaign(written(path, **SHORT, observables=["spectra"], omega=[2.0]))
+    with pytest.raises(pytest.fail.Exception, match="measured again"):  # other frequencies are another table
+        run_here(campaign)
+
+
+def test_damaged_sources_are_made_anew(tmp_path):
+    path = written(tmp_path / "c.toml", **SHORT, seeds=1)
+    (name,) = run(path).finished()
+    file = tmp_path / "c" / "tasks" / f"{name}.h5"
+    content = bytearray(file.read_bytes())
+    content[-100] ^= 1
+    file.write_bytes(content)
+    campaign = run(written(path, **SHORT, seeds=1, observables=["voids"]))
+    (tmp_path / "again").mkdir()
+    assert_same_tables(campaign, run(written(tmp_path / "again" / "c.toml", **SHORT, seeds=1, observables=["voids"])))
+
+
+def test_state_keys_depend_on_what_states_depend_on(tmp_path):
+    def key(**changes):
+        content = jamlab.open_campaign(written(tmp_path / "c.toml", **changes)).content
+        return state_key(next(batches(content)[0].tasks()).parameters)
+
+    same = key()
+    assert key(**MORE) == same
+    assert key(tolerances={"spectrum_error": 1e-5}) == same
+    others = [
+        key(seeds=[2]),
+        key(n=18),
+        key(tolerances={"max_force": 1e-10}),
+        key(tolerances={"step_error": 1e-2}),
+        key(compress={"to": 0.9, "step": 0.01}),
+        key(ensemble="shear-stabilized"),
+    ]
+    assert len({same, *others}) == 7
+
+
+def test_own_observables_are_columns_of_states(tmp_path):
+    campaign = run(written(tmp_path / "c.toml", **SHORT, observables=["own_numbers:twice_phi", "own_numbers:largest"]))
+    states = campaign.table("states")
+    assert states["twice_phi"].tolist() == (2 * states["phi"]).tolist()
+    for task, part in states.groupby("task"):
+        assert part["widest"].tolist() == [p.diameters.max() for p in campaign.packings(task)]
+    assert states["nothing"].isna().all()
+    (file,) = export(campaign, tmp_path / "tables", tables=["states"])
+    assert pd.read_csv(file)["twice_phi"].tolist() == states["twice_phi"].tolist()
+    mean = campaign.aggregate(["twice_phi"], by=["n"])
+    assert mean["twice_phi_packings"].tolist() == [2]
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        ("text", r"own_numbers:text returned 'dense' for state 0: return a finite number or nan"),
+        ("clash", r"own_numbers:clash: column 'rho' is taken: choose another name"),
+        ("uneven", r"own_numbers:uneven: columns call_2 for state 1, call_1 for state 0: return the same keys"),
+        ("breaks", r"own_numbers:breaks failed for state 0: AttributeError: .*no_such_thing"),
+    ],
+)
+def test_what_own_observables_may_not_return(tmp_path, function, message):
+    (tmp_path / "own_numbers.py").write_text(OWN)
+    path = written(tmp_path / "c.toml", **SHORT, seeds=1, observables=[f"own_numbers:{function}"])
+    campaign = jamlab.open_campaign(path)
+    (outcome,) = run_here(campaign)
+    assert outcome.state == "failed"
+    (record,) = campaign.status().failures.values()
+    assert record["label"] == "sp n=8 seed=1"
+    assert re.match(f"observable {message}", record["reason"])
+
+
+@pytest.mark.parametrize(
+    ("observable", "message"),
+    [
+        (
+            "nowhere_to_be:f",
+            r"observable nowhere_to_be:f: cannot import nowhere_to_be: ModuleNotFoundError",
+        ),
+        ("own_numbers:f", r"observable own_numbers:f: .*own_numbers.py has no function f: correct the name"),
+    ],
+)
+def test_own_observables_that_are_not_there_stop_a_run_before_it_begins(tmp_path, observable, message):
+    (tmp_path / "own_numbers.py").write_text(OWN)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SHORT, observables=[observable]))
+    with pytest.raises(InputError, match=message):
+        campaign.run(1)
+    assert campaign.status().left == 2
+
+
+def test_two_own_observables_of_one_column_are_not_mixed(tmp_path):
+    (tmp_path / "more_numbers.py").write_text("def twice_phi(packing):\n    return 0.0\n")
+    path = written(tmp_path / "c.toml", **SHORT, observables=["own_numbers:twice_phi"], seeds=1)
+    other = written(tmp_path / "d.toml", **SHORT, observables=["more_numbers:twice_phi"], seeds=1).read_text()
+    path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "again"))
+    campaign = run(path)
+    with pytest.raises(InputError, match=r"both have a column 'twice_phi': take one sweep at a time"):
+        campaign.table("states")
+    assert (campaign.table("states", sweep="again")["twice_phi"] == 0).all()
+
+
+def test_workers_import_from_the_folder_of_the_campaign_file(tmp_path):
+    """Added to a finished campaign, and run by workers; then opened by its folder."""
+    run(written(tmp_path / "c.toml", **SHORT))
+    path = written(tmp_path / "c.toml", **SHORT, observables=["own_numbers:twice_phi"])
+    done = jamlab.open_campaign(path).run(1)
+    assert (done.finished, done.failed) == (2, 0)
+    path.write_text(path.read_text().replace("twice_phi", "largest"))
+    (tmp_path / "c" / "campaign.toml").write_text(path.read_text())
+    done = jamlab.open_campaign(tmp_path / "c").run(1)
+    assert (done.finished, done.failed) == (2, 0)

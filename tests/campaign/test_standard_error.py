@@ -1,0 +1,109 @@
+"""Campaigns: seeds are added until means are known to a standard error."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from campaigns import run_here, written
+from commands import call
+
+import jamlab
+from jamlab.campaign import standard_error
+from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.standard_error import FIRST_SEEDS, precision
+from jamlab.campaign.tasks import batches
+from jamlab.errors import InputError
+
+ONSET = {"n": 8, "compress": None, "onset": True}
+
+
+@pytest.fixture
+def spread(tmp_path, monkeypatch):
+    """Function that says how a campaign goes whose packings have the given values of z: precision, round by round."""
+
+    def follow(values, until, most=100, failing=()):
+        path = written(tmp_path / "c.toml", **ONSET, seeds=most, until={"z": until})
+        (batch,) = batches(read_campaign_file(path))
+        names = list(batch.names())
+        rows = dict(zip(names, values, strict=False))
+        monkeypatch.setattr(
+            standard_error, "read_last_state", lambda file: {"converged": 1.0, "z": rows[file.name.removesuffix(".h5")]}
+        )
+        found, finished, failed = [], set(), {names[k] for k in failing}
+        while not found or not found[-1].met:
+            found.append(precision(batch, CampaignFolder(tmp_path / "c"), finished, failed))
+            wanted = set(names[: found[-1].seeds]) - failed
+            if wanted == finished:
+                break
+            finished = wanted
+        return found
+
+    return follow
+
+
+def test_seeds_are_added_until_the_error_is_met(spread):
+    values = np.tile([3.0, 5.0], 50)
+    found = spread(values, 0.2)
+    last = found[-1]
+    assert last.met
+    assert [p.met for p in found[:-1]] == [False] * (len(found) - 1)
+    assert last.errors["z"] == np.std(values[: last.seeds], ddof=1) / np.sqrt(last.seeds) <= 0.2
+    counts = [p.seeds for p in found]
+    assert counts[0] == FIRST_SEEDS
+    assert 25 <= last.seeds <= 31  # (1 / 0.2)^2 = 25, and a quarter more
+    steps = [(a, b) for a, b in pairwise(counts) if a != b]
+    assert steps
+    assert all(1.25 * a <= b <= 2 * a for a, b in steps)
+
+
+def test_equal_packings_need_the_first_seeds_only(spread):
+    assert [(p.seeds, p.met) for p in spread([4.0] * 100, 1e-6)] == [(FIRST_SEEDS, False), (FIRST_SEEDS, True)]
+
+
+def test_the_cap_ends_it(spread):
+    last = spread(np.arange(20.0), 1e-3, most=20)[-1]
+    assert (last.seeds, last.met) == (20, False)
+    assert last.errors["z"] == pytest.approx(np.std(np.arange(20), ddof=1) / np.sqrt(20))
+
+
+def test_packings_without_a_value_are_left_out(spread):
+    values = np.random.default_rng(2).normal(4.0, 0.1, 100)
+    values[3] = np.nan
+    first = spread(values, 0.2, failing=[5])[-1]
+    kept = np.delete(values[:FIRST_SEEDS], [3, 5])
+    assert first.errors["z"] == pytest.approx(np.std(kept, ddof=1) / np.sqrt(6), rel=1e-12)
+    assert np.isnan(spread([np.nan] * 16, 0.2, most=16)[-1].errors["z"])
+
+
+def test_a_run_stops_at_the_error_and_goes_on_where_it_was(tmp_path):
+    path = written(tmp_path / "c.toml", **ONSET, seeds=60, until={"rho": 0.01})
+    campaign = jamlab.open_campaign(path)
+    assert campaign.plan()[0].tasks == 60
+    assert "at most, until the means are known: rho to 0.01" in call(tmp_path, "campaign", "plan", path).stdout
+    assert campaign.status().tasks == FIRST_SEEDS
+    assert len(run_here(campaign)) == FIRST_SEEDS  # a driver that dies after the first round
+    done = campaign.run(1)
+    (sweep,) = campaign.status().sweeps
+    assert FIRST_SEEDS + done.finished == sweep.tasks == sweep.finished < sweep.most == 60
+    assert sweep.until == {"rho": 0.01}
+    rho = campaign.table("states")["rho"]
+    assert sweep.errors["rho"] == pytest.approx(rho.std() / np.sqrt(len(rho)), rel=1e-12)
+    assert sweep.errors["rho"] <= 0.01
+    assert campaign.run(1).finished == 0
+    shown = call(tmp_path, "campaign", "status", path).stdout
+    assert (
+        f"disks sp n=8: error of mean rho {sweep.errors['rho']:.3g}, until 0.01: met; {sweep.tasks} of at most 60"
+        in shown
+    )
+    assert (campaign.plan()[0].tasks, campaign.plan()[0].left) == (sweep.tasks, 0)
+
+
+def test_what_cannot_be_asked_for(tmp_path):
+    path = tmp_path / "c.toml"
+    with pytest.raises(InputError, match=r"until\.zed: table states has no such column: use one of rho, phi, z"):
+        read_campaign_file(written(path, until={"zed": 0.1}))
+    with pytest.raises(InputError, match=r"until\.z = 0.*: must be above 0"):
+        read_campaign_file(written(path, until={"z": 0.0}))
+    with pytest.raises(InputError, match=r"until = .*at least one"):
+        read_campaign_file(written(path, until={}))

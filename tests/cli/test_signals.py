@@ -1,0 +1,115 @@
+"""Signals to whole commands: one line, no process left, no file in part, no port open to others."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 64\nseeds = 400\nonset = true\n'
+COMMANDS = {
+    "demo": ["demo", "--n", "256", "--out", "out"],
+    "campaign": ["campaign", "run", "c.toml", "--workers", "2"],
+    "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
+    "chart": ["chart", "speed-accuracy", "--quick", "--out", "out"],
+}
+CHILDREN = {"demo": 2, "campaign": 2, "jam": 0, "chart": 0}
+SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml` goes on"}
+
+
+def start(folder, name):
+    """A command in a process group of its own, as a shell starts it."""
+    (folder / "c.toml").write_text(CAMPAIGN)
+    line = [sys.executable, "-m", "jamlab.cli", *COMMANDS[name]]
+    return subprocess.Popen(
+        line, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def at_work(process):
+    """Whether LAMMPS runs in a process; a campaign's driver never loads it."""
+    try:
+        return "liblammps" in Path(f"/proc/{process.pid}/maps").read_text()
+    except OSError:
+        return False
+
+
+def family_at_work(process, children):
+    """The process and its children, as soon as LAMMPS runs in as many of them as are to come."""
+    end = time.monotonic() + 120
+    while time.monotonic() < end:
+        assert process.poll() is None, process.stderr.read()
+        family = [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
+        if sum(map(at_work, family[1:] if children else family)) >= max(children, 1):
+            return family
+        time.sleep(0.05)
+    raise AssertionError("the work did not begin")
+
+
+def open_ports(family):
+    return {c.laddr.ip for p in family for c in p.net_connections("inet") if c.status == psutil.CONN_LISTEN}
+
+
+def check_end(folder, name, number, *, group=False):
+    process = start(folder, name)
+    family = family_at_work(process, CHILDREN[name])
+    assert open_ports(family) <= {"127.0.0.1", "::1"}
+    (os.killpg if group else os.kill)(process.pid, number)
+    killed = number == signal.SIGKILL
+    within = 30 if killed else 5
+    out, err = process.communicate(timeout=within)  # before psutil waits, which would take the exit code
+    assert not psutil.wait_procs(family[1:], timeout=within)[1]
+    written = [p for p in folder.rglob("*") if p.is_file() and p.suffix in (".h5", ".png", ".html", ".tmp")]
+    assert not [p for p in written if p.parent.name != "tasks"]  # finished tasks are whole files
+    if killed:
+        assert process.returncode == -number
+        return
+    assert process.returncode == 128 + number
+    assert out == ""
+    assert err.splitlines()[-1].startswith("interrupted: ") and "Traceback" not in err
+    assert SAID.get(name, "nothing was written") in err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("name", "number"), [("demo", signal.SIGTERM), ("demo", signal.SIGKILL), ("campaign", signal.SIGTERM)]
+)
+def test_no_process_is_left(tmp_path, name, number):
+    check_end(tmp_path, name, number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_process_of_any_command_is_left(tmp_path, name, number):
+    check_end(tmp_path, name, number)
+
+
+@pytest.mark.parametrize("name", ["demo", pytest.param("campaign", marks=pytest.mark.slow)])
+def test_ctrl_c_reaches_children_too(tmp_path, name):
+    check_end(tmp_path, name, signal.SIGINT, group=True)
+
+
+def test_ctrl_c_while_the_command_is_imported(tmp_path):
+    process = start(tmp_path, "jam")
+    mask, end = 1 << (signal.SIGTERM - 1), time.monotonic() + 30
+    while time.monotonic() < end:  # until the command watches for signals
+        with open(f"/proc/{process.pid}/status") as status:
+            caught = next(int(line.split()[1], 16) for line in status if line.startswith("SigCgt"))
+        if caught & mask:
+            break
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=10)
+    assert (process.returncode, err) == (130, "interrupted: nothing was written\n")
+
+
+def test_a_demo_whose_process_is_killed_ends_with_one_line(tmp_path):
+    process = start(tmp_path, "demo")
+    family = family_at_work(process, 2)
+    next(p for p in family[1:] if at_work(p)).kill()
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 1 and "was killed" in err and "Traceback" not in err
+    assert not psutil.wait_procs(family[1:], timeout=5)[1]

@@ -1,0 +1,72 @@
+"""What a terminal shows: tables that fit it, progress with the time left, plain lines where there is none."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from jamlab.cli import console, progress
+from jamlab.cli.progress import WorkDone, progress_bars
+
+COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
+LINES = [[f"0.8{row}", *(f"{row}.{k:04d}" for k in range(12))] for row in range(3)]
+
+
+@pytest.fixture
+def printed(monkeypatch):
+    """Function that prints into a text of a given width."""
+
+    def run(width, action):
+        text = io.StringIO()
+        monkeypatch.setattr(console, "out_console", Console(file=text, width=width))
+        action()
+        return text.getvalue()
+
+    return run
+
+
+@pytest.mark.parametrize("width", [40, 80, 140, 160])
+def test_tables_fit_the_terminal_and_lose_nothing(printed, width):
+    text = printed(width, lambda: console.print_table("title", COLUMNS, LINES))
+    assert max(map(len, text.splitlines())) <= width
+    words = text.split()
+    for word in [*COLUMNS, *(cell for line in LINES for cell in line)]:
+        assert word in words, word
+    assert (words.count("rho") > 1) == (width < 140)
+
+
+def test_names_with_brackets_are_printed_as_they_are(printed):
+    assert "a[red]b.h5" in printed(80, lambda: console.print_table("a[red]b.h5", ["x"], [["[1]"]]))
+
+
+def test_empty_columns_are_left_out_and_missing_moduli_explained(printed, random_disks):
+    """Disks that were never minimised have no modulus; the table says why instead of printing nan."""
+    text = printed(160, lambda: console.print_packings([random_disks(phi=1.1), random_disks(phi=1.1)], None, False))
+    assert "G_xy" not in text and "nan" not in text
+    assert text.count("not stable: ") == 1 and "minimum" in text
+
+
+@pytest.mark.parametrize("onset", [0.9, 0.5])
+def test_share_of_work_grows_from_0_to_1_and_never_falls(onset):
+    work = WorkDone(0.95, onset)
+    shares = [work.update("onset", phi) for phi in (0.21, 0.5, 0.8, 0.84, 0.83, 0.835)]
+    assert shares == sorted(shares) and 0 <= shares[0] < 0.05 and shares[-1] <= onset
+    after = [work.update("compress", rho) for rho in (0.85, 0.9, 0.949999)]
+    assert shares[-1] <= after[0] <= after[1] < after[2] == 1
+
+
+def test_a_sweep_alone_starts_at_nothing():
+    assert WorkDone(0.9).update("compress", 0.85) == 0
+
+
+def test_plain_lines_where_there_is_no_terminal(monkeypatch):
+    text = io.StringIO()
+    monkeypatch.setattr(progress, "err_console", Console(file=text, width=80))
+    clock = iter(range(0, 1000, 6))
+    monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
+    with progress_bars({"sp": "soft particles"}, 0.95) as shows:
+        for phi in (0.3, 0.5, 0.7, 0.82):
+            shows["sp"]("onset", phi)
+    lines = text.getvalue().splitlines()
+    assert len(lines) == 2 and all(line.startswith("soft particles: onset 0.") for line in lines)
+    assert "s so far" in lines[0] and "left" in lines[1] and "\x1b" not in text.getvalue()
