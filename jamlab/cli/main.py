@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 from typer.core import TyperGroup
 
 from jamlab.cli import campaign
@@ -43,7 +44,7 @@ class Commands(TyperGroup):
         except JamlabError as error:
             if self.debug:
                 raise
-            err_console.print(f"[red]error:[/] {error}", soft_wrap=True, highlight=False)
+            err_console.print(Text("error:", style="red"), str(error), soft_wrap=True, highlight=False, markup=False)
             raise typer.Exit(1) from None
 
 

@@ -62,6 +62,7 @@ def assert_harmless(folder, *command):
         done = call(folder, *command)  # which asserts that nothing but SystemExit comes out
     assert done.exit_code in (0, 1, 2)
     assert done.exit_code == 0 or done.stderr.strip()
+    assert "fault of jamlab" not in done.stderr
     assert {name: (folder / name).stat().st_mtime_ns for name in os.listdir(folder)} == before
 
 
@@ -275,3 +276,12 @@ def test_command_lines(tmp_path, examples):
         assert_harmless(tmp_path, *command, *options)
 
     try_all(run, examples, data=st.data())
+
+
+def test_brackets_of_a_file_are_no_markup(tmp_path):
+    """Found above: a closing tag in a message ended in a traceback."""
+    jamlab.write_data(tmp_path / "run.data", polygons(1, 0.3))
+    text = (tmp_path / "run.data").read_text()
+    (tmp_path / "run.data").write_text(text.replace(" ", " [/] ", 1).replace("\n1 ", "\n[/] ", 1))
+    assert_harmless(tmp_path, "analyze", "run.data")
+    assert_harmless(tmp_path, "analyze", "[/].h5")
