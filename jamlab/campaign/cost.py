@@ -50,6 +50,7 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
 }
 _ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 
+DRIVING = 1.2  # CPU of a campaign over that of its parts: Dask and files; 1.6, 1.6 and 1.2 on a machine at full load
 WORKER_SECONDS = 3.5  # CPU to start one worker and the driver, which load Dask, LAMMPS and the solvers
 
 _CRYSTAL = 12  # disks along each side of the packing on which the machine is timed

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.campaign.cost import machine_speed, measuring_seconds, state_count, task_bytes, task_seconds
+from jamlab.campaign.cost import DRIVING, machine_speed, measuring_seconds, state_count, task_bytes, task_seconds
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.standard_error import precision
 from jamlab.campaign.stored_states import StoredStates, shared_tables
@@ -77,10 +77,11 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
     stored = [source for source in sources if source is not None]
     total = 0.0
     if len(left) > len(stored):
-        each = task_seconds(parameters) * machine_speed() if seconds is None else seconds
+        each = task_seconds(parameters) * DRIVING * machine_speed() if seconds is None else seconds
         total += (len(left) - len(stored)) * each
     for source in stored:
-        total += measuring_seconds(parameters, shared_tables(parameters, source.parameters)) * machine_speed()
+        shared = shared_tables(parameters, source.parameters)
+        total += measuring_seconds(parameters, shared) * DRIVING * machine_speed()
     return Estimate(
         batch.sweep,
         parameters["model"],
