@@ -52,7 +52,7 @@ def test_analyze_reads_lammps_files_as_its_own(packed, tmp_path):
     own = call(tmp_path, "analyze", str(path), "--json")
     for name in ("p.data", "p.dump"):
         done = call(tmp_path, "analyze", name, "--json")
-        assert (done.returncode, done.stderr) == (0, "")
+        assert (done.exit_code, done.stderr) == (0, "")
         read, wanted = json.loads(done.stdout), json.loads(own.stdout)
         assert read["converged"] == [True]
         for column in ("rho", "z", "g", "pressure"):
