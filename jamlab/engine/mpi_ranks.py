@@ -29,11 +29,9 @@ def check_ranks(ranks: int) -> None:
     Raises:
         InputError: naming the value.
     """
-    most = os.cpu_count() or 1
-    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= max(most, _FEW):
-        raise InputError(
-            f"ranks = {ranks!r}: must be a whole number of MPI ranks, at least 1 and at most {most}, a core each"
-        )
+    most = max(os.cpu_count() or 1, _FEW)
+    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
+        raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more and at most {most} here")
 
 
 def minimize_on_ranks(
