@@ -255,7 +255,7 @@ COMMANDS = {  # each with an option or argument that nothing can start from
     ("gstar", "absent.h5"): ["--out", "--damping", "--beta", "--n", "--pressure", "--seed", "--points"],
     ("figure",): ["--out", "--from", "--n"],
     ("campaign", "plan", "absent.toml"): ["--out", "--workers", "--only"],
-    ("campaign", "export", "c.toml"): ["--to", "--format", "--table", "--sweep", "--out"],
+    ("campaign", "export", "c.toml", "--to", "run.h5"): ["--format", "--table", "--sweep", "--out"],
     ("campaign", "status", "c.toml"): ["--out", "--verify"],
     ("campaign", "merge", "c.toml", "absent"): ["--out"],
     ("decks",): ["--copy"],
