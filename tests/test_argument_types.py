@@ -54,7 +54,14 @@ def required(random_disks, tmp_path_factory):
     packing = random_disks()
     path = tmp_path_factory.mktemp("types") / "p.h5"
     packing.write(path)
-    own = {"packing": packing, "packings": [packing], "path": path, "found": jamlab.voids(packing)}
+    own = {
+        "u": jamlab.universe(packing),
+        "source": packing,
+        "packing": packing,
+        "packings": [packing],
+        "path": path,
+        "found": jamlab.voids(packing),
+    }
     return REQUIRED | own | {"picture": np.zeros((4, 4)), "damping": None}
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
@@ -24,6 +25,7 @@ DUMP = (".dump", ".lammpstrj", ".lammpsdump")
 GSD = (".gsd",)
 
 
+@checked
 def read(
     path: FilePath,
     frame: int = -1,
@@ -62,6 +64,7 @@ def read(
     return found
 
 
+@checked
 def read_all(
     path: FilePath,
     *,

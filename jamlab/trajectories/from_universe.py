@@ -11,7 +11,7 @@ import numpy as np
 from MDAnalysis.exceptions import NoDataError
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.checks import finite_array
+from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
@@ -103,8 +103,9 @@ class UniverseFrames:
         return None if radii is None else np.asarray(radii, dtype=np.float64)
 
 
+@checked
 def from_universe(
-    u: Any,
+    u: MDAnalysis.Universe | MDAnalysis.AtomGroup,
     radii: Radii = None,
     units: str | None = None,
     *,

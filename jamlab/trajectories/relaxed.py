@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from jamlab.checks import checked
 from jamlab.engine.session import Session
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
@@ -10,6 +11,7 @@ from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance
 
 
+@checked
 def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
     """Relax a packing to an energy minimum, in its ensemble: with a fixed box, or until no shear stress is left.
 

@@ -8,6 +8,7 @@ import numpy as np
 from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import describe, types
 from jamlab.packing.packing import Packing
@@ -32,6 +33,7 @@ class Descriptions(SegmentStringAttr):  # type: ignore[misc]
     singular = "description"
 
 
+@checked
 def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> Any:
     """A Universe in memory with a frame for each packing.
 

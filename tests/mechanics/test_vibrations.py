@@ -197,5 +197,5 @@ def test_zero_modes_of_droplets(dp_dense):
 @pytest.mark.parametrize("count", [0, -1, 64, 1000, 2.0, True, "x", None])
 def test_bad_count_is_refused(small, count):
     """Named; as many modes as coordinates are too many."""
-    with pytest.raises(jamlab.InputError, match=f"count = {count!r}.*1 to 63"):
+    with pytest.raises(jamlab.InputError, match=f"count = {count!r}.*(1 to 63|whole number)"):
         jamlab.lowest_modes(small, count)

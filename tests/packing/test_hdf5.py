@@ -188,7 +188,7 @@ def test_polygons_with_other_offsets_or_rest_areas_are_refused(tmp_path):
         ([], None, "no packings"),
         ([disks()], {"g": [1, 2]}, r"'g' has shape \(2,\)"),
         ([disks()], {"g": 1.0}, r"'g' has shape \(\)"),
-        ([disks()], {"g": ["high"]}, "'g' is no array of numbers"),
+        ([disks()], {"g": ["high"]}, "'g'.*numbers"),
         ([disks()], {"a/b": [1.0]}, "cannot be named 'a/b'"),
         ([disks(params={"eps": 1.0, "a/b": 1.0})], None, "cannot be named 'a/b'"),
         ([disks(params={"eps": 1.0, "odd": None})], None, r"params\['odd'\] is None"),
@@ -249,7 +249,7 @@ def test_frame_out_of_range(tmp_path, frame):
     write(tmp_path / "run.h5", [disks(), disks(1)])
     with pytest.raises(StorageError, match=rf"run\.h5 has no frame {frame}: it holds 2"):
         read(tmp_path / "run.h5", frame=frame)
-    with pytest.raises(InputError, match=r"frame is 0\.5"):
+    with pytest.raises(InputError, match=r"frame = 0\.5"):
         read(tmp_path / "run.h5", frame=0.5)
 
 

@@ -163,7 +163,7 @@ def test_pack_meets_its_pressure(pressure):
         ({"n": 0}, "n = 0: "),
         ({"n": -4}, "n = -4: "),
         ({"n": 63}, "n = 63: .* even number"),
-        ({"n": "x"}, "n = x: "),
+        ({"n": "x"}, "n = 'x'"),
         ({"n": 8.0}, "n = 8.0: "),
         ({"n": True}, "n = True: "),
         ({"seed": -1}, "seed = -1: must be a whole number"),
@@ -186,7 +186,7 @@ def test_pack_meets_its_pressure(pressure):
 )
 def test_jam_refuses(arguments, message):
     """Before any computing; the message names the value."""
-    with pytest.raises(jamlab.InputError, match=message):
+    with pytest.raises(jamlab.InputError, match=message.removesuffix(": ")):
         jamlab.jam(**{"n": 8} | arguments)
 
 
