@@ -12,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.packing.force_law import FORCE_LAW, UNITS
 
 Array = NDArray[np.float64]
-Radii = ArrayLike | Mapping[str, float] | None
+Radii = ArrayLike | Mapping[Any, float] | None
 
 
 def force_law(

@@ -165,7 +165,7 @@ def per_pair(i, j, force, separation):
     return names, sums
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 4])
+@pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
 def test_contacts_are_those_of_the_energy(states, tmp_path, ranks):
     """compute polygon/contact against jamlab's contacts, energy, forces and the virial of the pair style."""
     deck = ""

@@ -142,7 +142,7 @@ def test_what_a_universe_lacks_is_asked_for():
         jamlab.from_universe(bare([[0, 0, 0], [1, 2, 0.1]]), 0.5)
     with pytest.raises(InputError, match="leans out of the plane"):
         jamlab.from_universe(bare(flat, (4, 4, 1, 90, 80, 90)), 0.5)
-    with pytest.raises(InputError, match="a list has no atoms"):
+    with pytest.raises(InputError, match=r"u = \[1, 2\]"):
         jamlab.from_universe([1, 2], 0.5)
     (read,) = jamlab.from_universe(bare(flat, None), [0.5, 0.7], box=[[4, 0], [0.1, 5]])
     assert (read.diameters.tolist(), read.box[1].tolist()) == ([1.0, 1.4], [0.1, 5.0])
@@ -157,7 +157,7 @@ def test_packings_of_different_sweeps_make_no_universe():
         jamlab.universe([disks(0, 0.0), disks(0, 0.0).with_state(params={"eps": 9.0})])
     with pytest.raises(InputError, match="at least one frame"):
         jamlab.universe([])
-    with pytest.raises(InputError, match="entry 0 is a int"):
+    with pytest.raises(InputError, match=r"source = \[1\]"):
         jamlab.universe([1])
 
 
