@@ -13,7 +13,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 

@@ -12,7 +12,7 @@ from jamlab.geometry.touching_disks import touching_disks
 from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 

@@ -23,7 +23,7 @@ from scipy import ndimage
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.rattlers import find_rattlers
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

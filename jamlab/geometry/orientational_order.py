@@ -12,7 +12,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

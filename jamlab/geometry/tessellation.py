@@ -25,7 +25,7 @@ from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

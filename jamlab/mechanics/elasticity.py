@@ -18,7 +18,7 @@ from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 

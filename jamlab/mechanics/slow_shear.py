@@ -15,7 +15,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 

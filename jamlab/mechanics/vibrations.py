@@ -14,7 +14,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 

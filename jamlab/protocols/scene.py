@@ -13,11 +13,11 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
 from jamlab.packing.force_law import MODELS
 from jamlab.packing.packing import Packing
+from jamlab.packing.short_repr import short_repr
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.model_choice import Choice, Way, choose
 from jamlab.protocols.onset import jam
-from jamlab.representation import short_repr
 from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: the chart of steps shows no gain in z from smaller ones

@@ -11,7 +11,7 @@ from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion

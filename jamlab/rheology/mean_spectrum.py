@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import Damping
 

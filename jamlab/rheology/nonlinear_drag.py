@@ -18,7 +18,7 @@ from scipy.special import gamma
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 

@@ -15,7 +15,7 @@ from scipy import linalg
 
 from jamlab.errors import InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 

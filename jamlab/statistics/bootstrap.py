@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError, JamlabError
-from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -36,8 +35,6 @@ class Interval:
     value: Array
     low: Array
     high: Array
-
-    __repr__ = short_repr
 
     def __getitem__(self, index: int) -> Interval:
         return Interval(self.value[index], self.low[index], self.high[index])

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.representation import short_repr
 
 Array = NDArray[np.float64]
 
@@ -39,8 +38,6 @@ class PowerLaw:
     points: int
     spread: float
     worst: float
-
-    __repr__ = short_repr
 
     def __call__(self, x: ArrayLike) -> Array:
         """y at x, of the shape of x."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

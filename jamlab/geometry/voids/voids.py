@@ -26,7 +26,7 @@ from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.torus_graph import find_components
 from jamlab.geometry.voids.void_rays import find_first_hits
 from jamlab.packing.packing import Packing
-from jamlab.representation import short_repr
+from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
