@@ -101,6 +101,8 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
     xy, xz, yz = (float(word) for word in header.get("xy xz yz", ("0", "0", "0")))
     if xz or yz:
         raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
+    if not np.isfinite([*ends.ravel(), xy]).all():
+        raise ValueError("its box has edges that are not finite")
     (xlo, xhi), (ylo, yhi) = ends
     return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
 

@@ -86,13 +86,13 @@ def replace_something(path, data):
         if kind == "entry" and getattr(values, "size", 0) and np.asarray(values).dtype.kind in "if":
             values = np.array(values)
             place = data.draw(st.integers(0, values.size - 1))
-            with np.errstate(invalid="ignore"):
+            with np.errstate(invalid="ignore", over="ignore"):
                 values.reshape(-1)[place : place + 1] = np.array(data.draw(numbers)).astype(values.dtype)
         del file[name]
         if kind == "values":
             kinds = st.sampled_from(["f8", "f4", "i8", "u1", "?", "c16", "S3"])
             shape = data.draw(st.lists(st.integers(0, 4), max_size=4))
-            with np.errstate(invalid="ignore"):
+            with np.errstate(invalid="ignore", over="ignore"):
                 file[name] = np.full(shape, data.draw(numbers)).astype(data.draw(kinds))
         elif kind == "entry":
             file[name] = values

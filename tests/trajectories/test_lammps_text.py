@@ -270,3 +270,15 @@ def test_an_empty_file_is_refused(tmp_path, suffix):
     for act in (jamlab.read, jamlab.read_all):
         with pytest.raises((InputError, StorageError), match=path.name):
             act(path)
+
+
+@pytest.mark.parametrize("line", ["-inf 1.0 xlo xhi", "0.0 nan ylo yhi", "inf 0.0 0.0 xy xz yz"])
+def test_a_box_that_is_not_finite_is_refused(tmp_path, line):
+    path = tmp_path / "p.data"
+    jamlab.write_data(path, disks(1, 0.3))
+    words = line.split()[-2:]
+    lines = [line if row.split()[-2:] == words else row for row in path.read_text().splitlines()]
+    assert line in lines
+    path.write_text("\n".join(lines))
+    with pytest.raises(jamlab.StorageError, match=r"p\.data.*not finite"):
+        jamlab.read(path)
