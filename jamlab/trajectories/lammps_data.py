@@ -80,17 +80,26 @@ def _sections(lines: list[str]) -> tuple[dict[str, list[str]], Sections]:
         words = body.split()
         if not words:
             continue
-        if words[0][0].isalpha():
+        if not _is_number(words[0]):
             rows = []
             sections[" ".join(words)] = (comment.strip(), rows)
         elif rows is not None:
             rows.append(words)
         else:
-            count = sum(1 for word in words if not word[0].isalpha())
+            count = sum(map(_is_number, words))
             header[" ".join(words[count:])] = words[:count]
     if "atoms" not in header:
         raise InputError("not a LAMMPS data file: its header announces no atoms")
     return header, sections
+
+
+def _is_number(word: str) -> bool:
+    """Whether a word of a header is a number, "nan" and "inf" too; names of its lines are none."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
