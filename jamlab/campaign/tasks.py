@@ -130,7 +130,7 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
     law.pop("law", None)  # set by the protocol
     law.pop("longest_edge", None)  # affects speed only
-    search = defaults("protocol")
+    search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out
     parameters: dict[str, Any] = {
         "version": [SCHEMA_VERSION, TASK_VERSION],

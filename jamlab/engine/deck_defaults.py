@@ -1,4 +1,4 @@
-"""Defaults of the models and the protocol, read from the LAMMPS decks that use them.
+"""Defaults of the models and the protocols, read from the LAMMPS decks that use them.
 
 `lammps_inputs/*.parameters` hold lines `variable NAME index VALUE`. The decks include these files and this module reads
 them, so each default is written once.

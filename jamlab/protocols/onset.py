@@ -51,7 +51,7 @@ def jam(
         n: number of particles, even if half of them are large.
         seed: of the random start; the same seed gives the same positions, bit for bit.
         search: "bisection", or "paper": by the letter of Boromand et al. 2.3, some forty times slower.
-        step: first increment of phi, by default `step` or `step_paper` of `protocol.parameters`, halved at every turn;
+        step: first increment of phi, by default `step` or `step_paper` of `onset.parameters`, halved at every turn;
             "bisection" takes no more than `step_near` from `phi_near` on.
         ensemble: "fixed-box": compressed in a square box. "shear-stabilized": from the onset at fixed box on, the box
             is sheared until no shear stress is left.
@@ -74,7 +74,7 @@ def jam(
         InputError: a value that no run can start from.
         ConvergenceError: no onset was found.
     """
-    protocol = {name: float(value) for name, value in defaults("protocol").items()}
+    protocol = {name: float(value) for name, value in defaults("onset").items()}
     _check(model, search, ensemble, start, ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)

@@ -16,7 +16,7 @@ from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, set
 
 @dataclass(frozen=True)
 class OnsetSettings:
-    """Numbers of the search that `lammps_inputs/protocol.parameters` does not share with the decks.
+    """Numbers of the search that `lammps_inputs/onset.parameters` does not share with the decks.
 
     Attributes:
         search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.

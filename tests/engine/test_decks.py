@@ -76,7 +76,7 @@ def test_sp_jams_and_shears(tmp_path):
     """in.sp.jam finds an onset in the paper's window; in.sp.shear takes its file to phi and gives a modulus."""
     text = run("in.sp.jam", tmp_path, n=32, seed=4, to=0.86)
     assert 0.78 < number("phi_J", text) < 0.87
-    protocol = defaults("protocol")
+    protocol = defaults("onset")
     assert float(protocol["u_contact"]) <= number("with u", text) <= float(protocol["u_jammed"])
     assert rows(text, 4)[:, 3].max() <= 1e-12
     assert (tmp_path / "sp.dump").read_text().count("ITEM: TIMESTEP") >= 2

@@ -22,9 +22,9 @@ def measure_trials(quick: bool) -> list[Trial]:
 
 def _measure_onsets(quick: bool) -> list[Trial]:
     n, seeds = (16, range(1, 3)) if quick else (32, range(1, 11))
-    first = float(defaults("protocol")["step"])
+    first = float(defaults("onset")["step"])
     ways = [("bisection", step) for step in (5e-2, first, 2e-3, 5e-4)]
-    ways.append(("paper", 1e-3 if quick else float(defaults("protocol")["step_paper"])))
+    ways.append(("paper", 1e-3 if quick else float(defaults("onset")["step_paper"])))
     phi, seconds, failed = {}, {}, {}
     for way in ways:
         began = time.process_time()
