@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 # A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
-# et al. say "less than 2", which leaves such disks in.
+# et al. say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts,
+# written again because analysis reads no deck; tests/engine/test_decks.py compares the two.
 LEAST_CONTACTS = 3
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.deck_defaults import copy_decks, defaults, installed, summaries
+from jamlab.geometry.rattlers import LEAST_CONTACTS
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets
@@ -205,6 +206,13 @@ def test_sp_contacts_deck(tmp_path, random_disks):
     assert np.array_equal(columns[~network.rattlers, 0], degree[~network.rattlers])
     assert np.array_equal(columns[:, 1].astype(bool), network.rattlers)
     assert columns[:, 2] == pytest.approx(np.abs(psi), abs=1e-12)
+
+
+def test_deck_and_analysis_call_the_same_disks_rattlers():
+    """The rule is written twice, since analysis reads no deck: the two must not drift apart."""
+    text = (installed("lammps_inputs") / "in.sp.contacts").read_text()
+    least = re.search(r"^variable +least +index +(\d+)", text, re.MULTILINE)
+    assert least is not None and int(least[1]) == LEAST_CONTACTS
 
 
 @pytest.mark.parametrize("units", ["eps", "k"])
