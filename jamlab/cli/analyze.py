@@ -5,8 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import err_console, print_json, print_packings, print_table
+from jamlab.cli.console import err_console, print_json, print_table
 from jamlab.cli.options import Json
+from jamlab.cli.packing_table import print_packings
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 

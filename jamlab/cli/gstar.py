@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import out_console, print_json, print_spectra
+from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Frame, Json, Seed
+from jamlab.cli.spectrum_table import print_spectra
 from jamlab.errors import InputError
 
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes

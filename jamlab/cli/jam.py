@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_packings
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
+from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
 

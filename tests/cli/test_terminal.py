@@ -6,6 +6,7 @@ import pytest
 from rich.console import Console
 
 from jamlab.cli import console, progress
+from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import WorkDone, progress_bars
 
 COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
@@ -41,7 +42,7 @@ def test_names_with_brackets_are_printed_as_they_are(printed):
 
 def test_empty_columns_are_left_out_and_missing_moduli_explained(printed, random_disks):
     """Disks that were never minimised have no modulus; the table says why instead of printing nan."""
-    text = printed(160, lambda: console.print_packings([random_disks(phi=1.1), random_disks(phi=1.1)], None, False))
+    text = printed(160, lambda: print_packings([random_disks(phi=1.1), random_disks(phi=1.1)], None, False))
     assert "G_xy" not in text and "nan" not in text
     assert text.count("not stable: ") == 1 and "minimum" in text
 
