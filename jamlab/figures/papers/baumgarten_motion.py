@@ -1,4 +1,4 @@
-"""Draw motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8. Spectra are in baumgarten.py."""
+"""Draw motion and finite size in Baumgarten & Tighe: figs 5, 7 and 8."""
 
 from typing import Any
 

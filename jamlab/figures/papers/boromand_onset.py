@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.boromand import has
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import groups_by, sizes
+from jamlab.figures.papers.ensembles import groups_by, has, sizes
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published

@@ -7,10 +7,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.figures.papers.boromand import DP_UNKNOWN, NEAR, has, nearest_size
+from jamlab.figures.papers.boromand_contacts_and_modulus import NEAR
 from jamlab.figures.papers.boromand_geometry import C_REASON, eq_11
-from jamlab.figures.papers.claims import claim
-from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_edges, near_onset
+from jamlab.figures.papers.claims import DP_UNKNOWN, claim
+from jamlab.figures.papers.ensembles import Ensemble, ensemble, has, log_edges, near_onset, nearest_size
 from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.boromand import DP_CONTACTS, DP_UNKNOWN, SERIES, has, nearest_size
-from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import ensemble, near_onset
+from jamlab.figures.papers.boromand_contacts_and_modulus import DP_CONTACTS, SERIES
+from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
+from jamlab.figures.papers.ensembles import ensemble, has, near_onset, nearest_size
 from jamlab.figures.papers.panels import BLUE, FIT, RED, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published

@@ -7,9 +7,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.geometry_pictures import SIDE_COLOURS
-from jamlab.figures.papers.boromand import DP_UNKNOWN, has, nearest_size
-from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, SHARE
+from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
+from jamlab.figures.papers.ensembles import RESAMPLES, SHARE, has, nearest_size
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER

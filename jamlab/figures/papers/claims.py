@@ -8,6 +8,8 @@ import numpy as np
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
+DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"  # why numbers of droplets may differ
+
 
 @dataclass(frozen=True)
 class Claim:

@@ -60,6 +60,25 @@ def sizes(table: pd.DataFrame, model: str) -> list[int]:
     return sorted(int(n) for n in table.loc[table["model"] == model, "n"].unique())
 
 
+def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
+    """Pick the size at hand that is nearest to the paper's, by ratio.
+
+    Raises:
+        InputError: there is no packing of the model.
+    """
+    found = sizes(table, model)
+    if not found:
+        raise InputError(
+            f"no {model} packing among the states: run a campaign with model {model}, or use another source"
+        )
+    return min(found, key=lambda n: abs(np.log(n / wanted)))
+
+
+def has(table: pd.DataFrame, model: str) -> bool:
+    """Whether there are packings of a model."""
+    return bool((table["model"] == model).any())
+
+
 @dataclass(frozen=True)
 class Ensemble:
     """Means of each packing in each bin.

@@ -10,9 +10,9 @@ import pandas as pd
 from jamlab.errors import InputError, JamlabError
 from jamlab.figures.html_page import TextTable, save_png, write_csv, write_page
 from jamlab.figures.papers import (
-    baumgarten,
     baumgarten_motion,
-    boromand,
+    baumgarten_spectra,
+    boromand_contacts_and_modulus,
     boromand_geometry,
     boromand_onset,
     boromand_power_laws,
@@ -27,19 +27,19 @@ from jamlab.packing.versions import versions
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-4": boromand_geometry.figure_4,
-    "boromand-5": boromand.figure_5,
-    "boromand-6": boromand.figure_6,
-    "boromand-7": boromand.figure_7,
+    "boromand-5": boromand_contacts_and_modulus.figure_5,
+    "boromand-6": boromand_contacts_and_modulus.figure_6,
+    "boromand-7": boromand_contacts_and_modulus.figure_7,
     "boromand-8": boromand_voids.figure_8,
     "boromand-9": boromand_geometry.figure_9,
     "boromand-10": boromand_onset.figure_10,
     "boromand-11": boromand_power_laws.figure_11,
     "tables": boromand_tables.tables_1_2,
-    "baumgarten-1": baumgarten.figure_1,
-    "baumgarten-3": baumgarten.figure_3,
-    "baumgarten-4": baumgarten.figure_4,
+    "baumgarten-1": baumgarten_spectra.figure_1,
+    "baumgarten-3": baumgarten_spectra.figure_3,
+    "baumgarten-4": baumgarten_spectra.figure_4,
     "baumgarten-5": baumgarten_motion.figure_5,
-    "baumgarten-6": baumgarten.figure_6,
+    "baumgarten-6": baumgarten_spectra.figure_6,
     "baumgarten-7": baumgarten_motion.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
 }

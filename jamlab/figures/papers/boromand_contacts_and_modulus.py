@@ -1,4 +1,4 @@
-"""Draw contacts and shear modulus in Boromand et al.: figs 5, 6 and 7. Other figures are in boromand_*.py."""
+"""Draw contacts and shear modulus in Boromand et al.: figs 5, 6 and 7."""
 
 from typing import Any
 
@@ -6,10 +6,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.errors import InputError
 from jamlab.figures.packing_pictures import MODEL_STYLE
-from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, Ensemble, Statistic, average, ensemble, log_edges, sizes
+from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
+from jamlab.figures.papers.ensembles import (
+    RESAMPLES,
+    Ensemble,
+    Statistic,
+    average,
+    ensemble,
+    has,
+    log_edges,
+    nearest_size,
+    sizes,
+)
 from jamlab.figures.papers.panels import GREEN, PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
@@ -23,27 +32,7 @@ SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp",
 NEAR = log_edges(10**-6.1, 10**0.1)
 LINEAR = np.arange(0.80, 1.30, 0.01)
 REGIME = {"sp": (1e-3, 0.2), "dp": (1e-2, 0.16)}  # where the paper sees a power law, fig 6
-DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"
 DP_CONTACTS = "no parameter moves z by 0.1 (README, DP parameters); the fit of table 1 passes 6 before confluence"
-
-
-def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """Pick the size at hand that is nearest to the paper's, by ratio.
-
-    Raises:
-        InputError: there is no packing of the model.
-    """
-    found = sizes(table, model)
-    if not found:
-        raise InputError(
-            f"no {model} packing among the states: run a campaign with model {model}, or use another source"
-        )
-    return min(found, key=lambda n: abs(np.log(n / wanted)))
-
-
-def has(table: pd.DataFrame, model: str) -> bool:
-    """Whether there are packings of a model."""
-    return bool((table["model"] == model).any())
 
 
 def figure_5(tables: EnsembleTables) -> Drawing:

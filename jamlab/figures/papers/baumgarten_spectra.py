@@ -1,4 +1,4 @@
-"""Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6. Motion and finite size are in baumgarten_motion.py."""
+"""Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6."""
 
 from collections.abc import Sequence
 from typing import Any
