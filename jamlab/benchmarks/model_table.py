@@ -13,7 +13,7 @@ from jamlab.benchmarks.cpu_time import one_core
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import JamlabError
 from jamlab.packing.atomic_file import atomic_file, check_target
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.model_choice import QUANTITIES, Way

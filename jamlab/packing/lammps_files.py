@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.packing.atomic_file import atomic_file
-from jamlab.packing.force_law import CONTACT_FORMS, ENSEMBLES
+from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import check_choice, check_positive, checked, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
-from jamlab.packing.force_law import ENSEMBLES, MODELS, UNITS, check_params
+from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
 
 Array = NDArray[np.float64]

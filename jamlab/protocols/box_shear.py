@@ -12,7 +12,7 @@ from jamlab.checks import check_choice
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow_shear
-from jamlab.packing.force_law import ENSEMBLES
+from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax
 
 

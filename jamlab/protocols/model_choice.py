@@ -20,7 +20,7 @@ from scipy import stats
 from jamlab.checks import checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.force_law import CONTACT_FORMS, MODELS
+from jamlab.packing.law_parameters import CONTACT_FORMS, MODELS
 
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",

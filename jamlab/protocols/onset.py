@@ -14,7 +14,7 @@ from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.packing.force_law import ENSEMBLES, MODELS
+from jamlab.packing.law_parameters import ENSEMBLES, MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.protocols.box_shear import minimizer

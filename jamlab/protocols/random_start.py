@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from jamlab.checks import check_bidisperse, check_choice, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.force_law import UNITS, check_params
 from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
+from jamlab.packing.law_parameters import UNITS, check_params
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]

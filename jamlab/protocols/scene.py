@@ -11,7 +11,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.measure import measure
-from jamlab.packing.force_law import MODELS
+from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.protocols.compression import compress

@@ -16,7 +16,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.packing.verified_file import FilePath
-from jamlab.trajectories.force_law import Radii
+from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
 from jamlab.trajectories.rings import rings_of_bonds
 from jamlab.trajectories.sites import Sites

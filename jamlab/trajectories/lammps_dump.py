@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.packing.force_law import CONTACT_FORMS, ENSEMBLES, FORCE_LAW
 from jamlab.packing.lammps_files import STATE
+from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES, FORCE_LAW
 from jamlab.packing.verified_file import FilePath
 from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of, whole_numbers
 from jamlab.trajectories.rings import rings_of_molecules

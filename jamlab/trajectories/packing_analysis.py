@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import QUANTITIES, measure
-from jamlab.trajectories.force_law import Radii
+from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.from_universe import UniverseFrames
 
 

@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-from jamlab.trajectories.force_law import Radii, deck_diameters, deck_rest_areas, force_law, given_radii
+from jamlab.trajectories.foreign_law_and_sizes import (
+    Radii,
+    complete_force_law,
+    deck_diameters,
+    deck_rest_areas,
+    given_radii,
+)
 from jamlab.trajectories.rings import Rings
 
 Array = NDArray[np.float64]
@@ -62,7 +68,7 @@ class Sites:
         model = "sp" if self.rings is None else "dp"
         if self.entries.get("model", model) != model:
             raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")
-        units, law, assumed = force_law(model, self.entries, units, params)
+        units, law, assumed = complete_force_law(model, self.entries, units, params)
         common: dict[str, Any] = {"model": model, "box": self.box, "units": units, "onset": self.entries.get("onset")}
         common["ensemble"] = self.entries.get("ensemble", "fixed-box")
         if not self.rounding:

@@ -15,7 +15,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.deck_defaults import installed
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import force_tolerance, relax
 
 SEEDS = int(os.environ.get("JAMLAB_SEEDS", "8"))

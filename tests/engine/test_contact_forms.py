@@ -8,7 +8,7 @@ import reference
 import jamlab
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.deformation import sheared
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import relax
 
 FORMS = list(CONTACT_FORMS)

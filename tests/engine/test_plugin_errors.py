@@ -10,7 +10,7 @@ import jamlab
 from jamlab.cli.main import app
 from jamlab.engine.deck_defaults import installed
 from jamlab.engine.installation import lammps_class
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 
 HEAD = """
 units lj

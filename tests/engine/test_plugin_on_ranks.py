@@ -12,7 +12,7 @@ import jamlab
 from jamlab.engine.deck_defaults import installed
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.deformation import sheared
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 
 THERMO = ("pe", "evdwl", "pxx", "pyy", "pxy")
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 
 STEP = 1e-5
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from jamlab.benchmarks.failure_maps.verdict import Map, Outcome, attempt, try_relaxing
 from jamlab.engine.deck_defaults import defaults
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons

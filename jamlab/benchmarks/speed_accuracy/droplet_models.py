@@ -12,7 +12,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.force_law import CONTACT_FORMS
+from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.packing.packing import Packing
 from jamlab.protocols.model_choice import Way
 from jamlab.protocols.onset import jam

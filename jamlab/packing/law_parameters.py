@@ -1,4 +1,4 @@
-"""Which force laws there are, and the parameters that each of them needs."""
+"""Names of models, units, ensembles and contact forms, and the parameters that each force law needs."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Complete the force law and the sizes of particles from elsewhere: by their file, the user, or the decks' defaults."""
+"""Complete the force law and the sizes of particles of foreign files: by the file, the user, or the decks' defaults."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.force_law import FORCE_LAW, UNITS
+from jamlab.packing.law_parameters import FORCE_LAW, UNITS
 
 Array = NDArray[np.float64]
 Radii = ArrayLike | Mapping[Any, float] | None
 
 
-def force_law(
+def complete_force_law(
     model: str, found: Mapping[str, Any], units: str | None, params: Mapping[str, Any] | None
 ) -> tuple[str, dict[str, Any], list[str]]:
     """Complete the force law, rest areas apart.
