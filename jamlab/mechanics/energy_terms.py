@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.mechanics.force_laws import disk_law, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -64,26 +65,6 @@ def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestres
     if isinstance(meetings, Pairs):
         return [_build_springs(packing, meetings, prestress)]
     return [*_build_contacts(packing, meetings), _build_tension(packing), *_build_areas(packing)]
-
-
-def disk_law(packing: Packing, pairs: Indices, distance: Array) -> tuple[Array, Array, Array]:
-    """Energy, force U' and stiffness U'' of pairs of disks at a distance r < s = (d_i + d_j)/2.
-
-    Units "eps": U = (eps/2)(1 - r/s)^2, Boromand et al. eq 5. Units "k": U = (k/2)(s - r)^2, Baumgarten & Tighe eq 3.
-
-    Args:
-        packing: SP.
-        pairs: (m, 2) disks.
-        distance: (m,) r.
-
-    Returns:
-        Three (m,) arrays: U, dU/dr, d2U/dr2.
-    """
-    assert packing.diameters is not None
-    s = 0.5 * packing.diameters[pairs].sum(axis=1)
-    stiffness = packing.params["eps"] / s**2 if packing.units == "eps" else np.full(len(s), packing.params["k"])
-    overlap = s - distance
-    return 0.5 * stiffness * overlap**2, -stiffness * overlap, stiffness
 
 
 def _build_springs(packing: Packing, touching: Pairs, prestress: bool) -> Terms:
@@ -145,27 +126,24 @@ def _build_areas(packing: Packing) -> list[Terms]:
 
 
 def _build_contacts(packing: Packing, found: VertexContacts) -> list[Terms]:
-    """(eps/2)(1 - d/delta)^2 for every meeting of a vertex with an edge, Boromand et al. eq 8.
+    """`rim_law` for every meeting of a vertex with an edge at a distance d.
 
     At an end of the edge d is the distance of two points. In between, with unit normal n, unit tangent tau, edge length
     L and weights c = (1, -(1 - t), -t) on (vertex, tail, head): grad d = c n and, with w = (0, -1, 1),
     hess d = -(1/L)[w n (c tau)^T + c tau (w n)^T + (d/L) w n (w n)^T].
     """
-    eps, delta = packing.params["eps"], packing.params["delta"]
     distance = found.distance
     kept = distance > 0
     distance, place, separation = distance[kept], found.place[kept], found.separation[kept]
     vertex, tail, shift = found.vertex[kept], found.tail[kept], found.shift[kept]
-    overlap = 1.0 - distance / delta
-    energy, slope = 0.5 * eps * overlap**2, -eps * overlap / delta
-    stiffness = eps / delta**2
+    energy, slope, stiffness = rim_law(packing, distance)
     normal = separation / distance[:, None]
 
     ends = (place == 0.0) | (place == 1.0)
     corner = np.where(place == 1.0, packing.successor[tail], tail)[ends]
     n = normal[ends]
     along = n[:, :, None] * n[:, None, :]
-    block = stiffness * along + (slope[ends] / distance[ends])[:, None, None] * (_IDENTITY - along)
+    block = stiffness[ends, None, None] * along + (slope[ends] / distance[ends])[:, None, None] * (_IDENTITY - along)
     points = _build_pair_terms(
         "contact", np.column_stack([corner, vertex[ends]]), separation[ends], energy[ends], slope[ends, None] * n, block
     )
@@ -183,7 +161,7 @@ def _build_contacts(packing: Packing, found: VertexContacts) -> list[Terms]:
     mixed = np.einsum("kai,kbj->kaibj", wn, ct)
     bend = mixed + mixed.transpose(0, 3, 4, 1, 2)
     bend += (d / length)[:, None, None, None, None] * np.einsum("kai,kbj->kaibj", wn, wn)
-    hessian = stiffness * np.einsum("kai,kbj->kaibj", cn, cn)
+    hessian = stiffness[inner, None, None, None, None] * np.einsum("kai,kbj->kaibj", cn, cn)
     hessian -= (slope[inner] / length)[:, None, None, None, None] * bend
     sites = np.column_stack([vertex[inner], tail[inner], packing.successor[tail[inner]]])
     x_vertex = packing.positions[vertex[inner]]

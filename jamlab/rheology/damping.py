@@ -12,7 +12,7 @@ from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
-from jamlab.mechanics.energy_terms import disk_law
+from jamlab.mechanics.force_laws import disk_law, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -178,11 +178,12 @@ def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
     if not np.all(distance > 0):
         raise InputError("a vertex lies on an edge of another polygon: their contact has no direction to damp")
     sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
+    _, _, stiffness = rim_law(packing, distance)
     levers = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
     return _Joints(
         normal=found.separation / distance[:, None],
         flow=found.separation[:, 1],
-        stiffness=np.full(len(t), packing.params["eps"] / packing.params["delta"] ** 2),
+        stiffness=stiffness,
         sites=sites,
         weights=np.column_stack([np.ones_like(t), t - 1.0, -t]),
         rolling=_spread(levers, sites, len(packing.positions)) @ _outline_rotation(packing),
