@@ -3,28 +3,35 @@
 
 #include "compute_polygon.h"
 
+#include "atom.h"
+#include "comm.h"
 #include "error.h"
 #include "memory.h"
+#include "molecule_outline.h"
+#include "rank_exchange.h"
 #include "update.h"
+
+#include <algorithm>
+#include <cmath>
 
 using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Compute polygon";
 static constexpr double FOUR_PI = 12.566370614359172954;
+enum { AREA, PERIMETER, SHAPE_FACTOR, CROSSINGS, MOLECULE, COLUMNS };
 
 /* ---------------------------------------------------------------------- */
 
-ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) :
-    Compute(lmp, narg, arg), outline(lmp)
+ComputePolygon::ComputePolygon(LAMMPS *lmp, int narg, char **arg) : Compute(lmp, narg, arg), sums(lmp, WHO)
 {
   if (narg != 3) error->all(FLERR, "Compute polygon takes no arguments");
 
   array_flag = 1;
   extarray = 0;
-  size_array_cols = 4;
-  outline.init(WHO, groupbit);
-  size_array_rows = static_cast<int>(outline.count());
-  memory->create(array, size_array_rows, size_array_cols, "polygon:array");
+  size_array_cols = COLUMNS;
+  size_array_rows_variable = 1;
+  sums.init(groupbit);
+  resize();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -38,10 +45,26 @@ ComputePolygon::~ComputePolygon()
 
 void ComputePolygon::init()
 {
-  outline.init(WHO, groupbit);
-  if (outline.count() != size_array_rows)
-    error->all(FLERR, "Compute polygon: there are {} molecules now and were {} when it was defined",
-               outline.count(), size_array_rows);
+  sums.init(groupbit);
+  resize();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void ComputePolygon::resize()
+{
+  molecules = sums.molecules();
+  size_array_rows = static_cast<int>(molecules.size());
+  memory->grow(array, std::max(1, size_array_rows), COLUMNS, "polygon:array");
+}
+
+/* ---------------------------------------------------------------------- */
+
+int ComputePolygon::lock_length()
+{
+  sums.refresh(groupbit);
+  resize();
+  return size_array_rows;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -49,17 +72,75 @@ void ComputePolygon::init()
 void ComputePolygon::compute_array()
 {
   invoked_array = update->ntimestep;
-  outline.refresh(WHO, groupbit);
-  outline.areas(area);
-  outline.perimeters(perimeter);
-  outline.crossings(crossing);
+  comm->forward_comm();    // fix deform moves atoms at the end of a step, ghosts not
+  sums.refresh(groupbit);
+  resize();
+  sums.areas_and_centers(shape);
 
-  for (int m = 1; m <= size_array_rows; m++) {
-    double *row = array[m - 1];
-    row[0] = area[m];
-    row[1] = perimeter[m];
-    row[2] = area[m] > 0.0 ? perimeter[m] * perimeter[m] / (FOUR_PI * area[m]) : 0.0;
-    row[3] = crossing[m];
+  const auto &polygons = sums.polygons();
+  const double *const *x = atom->x;
+  perimeter.assign(polygons.size(), 0.0);
+  for (const auto &run : sums.runs())
+    for (int n = run.begin; n < run.end; n++) {
+      const PolygonSums::Vertex &vertex = sums.vertices()[n];
+      perimeter[run.polygon] += std::hypot(x[vertex.next][0] - x[vertex.i][0], x[vertex.next][1] - x[vertex.i][1]);
+    }
+  sums.sum(perimeter, 1);
+
+  double *const all = size_array_rows ? array[0] : nullptr;
+  std::fill_n(all, size_array_rows * COLUMNS, 0.0);
+  for (std::size_t k = 0; k < polygons.size(); k++) {
+    if (!polygons[k].first) continue;
+    double *const row = array[std::lower_bound(molecules.begin(), molecules.end(), polygons[k].molecule) - molecules.begin()];
+    const double a = shape[3 * k], p = perimeter[k];
+    row[AREA] = a;
+    row[PERIMETER] = p;
+    row[SHAPE_FACTOR] = a > 0.0 ? p * p / (FOUR_PI * a) : 0.0;
+    row[MOLECULE] = static_cast<double>(polygons[k].molecule);
+  }
+  count_crossings(CROSSINGS);
+  MPI_Allreduce(MPI_IN_PLACE, all, size_array_rows * COLUMNS, MPI_DOUBLE, MPI_SUM, world);
+}
+
+/* ----------------------------------------------------------------------
+   no rank need own a whole polygon: its runs of vertices go to one rank
+------------------------------------------------------------------------- */
+
+void ComputePolygon::count_crossings(int column)
+{
+  struct Corner {
+    tagint molecule, tag, next;
+    double x, y;
+  };
+  std::vector<std::vector<Corner>> sent(comm->nprocs);
+  for (const auto &run : sums.runs()) {
+    const PolygonSums::Polygon &polygon = sums.polygons()[run.polygon];
+    auto &home = sent[polygon.molecule % comm->nprocs];
+    for (int n = run.begin; n < run.end; n++) {
+      const PolygonSums::Vertex &vertex = sums.vertices()[n];
+      double r[2];
+      sums.position(vertex, polygon, r);
+      home.push_back({polygon.molecule, atom->tag[vertex.i], atom->tag[vertex.next], r[0], r[1]});
+    }
+  }
+  std::vector<Corner> corners;
+  for (const auto &part : exchange_records(sent, world)) corners.insert(corners.end(), part.begin(), part.end());
+  auto before = [](const Corner &p, const Corner &q) {
+    return p.molecule != q.molecule ? p.molecule < q.molecule : p.tag < q.tag;
+  };
+  std::sort(corners.begin(), corners.end(), before);
+
+  std::vector<double> ring;
+  for (std::size_t begin = 0, end = 0; begin < corners.size(); begin = end) {
+    while (end < corners.size() && corners[end].molecule == corners[begin].molecule) end++;
+    ring.clear();
+    Corner here = corners[begin];
+    for (std::size_t k = begin; k < end; k++) {
+      ring.insert(ring.end(), {here.x, here.y});
+      here = *std::lower_bound(corners.begin() + begin, corners.begin() + end, Corner{here.molecule, here.next, 0, 0, 0}, before);
+    }
+    const auto row = std::lower_bound(molecules.begin(), molecules.end(), here.molecule) - molecules.begin();
+    array[row][column] = edge_crossings(ring);
   }
 }
 
@@ -67,6 +148,6 @@ void ComputePolygon::compute_array()
 
 double ComputePolygon::memory_usage()
 {
-  return (area.capacity() + perimeter.capacity() + crossing.capacity()) * sizeof(double) +
-      4.0 * size_array_rows * sizeof(double);
+  return (shape.capacity() + perimeter.capacity()) * sizeof(double) + sums.memory_usage() +
+      static_cast<double>(COLUMNS) * size_array_rows * sizeof(double);
 }

@@ -5,15 +5,20 @@
 #define JAMLAB_COMPUTE_POLYGON_H
 
 #include "compute.h"
-#include "polygon_outline.h"
+#include "polygon_sums.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Global array, one row per molecule ID: area a, perimeter p and shape factor
-   A = p^2 / (4 pi a) of the bare polygon, without the rim of the circulo-lines;
-   number of pairs of its edges that cross, 0 unless it has folded over itself. */
+/* Global array, one row for each closed ring of the group, in the order of their molecule
+   IDs:
+
+   1    area a of the bare polygon, without the rim of the circulo-lines
+   2    perimeter p
+   3    shape factor A = p^2 / (4 pi a)
+   4    number of pairs of its edges that cross, 0 unless it has folded over itself
+   5    molecule ID */
 
 class ComputePolygon : public Compute {
  public:
@@ -21,11 +26,16 @@ class ComputePolygon : public Compute {
   ~ComputePolygon() override;
   void init() override;
   void compute_array() override;
+  int lock_length() override;    // rows now, for fix ave/time: polygons may come and go
   double memory_usage() override;
 
  private:
-  PolygonOutline outline;
-  std::vector<double> area, perimeter, crossing;
+  PolygonSums sums;
+  std::vector<tagint> molecules;    // one for each row
+  std::vector<double> shape, perimeter;
+
+  void resize();
+  void count_crossings(int column);
 };
 
 }    // namespace LAMMPS_NS

@@ -11,11 +11,10 @@
 #include "update.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 
-static constexpr int COLUMNS = 10;
+static constexpr int COLUMNS = 11;
 
 /* ---------------------------------------------------------------------- */
 
@@ -55,7 +54,7 @@ void ComputePolygonContact::compute_local()
   const int *mask = atom->mask;
 
   size_local_rows = 0;
-  pair->for_each_contact([&](int, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot) {
     if (!(mask[vertex] & mask[edge.tail] & groupbit)) return;
     if (size_local_rows == capacity) {
       capacity = std::max(64, 2 * capacity);
@@ -65,9 +64,10 @@ void ComputePolygonContact::compute_local()
     const double row[COLUMNS] = {
         static_cast<double>(molecule[vertex]), static_cast<double>(molecule[edge.tail]),
         static_cast<double>(tag[vertex]),      static_cast<double>(tag[edge.tail]),
-        push.distance - pair->width(),         std::hypot(push.fx, push.fy),
+        push.gap,                              push.magnitude,
         push.fx,                               push.fy,
-        foot.dx,                               foot.dy};
+        foot.dx,                               foot.dy,
+        static_cast<double>(tag[edge.head])};
     std::copy_n(row, COLUMNS, array_local[size_local_rows++]);
   });
 }

@@ -9,13 +9,15 @@
 namespace LAMMPS_NS {
 
 /* Local array, one row per contact of pair style circuloline, a vertex and an
-   edge of another polygon (or of an image of its own) that are closer than delta:
+   edge of another polygon (or of an image of its own) that are closer than delta.
+   A disk stands for a vertex, against another disk also for an edge:
 
    1, 2    molecule IDs of the vertex and of the edge
    3, 4    atom IDs of the vertex and of the edge's first vertex
    5       gap d - delta, negative while the rims overlap
    6-8     force: magnitude, x and y component of the force on the vertex
    9, 10   vector from the closest point of the edge to the vertex
+   11      atom ID of the edge's second vertex
 
    Rows of a pair of polygons add up to the force between them; force times
    vector, over all rows, is the contact virial. A group keeps the contacts of

@@ -7,98 +7,75 @@
 #include "edge_geometry.h"
 #include "polygon_facings.h"
 
-#include <string>
-
 namespace LAMMPS_NS {
 
-/* The contact forms: who meets whom. This list is the only one in C++. The
-   numbers stand in restart files: append only. jamlab.packing.packing lists the
-   same names for Python, and a test compares the two. */
+/* Each form below calls touch(vertex, edge, foot) for every vertex (or disk) that is
+   closer than the width of their contact to an edge that it meets.
 
-enum ContactForm { SEGMENT, OUTLINE, SEGMENT_SMOOTH };
-
-struct ContactFormEntry {
-  const char *name;
-  PolygonFacings::Grouping grouping;
-  int edges;    // a contact reaches delta and this many edge lengths, see PairCirculoline::init_one
-};
-
-inline constexpr ContactFormEntry CONTACT_FORMS[] = {
-    {"segment", PolygonFacings::BY_EDGE, 2},
-    {"outline", PolygonFacings::BY_POLYGON, 1},
-    {"segment/smooth", PolygonFacings::BY_VERTEX, 1},
-};
-inline constexpr int NUMBER_OF_CONTACT_FORMS = sizeof(CONTACT_FORMS) / sizeof(CONTACT_FORMS[0]);
-static_assert(NUMBER_OF_CONTACT_FORMS == SEGMENT_SMOOTH + 1, "one entry for each ContactForm");
-
-inline std::string contact_form_names(const char *separator)
-{
-  std::string names;
-  for (const auto &form : CONTACT_FORMS) names += (names.empty() ? "" : separator) + std::string(form.name);
-  return names;
-}
-
-/* Each form below calls touch(owner, vertex, edge, foot) for every vertex that is
-   closer than delta to an edge that it meets. The energy of this contact is
-   (eps/2)(1 - d/delta)^2 with their distance d; the rank of `owner` tallies it. */
-
-/* Every vertex meets every other polygon once, at the closest point of its outline. */
+   outline: every vertex meets every other outline once, at its closest point. */
 
 template <class Touch>
-void outline_contacts(const PolygonFacings &facings, const double *const *x, double delta, Touch touch)
+void outline_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
+                      const double *const *width, Touch touch)
 {
+  const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
+  const int *near = facings.near();
   for (const auto &facing : facings) {
-    const double *vertex = x[facing.i];
-    Foot nearest = {0.0, 0.0, delta * delta, 0.0};
+    const double px = x[facing.i][0], py = x[facing.i][1];
+    const double reach = width[type[facing.i]][type[edges[near[facing.begin]].tail]];
+    Foot nearest = {0.0, 0.0, reach * reach, 0.0};
     int found = -1;
     for (int n = facing.begin; n < facing.end; n++) {
-      const Foot foot = foot_on_edge(vertex, x[edges[n].tail], x[edges[n].head]);
+      const Foot foot = foot_on_edge(px, py, frames[near[n]]);
       if (foot.rsq < nearest.rsq) {
         nearest = foot;
-        found = n;
+        found = near[n];
       }
     }
-    if (found >= 0) touch(facing.i, facing.i, edges[found], nearest);
+    if (found >= 0) touch(facing.i, edges[found], nearest);
   }
 }
 
-/* Every pair of edges has half the energy of each of the four distances from an
-   end of one to the other. A vertex ends two edges, so it meets every edge of
-   other polygons once, with its full energy. */
+/* segment/smooth: every pair of edges has half the energy of each of the four
+   distances from an end of one to the other. A vertex ends two edges, so it meets
+   every edge of other outlines once, with its full energy. */
 
 template <class Touch>
-void smooth_segment_contacts(const PolygonFacings &facings, const double *const *x, double delta,
-                             Touch touch)
+void smooth_segment_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
+                             const double *const *width, Touch touch)
 {
+  const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
-  const double deltasq = delta * delta;
+  const int *near = facings.near();
   for (const auto &facing : facings) {
-    const double *vertex = x[facing.i];
+    const double px = x[facing.i][0], py = x[facing.i][1];
+    const double reach = width[type[facing.i]][type[edges[near[facing.begin]].tail]], reachsq = reach * reach;
     for (int n = facing.begin; n < facing.end; n++) {
-      const Foot foot = foot_on_edge(vertex, x[edges[n].tail], x[edges[n].head]);
-      if (foot.rsq < deltasq) touch(facing.i, facing.i, edges[n], foot);
+      const Foot foot = foot_on_edge(px, py, frames[near[n]]);
+      if (foot.rsq < reachsq) touch(facing.i, edges[near[n]], foot);
     }
   }
 }
 
-/* Boromand et al. eq 8 to the letter: every pair of edges meets once, at its
-   smallest distance. That is one of the four distances of an end to the other
+/* segment: Boromand et al. eq 8 to the letter: every pair of edges meets once, at
+   its smallest distance. That is one of the four distances of an end to the other
    edge, or 0 if they cross. */
 
 template <class Touch>
-void segment_contacts(const PolygonFacings &facings, const double *const *x, double delta, Touch touch)
+void segment_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
+                      const double *const *width, Touch touch)
 {
   using Edge = PolygonFacings::Edge;
-  const Edge *edges = facings.edges().data();
   for (const auto &facing : facings) {
     const Edge a = {facing.i, facing.j};
     for (int n = facing.begin; n < facing.end; n++) {
-      const Edge b = edges[n];
+      const Edge b = facings.edges()[facings.near()[n]];
       const int vertex[4] = {a.tail, a.head, b.tail, b.head};
       const Edge edge[4] = {b, b, a, a};
 
-      Foot nearest = {0.0, 0.0, delta * delta, 0.0};
+      const double reach = width[type[a.tail]][type[b.tail]];
+      Foot nearest = {0.0, 0.0, reach * reach, 0.0};
       int found = -1;
       for (int k = 0; k < 4; k++) {
         const Foot foot = foot_on_edge(x[vertex[k]], x[edge[k].tail], x[edge[k].head]);
@@ -108,24 +85,24 @@ void segment_contacts(const PolygonFacings &facings, const double *const *x, dou
         }
       }
       if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
-        touch(a.tail, a.tail, b, Foot{0.0, 0.0, 0.0, 0.0});
+        touch(a.tail, b, Foot{0.0, 0.0, 0.0, 0.0});
       else if (found >= 0)
-        touch(a.tail, vertex[found], edge[found], nearest);
+        touch(vertex[found], edge[found], nearest);
     }
   }
 }
 
 template <class Touch>
-void for_each_contact(ContactForm form, const PolygonFacings &facings, const double *const *x,
-                      double delta, Touch touch)
+void for_each_contact(ContactForm form, const PolygonFacings &facings, const double *const *x, const int *type,
+                      const double *const *width, Touch touch)
 {
   switch (form) {
     case SEGMENT:
-      return segment_contacts(facings, x, delta, touch);
+      return segment_contacts(facings, x, type, width, touch);
     case OUTLINE:
-      return outline_contacts(facings, x, delta, touch);
+      return outline_contacts(facings, x, type, width, touch);
     case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(facings, x, delta, touch);
+      return smooth_segment_contacts(facings, x, type, width, touch);
   }
 }
 

@@ -26,6 +26,27 @@ inline Foot foot_on_edge(const double *vertex, const double *tail, const double 
   return {dx, dy, dx * dx + dy * dy, t};
 }
 
+/* The same for an edge whose length has been taken once for all that it meets. */
+
+struct EdgeFrame {
+  double x, y, ex, ey, per_lsq;    // tail, from tail to head, 1 / length^2 (0 for a point)
+};
+
+inline EdgeFrame edge_frame(const double *tail, const double *head)
+{
+  const double ex = head[0] - tail[0], ey = head[1] - tail[1];
+  const double lsq = ex * ex + ey * ey;
+  return {tail[0], tail[1], ex, ey, lsq > 0.0 ? 1.0 / lsq : 0.0};
+}
+
+inline Foot foot_on_edge(double x, double y, const EdgeFrame &edge)
+{
+  const double rx = x - edge.x, ry = y - edge.y;
+  const double t = std::min(1.0, std::max(0.0, (rx * edge.ex + ry * edge.ey) * edge.per_lsq));
+  const double dx = rx - t * edge.ex, dy = ry - t * edge.ey;
+  return {dx, dy, dx * dx + dy * dy, t};
+}
+
 inline double cross(const double *o, const double *a, const double *b)
 {
   return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);

@@ -5,7 +5,11 @@
 
 #include "atom.h"
 #include "error.h"
-#include "neighbor.h"
+#include "fix_polygon_outline.h"
+#include "force.h"
+#include "library.h"
+#include "modify.h"
+#include "respa_forces.h"
 #include "update.h"
 #include "utils.h"
 
@@ -19,75 +23,73 @@ using namespace FixConst;
 static constexpr char WHO[] = "Fix polygon/area";
 
 /* ----------------------------------------------------------------------
-   fix ID group polygon/area ka d_name
+   fix ID group polygon/area ka a0: each a number, d_name or v_name
 ------------------------------------------------------------------------- */
 
 FixPolygonArea::FixPolygonArea(LAMMPS *lmp, int narg, char **arg) :
-    Fix(lmp, narg, arg), energy(0.0), outline(lmp)
+    Fix(lmp, narg, arg), sums(lmp, WHO), stiffness(lmp, WHO, "ka"), rest_area(lmp, WHO, "rest area"), energy(0.0),
+    eflag_caller(0), level(0), levels(0), parameters_of(-1)
 {
   if (narg != 5)
-    error->all(FLERR, "Fix polygon/area needs: ka d_name, name from fix property/atom");
+    error->all(FLERR, "Fix polygon/area needs: ka a0, each a number, d_name from fix property/atom, or v_name");
 
-  ka = utils::numeric(FLERR, arg[3], false, lmp);
-  if (ka < 0.0) error->all(FLERR, "Fix polygon/area: ka {} must not be negative", arg[3]);
-  if (strncmp(arg[4], "d_", 2) != 0)
-    error->all(FLERR, "Fix polygon/area: rest area {} must be a per-atom property d_name", arg[4]);
-  property = arg[4] + 2;
+  stiffness.read(arg[3]);
+  rest_area.read(arg[4]);
+  if (stiffness.constant() && *stiffness.constant() < 0.0)
+    error->all(FLERR, "Fix polygon/area: ka {} must not be negative", arg[3]);
+  if (rest_area.constant() && *rest_area.constant() <= 0.0)
+    error->all(FLERR, "Fix polygon/area: rest area {} must be positive", arg[4]);
 
   scalar_flag = 1;
   global_freq = 1;
   extscalar = 1;
-  energy_global_flag = 1;
+  energy_global_flag = energy_peratom_flag = 1;
   virial_global_flag = virial_peratom_flag = 1;
   thermo_energy = thermo_virial = 1;
+  respa_level_support = 1;
+  centroidstressflag = CENTROID_NOTAVAIL;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixPolygonArea::setmask()
 {
-  return POST_FORCE | MIN_POST_FORCE;
+  return PRE_REVERSE | MIN_PRE_REVERSE | POST_FORCE | POST_FORCE_RESPA | MIN_POST_FORCE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::post_constructor()
+{
+  FixPolygonOutline::shared(lmp, WHO);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::init()
 {
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix polygon/area: run_style respa leaves its forces out: use run_style verlet");
-  outline.init(WHO, groupbit);
+  stiffness.init(igroup);
+  rest_area.init(igroup);
+  sums.init(groupbit);
+  parameters_of = -1;
 
-  int is_double, columns;
-  const int index = atom->find_custom(property.c_str(), is_double, columns);
-  if (index < 0 || !is_double || columns > 0)
-    error->all(FLERR, "Fix polygon/area: no per-atom property d_{}: use fix property/atom", property);
-
-  const double *a0 = atom->dvector[index];
-  rest_area.assign(outline.count() + 1, 0.0);
-  std::vector<double> smallest(outline.count() + 1, 1.0e300);
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit) || atom->molecule[i] == 0) continue;
-    if (a0[i] <= 0.0)
-      error->one(FLERR, "Fix polygon/area: rest area d_{} of atom {} is {}, must be positive",
-                 property, atom->tag[i], a0[i]);
-    const tagint m = atom->molecule[i];
-    rest_area[m] = std::max(rest_area[m], a0[i]);
-    smallest[m] = std::min(smallest[m], a0[i]);
-  }
-  const int size = static_cast<int>(rest_area.size());
-  MPI_Allreduce(MPI_IN_PLACE, rest_area.data(), size, MPI_DOUBLE, MPI_MAX, world);
-  MPI_Allreduce(MPI_IN_PLACE, smallest.data(), size, MPI_DOUBLE, MPI_MIN, world);
-  for (int m = 1; m < size; m++)
-    if (rest_area[m] > 0.0 && smallest[m] != rest_area[m])
-      error->all(FLERR, "Fix polygon/area: d_{} differs between the vertices of polygon {}: {} and {}",
-                 property, m, smallest[m], rest_area[m]);
+  levels = 0;
+  if (!utils::strmatch(update->integrate_style, "^respa")) return;
+  levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
+  level = respa_level > 0 ? std::min(respa_level, levels) - 1 : levels - 1;
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixPolygonArea::setup(int vflag)
 {
-  post_force(vflag);
+  if (levels == 0 || update->whichflag == 2) {
+    post_force(vflag);
+    return;
+  }
+  take_respa_forces(lmp, level);
+  post_force_respa(vflag, level, 0);
+  put_respa_forces(lmp, level);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -97,6 +99,29 @@ void FixPolygonArea::min_setup(int vflag)
   post_force(vflag);
 }
 
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::setup_pre_reverse(int eflag, int vflag)
+{
+  pre_reverse(eflag, vflag);
+}
+
+/* ----------------------------------------------------------------------
+   what post_force is not told
+------------------------------------------------------------------------- */
+
+void FixPolygonArea::pre_reverse(int eflag, int /*vflag*/)
+{
+  eflag_caller = eflag;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::min_pre_reverse(int eflag, int vflag)
+{
+  pre_reverse(eflag, vflag);
+}
+
 /* ----------------------------------------------------------------------
    f_i = -ka (a - a0) da/dx_i, da/dx_i = (1/2) (y_next - y_prev, x_prev - x_next).
    Every rank adds the force on its own vertices only: nothing to send back.
@@ -104,32 +129,48 @@ void FixPolygonArea::min_setup(int vflag)
 
 void FixPolygonArea::post_force(int vflag)
 {
-  v_init(vflag);
-  if (neighbor->ago == 0) outline.refresh(WHO, groupbit);
-  outline.areas(area);
+  ev_init(eflag_caller, vflag);
+  sums.refresh(groupbit);
+  find_parameters();
+  sums.areas_and_centers(shape);
 
-  energy = 0.0;
-  for (std::size_t m = 1; m < area.size(); m++)
-    energy += 0.5 * ka * (area[m] - rest_area[m]) * (area[m] - rest_area[m]);
-
+  const auto &polygons = sums.polygons();
+  const auto &vertices = sums.vertices();
   const double *const *x = atom->x;
   double **f = atom->f;
-  for (const auto &vertex : outline.vertices()) {
-    const int i = vertex.i;
-    const tagint m = atom->molecule[i];
-    const double half_pressure = -0.5 * ka * (area[m] - rest_area[m]);
-    const double fx = half_pressure * (x[vertex.next][1] - x[vertex.prev][1]);
-    const double fy = half_pressure * (x[vertex.prev][0] - x[vertex.next][0]);
-    f[i][0] += fx;
-    f[i][1] += fy;
+  energy = 0.0;
+  for (const auto &run : sums.runs()) {
+    const PolygonSums::Polygon &polygon = polygons[run.polygon];
+    const double *of_polygon = &shape[3 * run.polygon];
+    const double excess = of_polygon[0] - a0[run.polygon];
+    const double per_vertex = 0.5 * ka[run.polygon] * excess * excess / polygon.size;
+    const double half_pressure = -0.5 * ka[run.polygon] * excess;
+    energy += per_vertex * (run.end - run.begin);
 
-    if (evflag) {
+    for (int n = run.begin; n < run.end; n++) {
+      const PolygonSums::Vertex &vertex = vertices[n];
+      const int i = vertex.i;
+      const double fx = half_pressure * (x[vertex.next][1] - x[vertex.prev][1]);
+      const double fy = half_pressure * (x[vertex.prev][0] - x[vertex.next][0]);
+      f[i][0] += fx;
+      f[i][1] += fy;
+      if (!evflag) continue;
+
       double r[2];
-      outline.position(vertex, r);
-      double v[6] = {r[0] * fx, r[1] * fy, 0.0, r[0] * fy, 0.0, 0.0};
-      v_tally(i, v);
+      sums.position(vertex, polygon, r);
+      const double rx = r[0] - of_polygon[1] / polygon.size, ry = r[1] - of_polygon[2] / polygon.size;
+      double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
+      if (vflag_either) v_tally(i, v);
+      if (eflag_atom) eatom[i] += per_vertex;
     }
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::post_force_respa(int vflag, int ilevel, int /*iloop*/)
+{
+  if (ilevel == level) post_force(vflag);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -141,9 +182,41 @@ void FixPolygonArea::min_post_force(int vflag)
 
 /* ---------------------------------------------------------------------- */
 
+void FixPolygonArea::find_parameters()
+{
+  const bool fresh = parameters_of != sums.refreshed();
+  if (!fresh && !stiffness.changes() && !rest_area.changes()) return;
+  parameters_of = sums.refreshed();
+
+  const bool variables = stiffness.changes() || rest_area.changes();
+  if (variables) modify->clearstep_compute();
+  stiffness.evaluate(sums, fresh, ka);
+  rest_area.evaluate(sums, fresh, a0);
+  if (variables) modify->addstep_compute(update->ntimestep + 1);
+  check_rest_areas();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::check_rest_areas() const
+{
+  for (std::size_t k = 0; k < a0.size(); k++) {
+    if (a0[k] <= 0.0)
+      error->one(FLERR, "Fix polygon/area: rest area of polygon {} is {}, must be positive; vertices that fix deposit "
+                 "or create_atoms made have it from an atom-style variable v_name", sums.polygons()[k].molecule, a0[k]);
+    if (ka[k] < 0.0)
+      error->one(FLERR, "Fix polygon/area: ka of polygon {} is {}, must not be negative", sums.polygons()[k].molecule,
+                 ka[k]);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
 double FixPolygonArea::compute_scalar()
 {
-  return energy;
+  double total;
+  MPI_Allreduce(&energy, &total, 1, MPI_DOUBLE, MPI_SUM, world);
+  return total;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -151,7 +224,7 @@ double FixPolygonArea::compute_scalar()
 void *FixPolygonArea::extract(const char *str, int &dim)
 {
   dim = 0;
-  if (strcmp(str, "ka") == 0) return &ka;
+  if (strcmp(str, "ka") == 0) return stiffness.constant();
   return nullptr;
 }
 
@@ -159,6 +232,5 @@ void *FixPolygonArea::extract(const char *str, int &dim)
 
 double FixPolygonArea::memory_usage()
 {
-  return (rest_area.capacity() + area.capacity()) * sizeof(double) +
-      outline.vertices().capacity() * sizeof(PolygonOutline::Vertex);
+  return (ka.capacity() + a0.capacity() + shape.capacity()) * sizeof(double) + sums.memory_usage();
 }

@@ -5,34 +5,45 @@
 #define JAMLAB_FIX_POLYGON_AREA_H
 
 #include "fix.h"
-#include "polygon_outline.h"
+#include "polygon_parameter.h"
+#include "polygon_sums.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Area elasticity of polygons, second term of Boromand et al. eq 7:
-   E = (ka/2) sum_m (a_m - a0_m)^2. a0 is read from a per-atom property, the
-   same on all vertices of a polygon. */
+/* Area elasticity of the closed rings of a group, second term of Boromand et al. eq 7:
+   E = sum_m (ka_m/2) (a_m - a0_m)^2. Energy and virial of a polygon are shared by its
+   vertices; the virial is taken about its center. */
 
 class FixPolygonArea : public Fix {
  public:
   FixPolygonArea(class LAMMPS *, int, char **);
   int setmask() override;
+  void post_constructor() override;
   void init() override;
   void setup(int) override;
   void min_setup(int) override;
+  void setup_pre_reverse(int, int) override;
+  void pre_reverse(int, int) override;
+  void min_pre_reverse(int, int) override;
   void post_force(int) override;
+  void post_force_respa(int, int, int) override;
   void min_post_force(int) override;
   double compute_scalar() override;
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
- protected:
-  double ka, energy;
-  std::string property;    // name of the per-atom property that holds a0
-  std::vector<double> rest_area, area;
-  PolygonOutline outline;
+ private:
+  PolygonSums sums;
+  PolygonParameter stiffness, rest_area;
+  std::vector<double> ka, a0, shape;    // of each polygon; shape: area and center
+  double energy;                        // of this rank's share
+  int eflag_caller, level, levels;      // level: of respa, on which the force acts
+  bigint parameters_of;                 // refresh for which ka and a0 were found
+
+  void find_parameters();
+  void check_rest_areas() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -7,7 +7,9 @@
 #include "command_quiet.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
+#include "compute_polygon_group.h"
 #include "fix_polygon_area.h"
+#include "fix_polygon_outline.h"
 #include "lammps.h"
 #include "pair_circuloline.h"
 
@@ -73,6 +75,10 @@ static constexpr PluginStyle STYLES[] = {
      &create<ComputePolygon>},
     {"compute", "polygon/contact", "gaps and forces of the contacts between polygons", nullptr,
      &create<ComputePolygonContact>},
+    {"compute", "polygon/group/group", "energy and force of the contacts between two groups", nullptr,
+     &create<ComputePolygonGroup>},
+    {"fix", "polygon/outline", "order of the vertices on outlines; made by the other styles", nullptr,
+     &create<FixPolygonOutline>},
     {"command", "jamlab/quiet", "a command without its output on the screen", &create<CommandQuiet>,
      nullptr},
 };

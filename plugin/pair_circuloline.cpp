@@ -7,17 +7,17 @@
 #include "comm.h"
 #include "compute.h"
 #include "error.h"
+#include "fix_polygon_outline.h"
 #include "force.h"
 #include "memory.h"
 #include "modify.h"
 #include "neigh_list.h"
 #include "neighbor.h"
-#include "utils.h"
+#include "outline_checks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -25,7 +25,8 @@ static constexpr char WHO[] = "Pair style circuloline";
 
 /* ---------------------------------------------------------------------- */
 
-PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), facings(lmp)
+PairCirculoline::PairCirculoline(LAMMPS *lmp) :
+    Pair(lmp), given_width(nullptr), mixed_width(nullptr), in_use(), old_restart(false), outline(nullptr), facings(NUMBER_OF_CONTACT_FORMS, PolygonFacings(lmp))
 {
   single_enable = 0;    // a contact is more than two atoms
   restartinfo = 1;
@@ -33,9 +34,7 @@ PairCirculoline::PairCirculoline(LAMMPS *lmp) : Pair(lmp), eps(nullptr), facings
   manybody_flag = 1;
   no_virial_fdotr_compute = 1;    // the virial is summed contact by contact, newton on or off
   centroidstressflag = CENTROID_NOTAVAIL;
-  comm_forward = 2;    // where a ghost is among the copies of its polygon
-  comm_reverse_off = 2;
-  delta = longest_edge = 0.0;
+  delta = 0.0;
   form = OUTLINE;
 }
 
@@ -47,7 +46,12 @@ PairCirculoline::~PairCirculoline()
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
-    memory->destroy(eps);
+    memory->destroy(laws.eps);
+    memory->destroy(laws.width);
+    memory->destroy(laws.start);
+    memory->destroy(laws.form);
+    memory->destroy(given_width);
+    memory->destroy(mixed_width);
   }
 }
 
@@ -59,151 +63,118 @@ void PairCirculoline::compute(int eflag, int vflag)
 
   if (neighbor->ago == 0) find_facings();
 
-  // LAMMPS clears and returns forces on ghosts only if a newton flag is on
+  // LAMMPS clears what ghosts collect, and returns it, only if a newton flag is on
 
-  const bool own_buffer = !force->newton;
-  std::vector<double *> rows;
-  double *const *f = atom->f;
-  if (own_buffer) {
-    const int nall = atom->nlocal + atom->nghost;
-    ghost_force.assign(2 * nall, 0.0);
-    rows.resize(nall);
-    for (int i = 0; i < nall; i++) rows[i] = &ghost_force[2 * i];
-    f = rows.data();
-  }
-
+  const bool own = !force->newton;
+  if (own) ghosts.assign(atom->nlocal + atom->nghost, {0.0, 0.0, 0.0, {0.0, 0.0, 0.0}});
   if (evflag)
-    push<true>(f);
+    own ? push<true, true>() : push<false, true>();
   else
-    push<false>(f);
-
-  if (own_buffer) {
-    comm->reverse_comm(this);
-    for (int i = 0; i < atom->nlocal; i++) {
-      atom->f[i][0] += f[i][0];
-      atom->f[i][1] += f[i][1];
-    }
-  }
+    own ? push<true, false>() : push<false, false>();
+  if (own) return_from_ghosts();
 }
 
 /* ----------------------------------------------------------------------
-   push each vertex away from the edge that it touches; tally the contact once,
-   on the atom that this rank owns
+   push each vertex away from the edge that it touches
 ------------------------------------------------------------------------- */
 
-template <bool TALLY> void PairCirculoline::push(double *const *f)
+template <bool OWN, bool TALLY> void PairCirculoline::push()
 {
-  for_each_contact([this, f](int owner, int vertex, PolygonFacings::Edge edge, const Foot &foot) {
-    const Push push = push_on_vertex(vertex, edge, foot);
-    f[vertex][0] += push.fx;
-    f[vertex][1] += push.fy;
-    f[edge.tail][0] -= (1.0 - foot.t) * push.fx;
-    f[edge.tail][1] -= (1.0 - foot.t) * push.fy;
-    f[edge.head][0] -= foot.t * push.fx;
-    f[edge.head][1] -= foot.t * push.fy;
-
-    if (TALLY) {
-      const double energy = 0.5 * push.strength * push.overlap * push.overlap;
-      const double v[6] = {foot.dx * push.fx, foot.dy * push.fy, 0.0, foot.dx * push.fy, 0.0, 0.0};
-      if (eflag_global) eng_vdwl += energy;
-      if (eflag_atom) eatom[owner] += energy;
-      for (int k = 0; k < 6; k++) {
-        if (vflag_global) virial[k] += v[k];
-        if (vflag_atom) vatom[owner][k] += v[k];
-      }
+  double *const *const f = atom->f;
+  auto add = [&](int i, double fx, double fy) {
+    if (OWN) {
+      ghosts[i].fx += fx;
+      ghosts[i].fy += fy;
+    } else {
+      f[i][0] += fx;
+      f[i][1] += fy;
     }
+  };
+
+  for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+    const Push push = push_on_vertex(vertex, edge, foot);
+    add(vertex, push.fx, push.fy);
+    add(edge.tail, -(1.0 - foot.t) * push.fx, -(1.0 - foot.t) * push.fy);
+    add(edge.head, -foot.t * push.fx, -foot.t * push.fy);
+    if (TALLY) tally(vertex, edge, foot, push, OWN);
   });
 }
 
 /* ----------------------------------------------------------------------
-   E = (eps/2) (1 - d/delta)^2; crossing edges (d = 0) have no direction and no force
+   half of the energy and virial belongs to the vertex, half to the edge, whose
+   ends share it as they share the force
 ------------------------------------------------------------------------- */
 
-PairCirculoline::Push PairCirculoline::push_on_vertex(int vertex, PolygonFacings::Edge edge,
-                                                      const Foot &foot) const
+void PairCirculoline::tally(int vertex, PolygonFacings::Edge edge, const Foot &foot, const Push &push, bool own)
 {
-  const double per_delta = 1.0 / delta;
-  const double d = sqrt(foot.rsq);
-  const double overlap = 1.0 - d * per_delta;
-  const double strength = eps[atom->type[vertex]][atom->type[edge.tail]];
-  const double magnitude = d > 0.0 ? strength * overlap * per_delta / d : 0.0;
-  return {d, strength, overlap, magnitude * foot.dx, magnitude * foot.dy};
+  const double v[3] = {foot.dx * push.fx, foot.dy * push.fy, foot.dx * push.fy};
+  if (eflag_global) eng_vdwl += push.energy;
+  if (vflag_global) {
+    virial[0] += v[0];
+    virial[1] += v[1];
+    virial[3] += v[2];
+  }
+  if (!eflag_atom && !vflag_atom) return;
+
+  const int atoms[3] = {vertex, edge.tail, edge.head};
+  const double share[3] = {0.5, 0.5 * (1.0 - foot.t), 0.5 * foot.t};
+  for (int k = 0; k < 3; k++) {
+    const int i = atoms[k];
+    if (own) {
+      ghosts[i].energy += share[k] * push.energy;
+      for (int d = 0; d < 3; d++) ghosts[i].virial[d] += share[k] * v[d];
+      continue;
+    }
+    if (eflag_atom) eatom[i] += share[k] * push.energy;
+    if (vflag_atom) {
+      vatom[i][0] += share[k] * v[0];
+      vatom[i][1] += share[k] * v[1];
+      vatom[i][3] += share[k] * v[2];
+    }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairCirculoline::return_from_ghosts()
+{
+  comm_reverse_off = sizeof(Returned) / sizeof(double);
+  comm->reverse_comm(this);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Returned &sum = ghosts[i];
+    atom->f[i][0] += sum.fx;
+    atom->f[i][1] += sum.fy;
+    if (eflag_atom) eatom[i] += sum.energy;
+    if (vflag_atom) {
+      vatom[i][0] += sum.virial[0];
+      vatom[i][1] += sum.virial[1];
+      vatom[i][3] += sum.virial[2];
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force
+------------------------------------------------------------------------- */
+
+PairCirculoline::Push PairCirculoline::push_on_vertex(int vertex, PolygonFacings::Edge edge, const Foot &foot) const
+{
+  const int i = atom->type[vertex], j = atom->type[edge.tail];
+  const double width = laws.width[i][j], eps = laws.eps[i][j];
+  const double d = sqrt(foot.rsq), overlap = 1.0 - d / width;
+  const double magnitude = d > 0.0 ? eps * overlap / width : 0.0;
+  const double per_d = d > 0.0 ? magnitude / d : 0.0;
+  return {d - width, 0.5 * eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::find_facings()
 {
-  facings.mark();
-  comm->forward_comm(this);
-  facings.build(list, CONTACT_FORMS[form].grouping, delta + neighbor->skin, longest_edge);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::allocate()
-{
-  allocated = 1;
-  const int np1 = atom->ntypes + 1;
-
-  memory->create(setflag, np1, np1, "pair:setflag");
-  for (int i = 1; i < np1; i++)
-    for (int j = i; j < np1; j++) setflag[i][j] = 0;
-
-  memory->create(cutsq, np1, np1, "pair:cutsq");
-  memory->create(eps, np1, np1, "pair:eps");
-}
-
-/* ----------------------------------------------------------------------
-   pair_style circuloline delta longest_edge [contact form]
-------------------------------------------------------------------------- */
-
-void PairCirculoline::settings(int narg, char **arg)
-{
-  if (narg != 2 && narg != 4)
-    error->all(FLERR, "Pair style circuloline needs: delta longest_edge [contact {}]",
-               contact_form_names("|"));
-
-  delta = utils::numeric(FLERR, arg[0], false, lmp);
-  longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
-  if (delta <= 0.0) error->all(FLERR, "Pair style circuloline: delta {} must be positive", arg[0]);
-  if (longest_edge <= 0.0)
-    error->all(FLERR, "Pair style circuloline: longest edge {} must be positive", arg[1]);
-
-  form = OUTLINE;
-  if (narg == 4) {
-    if (strcmp(arg[2], "contact") != 0)
-      error->all(FLERR, "Pair style circuloline: unknown keyword {}, expected contact", arg[2]);
-    int k = 0;
-    while (k < NUMBER_OF_CONTACT_FORMS && strcmp(arg[3], CONTACT_FORMS[k].name) != 0) k++;
-    if (k == NUMBER_OF_CONTACT_FORMS)
-      error->all(FLERR, "Pair style circuloline: unknown contact form {}, use one of {}", arg[3],
-                 contact_form_names(", "));
-    form = static_cast<ContactForm>(k);
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::coeff(int narg, char **arg)
-{
-  if (narg != 3) error->all(FLERR, "Pair style circuloline needs: pair_coeff i j eps");
-  if (!allocated) allocate();
-
-  int ilo, ihi, jlo, jhi;
-  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
-  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
-  const double eps_one = utils::numeric(FLERR, arg[2], false, lmp);
-  if (eps_one < 0.0) error->all(FLERR, "Pair style circuloline: eps {} must not be negative", arg[2]);
-
-  int count = 0;
-  for (int i = ilo; i <= ihi; i++)
-    for (int j = std::max(jlo, i); j <= jhi; j++) {
-      eps[i][j] = eps[j][i] = eps_one;
-      setflag[i][j] = 1;
-      count++;
-    }
-  if (count == 0) error->all(FLERR, "Pair style circuloline: pair_coeff {} {} names no pair", arg[0], arg[1]);
+  outline->refresh();
+  check_outlines(lmp, *outline, list, laws);
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
+    if (in_use[k]) facings[k].build(outline, list, laws, static_cast<ContactForm>(k));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -211,11 +182,14 @@ void PairCirculoline::coeff(int narg, char **arg)
 void PairCirculoline::init_style()
 {
   refuse_computes();
-  facings.init(WHO);
+  outline = FixPolygonOutline::shared(lmp, WHO);
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "
                      "of a polygon with its own periodic images");
+  std::fill_n(in_use, NUMBER_OF_CONTACT_FORMS, false);
+  for (int i = 0; i <= atom->ntypes; i++)
+    for (int j = 0; j <= atom->ntypes; j++) laws.start[i][j] = -1.0;
   neighbor->add_request(this, NeighConst::REQ_FULL);
 }
 
@@ -246,44 +220,77 @@ void PairCirculoline::refuse_computes() const
 
 void PairCirculoline::refuse_stale_facings() const
 {
-  if (!facings.fit_atoms())
+  if (!outline || !outline->fit_atoms())
     error->one(FLERR, "Pair style circuloline: atoms have changed since the last run: use run 0 first");
 }
 
 /* ----------------------------------------------------------------------
-   an edge within reach of a vertex has its tail within delta + its length;
-   two edges within reach have tails within delta + both lengths
+   neighbors are what may touch; ghosts must hold also the far end of an edge that
+   touches. fix adapt calls this again during a run.
 ------------------------------------------------------------------------- */
 
 double PairCirculoline::init_one(int i, int j)
 {
-  if (setflag[i][j] == 0)
+  const bool unknown = !setflag[i][j] && !(setflag[i][i] && setflag[j][j]);
+  if (unknown && force->pair != this) return 0.0;    // left to other styles of pair_style hybrid
+  if (!setflag[i][j]) mix(i, j);
+  if (i != j && given_width[i][j] < 0.0) mix_widths(i, j);
+  laws.eps[j][i] = laws.eps[i][j];
+  laws.width[j][i] = laws.width[i][j];
+  laws.form[j][i] = laws.form[i][j];
+  in_use[laws.form[i][j]] = true;
+
+  const double width = laws.width[i][j];
+  double &start = laws.start[i][j];
+  if (start < 0.0)
+    start = laws.start[j][i] = width;
+  else if (width > start)
+    error->all(FLERR, "Pair style circuloline: delta of types {} and {} grew to {} from {} at the start of the run, for "
+               "which the neighbor lists are made: start with the largest value", i, j, width, start);
+
+  const double cutoff = laws.cutoff(i, j);
+  const double ghosts = laws.disk(i) && laws.disk(j) ? cutoff : std::max(cutoff, start + laws.longest_edge);
+  if (comm->mode != Comm::SINGLE) return ghosts;    // there each type has the ghosts of its own cutoff
+  comm->cutghostuser = std::max(comm->cutghostuser, ghosts + neighbor->skin);
+  return cutoff;
+}
+
+/* ----------------------------------------------------------------------
+   a contact of two types that no pair_coeff names
+------------------------------------------------------------------------- */
+
+void PairCirculoline::mix(int i, int j)
+{
+  if (!setflag[i][i] || !setflag[j][j])
     error->all(FLERR, "Pair style circuloline: no pair_coeff for types {} and {} (a data file has it if "
                "written with write_data ... pair ij)", i, j);
-  eps[j][i] = eps[i][j];
-  return delta + CONTACT_FORMS[form].edges * longest_edge;
+  if (laws.form[i][i] != laws.form[j][j])
+    error->all(FLERR, "Pair style circuloline: types {} and {} have the contact forms {} and {}: give pair_coeff {} {} "
+               "eps delta form", i, j, CONTACT_FORMS[laws.form[i][i]], CONTACT_FORMS[laws.form[j][j]], i, j);
+  laws.eps[i][j] = mix_energy(laws.eps[i][i], laws.eps[j][j], laws.width[i][i], laws.width[j][j]);
+  laws.form[i][j] = laws.form[i][i];
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   outlines touch where their rims do: the arithmetic mean, whatever pair_modify
+   says, but for a value that fix adapt has put in its place
+------------------------------------------------------------------------- */
 
-int PairCirculoline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
+void PairCirculoline::mix_widths(int i, int j)
 {
-  return facings.pack(n, list, buf, pbc);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PairCirculoline::unpack_forward_comm(int n, int first, double *buf)
-{
-  facings.unpack(n, first, buf);
+  if (laws.start[i][j] >= 0.0 && laws.width[i][j] != mixed_width[i][j]) return;
+  if (laws.width[i][i] <= 0.0 || laws.width[j][j] <= 0.0)
+    error->all(FLERR, "Pair style circuloline: types {} and {} have no widths of their own to mix: give pair_coeff {} {} "
+               "eps delta", i, j, i, j);
+  laws.width[i][j] = mixed_width[i][j] = 0.5 * (laws.width[i][i] + laws.width[j][j]);
 }
 
 /* ---------------------------------------------------------------------- */
 
 int PairCirculoline::pack_reverse_comm(int n, int first, double *buf)
 {
-  std::copy_n(&ghost_force[2 * first], 2 * n, buf);
-  return 2 * n;
+  std::memcpy(buf, &ghosts[first], n * sizeof(Returned));
+  return static_cast<int>(n * sizeof(Returned) / sizeof(double));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -291,8 +298,12 @@ int PairCirculoline::pack_reverse_comm(int n, int first, double *buf)
 void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 {
   for (int k = 0; k < n; k++) {
-    ghost_force[2 * indices[k]] += buf[2 * k];
-    ghost_force[2 * indices[k] + 1] += buf[2 * k + 1];
+    Returned one, &sum = ghosts[indices[k]];
+    std::memcpy(&one, buf + k * sizeof(Returned) / sizeof(double), sizeof(Returned));
+    sum.fx += one.fx;
+    sum.fy += one.fy;
+    sum.energy += one.energy;
+    for (int d = 0; d < 3; d++) sum.virial[d] += one.virial[d];
   }
 }
 
@@ -301,10 +312,10 @@ void PairCirculoline::unpack_reverse_comm(int n, int *indices, double *buf)
 void *PairCirculoline::extract(const char *str, int &dim)
 {
   dim = 0;
-  if (strcmp(str, "delta") == 0) return &delta;
-  if (strcmp(str, "longest_edge") == 0) return &longest_edge;
+  if (strcmp(str, "longest_edge") == 0) return &laws.longest_edge;
   dim = 2;
-  if (strcmp(str, "eps") == 0) return eps;
+  if (strcmp(str, "delta") == 0) return laws.width;
+  if (strcmp(str, "eps") == 0) return laws.eps;
   return nullptr;
 }
 
@@ -312,5 +323,7 @@ void *PairCirculoline::extract(const char *str, int &dim)
 
 double PairCirculoline::memory_usage()
 {
-  return Pair::memory_usage() + facings.memory_usage() + ghost_force.capacity() * sizeof(double);
+  double bytes = Pair::memory_usage() + ghosts.capacity() * sizeof(Returned);
+  for (const auto &of_form : facings) bytes += of_form.memory_usage();
+  return bytes;
 }

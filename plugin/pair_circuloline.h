@@ -9,17 +9,18 @@
 #include "pair.h"
 #include "polygon_facings.h"
 
+#include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Repulsion between the circulo-line outlines (width delta) of polygons, in one
-   of the forms of contact_forms.h.
+/* Repulsion between outlines of a width: polygons (closed rings of bonds), walls
+   (open chains) and disks, in the forms of contact_forms.h.
 
    A periodic image of a polygon is another polygon, also to itself. A contact is
-   evaluated by the rank that owns its vertex (or edge), with energy and virial
-   in full; forces on ghosts go back by reverse communication whatever the newton
-   setting. */
+   evaluated by the rank that owns its vertex, disk or edge, and its energy and
+   virial shared by its three atoms; forces on ghosts go back by reverse
+   communication whatever the newton setting. */
 
 class PairCirculoline : public Pair {
  public:
@@ -36,40 +37,57 @@ class PairCirculoline : public Pair {
   void read_restart_settings(FILE *) override;
   void write_data(FILE *) override;
   void write_data_all(FILE *) override;
-  int pack_forward_comm(int, int *, double *, int, int *) override;
-  void unpack_forward_comm(int, int, double *) override;
   int pack_reverse_comm(int, int, double *) override;
   void unpack_reverse_comm(int, int *, double *) override;
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
   struct Push {    // of one contact: force on the vertex, the edge takes the opposite
-    double distance, strength, overlap, fx, fy;
+    double gap, energy, magnitude, fx, fy;
   };
   Push push_on_vertex(int vertex, PolygonFacings::Edge, const Foot &) const;
-  double width() const { return delta; }
 
-  // touch(owner, vertex, edge, foot) for the contacts of this rank, at present positions
-  template <class Touch> void for_each_contact(Touch touch) const
+  // touch(vertex, edge, foot) for the contacts of this rank, at present positions
+  template <class Touch> void for_each_contact(Touch touch)
   {
     refuse_stale_facings();
-    LAMMPS_NS::for_each_contact(form, facings, atom->x, delta, touch);
+    for (int form = 0; form < NUMBER_OF_CONTACT_FORMS; form++) {
+      if (!in_use[form]) continue;
+      facings[form].measure_edges();
+      LAMMPS_NS::for_each_contact(static_cast<ContactForm>(form), facings[form], atom->x, atom->type, laws.width, touch);
+    }
   }
 
  protected:
-  double delta;           // width of the circulo-lines
-  double longest_edge;    // edges may not outgrow this: it sets the neighbor cutoff
-  ContactForm form;
-  double **eps;
+  double delta;         // width of the outlines of types that pair_coeff gives none
+  ContactForm form;     // and their contact form
+  ContactLaws laws;
+  double **given_width;    // by pair_coeff, -1 where it is the mean of two types
+  double **mixed_width;    // that mean
+  std::string role_types[DISK + 1];    // as pair_style names them: the number of types may come later
+  bool in_use[NUMBER_OF_CONTACT_FORMS];
+  bool old_restart;
 
-  PolygonFacings facings;
-  std::vector<double> ghost_force;
+  class FixPolygonOutline *outline;
+  std::vector<PolygonFacings> facings;    // one for each contact form
+  struct Returned {                       // to the owner of a ghost, where LAMMPS does not
+    double fx, fy, energy, virial[3];
+  };
+  std::vector<Returned> ghosts;
 
   void allocate();
+  void read_roles();
+  void set(int, int, double eps, double width, ContactForm);
+  ContactForm checked_form(int) const;
+  template <class Value> void read_everywhere(FILE *, Value *, int count);
+  void mix(int, int);
+  void mix_widths(int, int);
   void find_facings();
   void refuse_stale_facings() const;
   void refuse_computes() const;
-  template <bool TALLY> void push(double *const *);
+  template <bool OWN, bool TALLY> void push();
+  void tally(int vertex, PolygonFacings::Edge, const Foot &, const Push &, bool own);
+  void return_from_ghosts();
 };
 
 }    // namespace LAMMPS_NS

@@ -12,16 +12,32 @@
 
 using namespace LAMMPS_NS;
 
+// stands where files of jamlab 0.1.0 have delta, which is positive
+static constexpr double LAYOUT = -2.0;
+
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
-  for (int i = 1; i <= atom->ntypes; i++)
+  for (int i = 1; i <= atom->ntypes; i++) {
+    fwrite(&laws.role[i], sizeof(Role), 1, fp);
     for (int j = i; j <= atom->ntypes; j++) {
       fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      if (setflag[i][j]) fwrite(&eps[i][j], sizeof(double), 1, fp);
+      if (!setflag[i][j]) continue;
+      const double values[2] = {laws.eps[i][j], i == j ? laws.width[i][j] : given_width[i][j]};
+      fwrite(values, sizeof(double), 2, fp);
+      fwrite(&laws.form[i][j], sizeof(int), 1, fp);
     }
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <class Value> void PairCirculoline::read_everywhere(FILE *fp, Value *values, int count)
+{
+  if (comm->me == 0) utils::sfread(FLERR, values, sizeof(Value), count, fp, nullptr, error);
+  MPI_Bcast(values, static_cast<int>(count * sizeof(Value)), MPI_BYTE, 0, world);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -31,24 +47,26 @@ void PairCirculoline::read_restart(FILE *fp)
   read_restart_settings(fp);
   allocate();
 
-  for (int i = 1; i <= atom->ntypes; i++)
+  for (int i = 1; i <= atom->ntypes; i++) {
+    if (!old_restart) read_everywhere(fp, &laws.role[i], 1);
     for (int j = i; j <= atom->ntypes; j++) {
-      if (comm->me == 0) utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
-      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
-      if (setflag[i][j]) {
-        if (comm->me == 0) utils::sfread(FLERR, &eps[i][j], sizeof(double), 1, fp, nullptr, error);
-        MPI_Bcast(&eps[i][j], 1, MPI_DOUBLE, 0, world);
-      }
+      read_everywhere(fp, &setflag[i][j], 1);
+      if (!setflag[i][j]) continue;
+      double values[2] = {0.0, -1.0};
+      read_everywhere(fp, values, old_restart ? 1 : 2);
+      if (!old_restart) read_everywhere(fp, &laws.form[i][j], 1);
+      set(i, j, values[0], values[1], checked_form(laws.form[i][j]));
     }
+  }
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::write_restart_settings(FILE *fp)
 {
+  const double values[3] = {LAYOUT, delta, laws.longest_edge};
   const int number = form;
-  fwrite(&delta, sizeof(double), 1, fp);
-  fwrite(&longest_edge, sizeof(double), 1, fp);
+  fwrite(values, sizeof(double), 3, fp);
   fwrite(&number, sizeof(int), 1, fp);
 }
 
@@ -56,26 +74,34 @@ void PairCirculoline::write_restart_settings(FILE *fp)
 
 void PairCirculoline::read_restart_settings(FILE *fp)
 {
-  int number = OUTLINE;
-  if (comm->me == 0) {
-    utils::sfread(FLERR, &delta, sizeof(double), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &longest_edge, sizeof(double), 1, fp, nullptr, error);
-    utils::sfread(FLERR, &number, sizeof(int), 1, fp, nullptr, error);
+  read_everywhere(fp, &delta, 1);
+  old_restart = delta > 0.0;
+  if (!old_restart) {
+    if (delta != LAYOUT)
+      error->all(FLERR, "Pair style circuloline: this plugin does not know layout {} of the restart file", -delta);
+    read_everywhere(fp, &delta, 1);
   }
-  MPI_Bcast(&delta, 1, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&longest_edge, 1, MPI_DOUBLE, 0, world);
-  MPI_Bcast(&number, 1, MPI_INT, 0, world);
+  read_everywhere(fp, &laws.longest_edge, 1);
+  int number = OUTLINE;
+  read_everywhere(fp, &number, 1);
+  form = checked_form(number);
+}
+
+/* ---------------------------------------------------------------------- */
+
+ContactForm PairCirculoline::checked_form(int number) const
+{
   if (number < 0 || number >= NUMBER_OF_CONTACT_FORMS)
-    error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin",
-               number);
-  form = static_cast<ContactForm>(number);
+    error->all(FLERR, "Pair style circuloline: contact form {} in the restart file is unknown to this plugin", number);
+  return static_cast<ContactForm>(number);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairCirculoline::write_data(FILE *fp)
 {
-  for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %.17g\n", i, eps[i][i]);
+  for (int i = 1; i <= atom->ntypes; i++)
+    fprintf(fp, "%d %.17g %.17g %s\n", i, laws.eps[i][i], laws.width[i][i], CONTACT_FORMS[laws.form[i][i]]);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -83,5 +109,6 @@ void PairCirculoline::write_data(FILE *fp)
 void PairCirculoline::write_data_all(FILE *fp)
 {
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g\n", i, j, eps[i][j]);
+    for (int j = i; j <= atom->ntypes; j++)
+      fprintf(fp, "%d %d %.17g %.17g %s\n", i, j, laws.eps[i][j], laws.width[i][j], CONTACT_FORMS[laws.form[i][j]]);
 }

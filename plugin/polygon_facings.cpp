@@ -4,10 +4,6 @@
 #include "polygon_facings.h"
 
 #include "atom.h"
-#include "comm.h"
-#include "domain.h"
-#include "edge_geometry.h"
-#include "error.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 
@@ -16,97 +12,148 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double BIG = 1.0e300;
-
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::mark()
-{
-  copies.resize(atom->nlocal + atom->nghost);
-  for (int i = 0; i < atom->nlocal; i++) {
-    const imageint image = atom->image[i];
-    copies[i] = {static_cast<int>(image & IMGMASK) - IMGMAX,
-                 static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
-  }
-}
+static constexpr double SMALL = 1.0e-9;    // rounding: such edges are found from both ends
 
 /* ----------------------------------------------------------------------
-   a ghost lies pbc lattice vectors from the atom that it is a copy of
+   what can come within the width of a contact before the next build. Ends move by
+   less than half the skin, so nothing farther than width + skin now can touch
+   until then.
 ------------------------------------------------------------------------- */
 
-int PolygonFacings::pack(int n, const int *list, double *buf, const int *pbc) const
+void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, const ContactLaws &laws,
+                           ContactForm form)
 {
-  for (int k = 0; k < n; k++) {
-    const Copy &copy = copies[list[k]];
-    buf[2 * k] = copy.a - pbc[0];
-    buf[2 * k + 1] = copy.b - pbc[1];
-  }
-  return 2 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void PolygonFacings::unpack(int n, int first, const double *buf)
-{
-  for (int k = 0; k < n; k++)
-    copies[first + k] = {static_cast<int>(buf[2 * k]), static_cast<int>(buf[2 * k + 1])};
-}
-
-/* ----------------------------------------------------------------------
-   which edges can come within delta of which vertex (or edge) before the next
-   build. Ends move by less than half the skin, so nothing farther than
-   reach = delta + skin now can touch until then.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::build(const NeighList *list, Grouping grouping, double reach,
-                           double longest_edge)
-{
-  const double *const *x = atom->x;
-  const tagint *tag = atom->tag;
-  const tagint *molecule = atom->molecule;
-  const double reachsq = reach * reach;
-
-  nlocal = atom->nlocal;
-  nghost = atom->nghost;
-  find_successors();
-  check_edges(longest_edge);
+  outline = fix;
   facing_list.clear();
+  near_list.clear();
   edge_list.clear();
+  edge_from.assign(atom->nlocal + atom->nghost, -1);
+  find_reaches(laws);
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
-    if (molecule[i] == 0) continue;
-    const int inext = successor[i];
-    const int *jlist = list->firstneigh[i];
-    const int jnum = list->numneigh[i];
+    const bool disk = laws.disk(atom->type[i]);
+    const int head = disk ? i : outline->next(i);
     candidates.clear();
+    if (form != SEGMENT)
+      find_near_point(i, list->firstneigh[i], list->numneigh[i], laws, form);
+    else if (head >= 0)
+      find_near_edge(i, head, list->firstneigh[i], list->numneigh[i], laws);
+    if (!candidates.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
+  }
+}
 
-    for (int jj = 0; jj < jnum; jj++) {
-      const int j = jlist[jj] & NEIGHMASK;
-      const int jnext = successor[j];
-      if (jnext < 0) continue;    // no vertex, or an edge whose head is beyond reach
-      if (molecule[j] == molecule[i] && copies[j] == copies[i]) continue;
-      if (grouping == BY_EDGE && earlier(j, i)) continue;    // the other edge has this pair
+/* ---------------------------------------------------------------------- */
 
-      double rsq = foot_on_edge(x[i], x[j], x[jnext]).rsq;
-      if (grouping == BY_EDGE)
-        rsq = std::min({rsq, foot_on_edge(x[inext], x[j], x[jnext]).rsq,
-                        foot_on_edge(x[j], x[i], x[inext]).rsq,
-                        foot_on_edge(x[jnext], x[i], x[inext]).rsq});
-      if (rsq < reachsq ||
-          (grouping == BY_EDGE && edges_cross(x[i], x[inext], x[j], x[jnext])))
-        candidates.push_back({molecule[j], tag[j], copies[j], {j, jnext}});
+void PolygonFacings::find_reaches(const ContactLaws &laws)
+{
+  const int row = atom->ntypes + 1;
+  const double skin = neighbor->skin;
+  reaches.assign(row * row, {0.0, 0.0});
+  for (int i = 1; i < row; i++)
+    for (int j = 1; j < row; j++) {
+      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j) + skin;
+      reaches[i * row + j] = {touching * touching, listed * listed};
     }
+}
 
-    // in an order that does not depend on where atoms are stored: sums have the same digits
-    std::sort(candidates.begin(), candidates.end());
-    for (std::size_t n = 0; n < candidates.size(); n++) {
-      const int size = static_cast<int>(edge_list.size());
-      if (n == 0 || (grouping == BY_POLYGON && !candidates[n].same_polygon(candidates[n - 1])))
-        facing_list.push_back({i, inext, size, size});
-      edge_list.push_back(candidates[n].edge);
-      facing_list.back().end++;
+/* ----------------------------------------------------------------------
+   edges near vertex or disk i. The neighbor list holds at least one end of each.
+   A disk has the contact with a vertex or an edge; of two disks, the earlier one.
+------------------------------------------------------------------------- */
+
+void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const ContactLaws &laws, ContactForm form)
+{
+  const double *const *x = atom->x;
+  const int *type = atom->type;
+  const int itype = type[i];
+  const bool idisk = laws.disk(itype);
+  const double px = x[i][0], py = x[i][1];
+  const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
+
+  for (int jj = 0; jj < jnum; jj++) {
+    const int j = jlist[jj] & NEIGHMASK;
+    const int jtype = type[j];
+    if (laws.form[itype][jtype] != form) continue;
+    auto near = [&](const Edge &edge) {
+      return foot_on_edge(px, py, edge_frame(x[edge.tail], x[edge.head])).rsq < reach[jtype].touching;
+    };
+
+    if (laws.disk(jtype)) {
+      if (idisk && !earlier(j, i) && near({j, j})) add(j, {j, j});
+      continue;
     }
+    if (one_outline(i, j, laws)) continue;
+    const int jnext = outline->next(j), jprev = outline->prev(j);
+    if (jnext >= 0 && near({j, jnext})) add(j, {j, jnext});
+    if (jprev < 0) continue;
+    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list does not hold
+    if (rx * rx + ry * ry > (1.0 - SMALL) * reach[jtype].listed && near({jprev, j})) add(jprev, {jprev, j});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   edges near the edge from i to its head, form segment: every pair once. The
+   neighbor list of i holds their tails.
+------------------------------------------------------------------------- */
+
+void PolygonFacings::find_near_edge(int i, int head, const int *jlist, int jnum, const ContactLaws &laws)
+{
+  const double *const *x = atom->x;
+  const int *type = atom->type;
+  const int itype = type[i];
+  const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
+
+  for (int jj = 0; jj < jnum; jj++) {
+    const int j = jlist[jj] & NEIGHMASK;
+    const int jtype = type[j];
+    if (laws.form[itype][jtype] != SEGMENT || earlier(j, i)) continue;    // the other edge has this pair
+    if (one_outline(i, j, laws)) continue;
+    const int jhead = laws.disk(jtype) ? j : outline->next(j);
+    if (jhead < 0) continue;    // the end of a chain, or an edge whose head is beyond reach
+    const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
+                                 foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
+    if (rsq < reach[jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead])) add(j, {j, jhead});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   the same outline, not its periodic image: no contact with itself
+------------------------------------------------------------------------- */
+
+bool PolygonFacings::one_outline(int i, int j, const ContactLaws &laws) const
+{
+  return atom->molecule[i] == atom->molecule[j] && outline->copy(i) == outline->copy(j) &&
+      !laws.disk(atom->type[i]) && !laws.disk(atom->type[j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonFacings::add(int tail, Edge edge)
+{
+  candidates.push_back({atom->molecule[tail], atom->tag[tail], outline->copy(tail), edge});
+}
+
+/* ----------------------------------------------------------------------
+   in an order that does not depend on where atoms are stored: sums have the same
+   digits. One facing for each outline near a point, or for each edge.
+------------------------------------------------------------------------- */
+
+void PolygonFacings::keep(int i, int j, bool by_outline)
+{
+  std::sort(candidates.begin(), candidates.end());
+  for (std::size_t n = 0; n < candidates.size(); n++) {
+    const Candidate &candidate = candidates[n];
+    if (n > 0 && candidate.edge.tail == candidates[n - 1].edge.tail) continue;    // found from both ends
+    int &number = edge_from[candidate.edge.tail];
+    if (number < 0) {
+      number = static_cast<int>(edge_list.size());
+      edge_list.push_back(candidate.edge);
+    }
+    const int size = static_cast<int>(near_list.size());
+    if (n == 0 || (by_outline && !candidate.same_outline(candidates[n - 1]))) facing_list.push_back({i, j, size, size});
+    near_list.push_back(number);
+    facing_list.back().end++;
   }
 }
 
@@ -120,97 +167,30 @@ bool PolygonFacings::Candidate::operator<(const Candidate &o) const
 }
 
 /* ----------------------------------------------------------------------
-   one order for a pair of edges, the same whichever of their images meet
+   one order for a pair of edges or disks, the same whichever of their images meet
 ------------------------------------------------------------------------- */
 
 bool PolygonFacings::earlier(int i, int j) const
 {
   if (atom->tag[i] != atom->tag[j]) return atom->tag[i] < atom->tag[j];
-  return copies[i] < copies[j];
+  return outline->copy(i) < outline->copy(j);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void PolygonFacings::find_successors()
+void PolygonFacings::measure_edges()
 {
-  const int nall = atom->nlocal + atom->nghost;
-  successor.assign(nall, -1);
-  for (int i = 0; i < nall; i++) {
-    if (atom->molecule[i] == 0) continue;
-    int j = atom->map(topology.next_tag(atom->tag[i], atom->molecule[i]));
-    while (j >= 0 && !(copies[j] == copies[i])) j = atom->sametag[j];
-    successor[i] = j;
-  }
-}
-
-/* ----------------------------------------------------------------------
-   every owned edge is short enough for the neighbor cutoff, and the one that
-   the bond between its ends takes. Collective: all ranks stop together.
-------------------------------------------------------------------------- */
-
-void PolygonFacings::check_edges(double longest_edge) const
-{
-  enum { FINE, OTHER_IMAGE, TOO_LONG };
   const double *const *x = atom->x;
-  struct {
-    int status, rank;
-  } worst = {FINE, comm->me};
-  double longest = 0.0;
-  tagint ends[2] = {0, 0};
-
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (atom->molecule[i] == 0) continue;
-    const int j = successor[i];
-    const double length = j < 0 ? BIG : std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
-    int status = FINE;
-    if (length > longest_edge)
-      status = TOO_LONG;
-    else if (!(copies[domain->closest_image(i, j)] == copies[j]))
-      status = OTHER_IMAGE;
-    if (status == FINE || status < worst.status || (status == worst.status && length <= longest))
-      continue;
-    worst.status = status;
-    longest = length;
-    ends[0] = atom->tag[i];
-    ends[1] = topology.next_tag(atom->tag[i], atom->molecule[i]);
-  }
-
-  MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_2INT, MPI_MAXLOC, world);
-  if (worst.status == FINE) return;
-  MPI_Bcast(ends, 2, MPI_LMP_TAGINT, worst.rank, world);
-
-  // the head may be owned by a rank far away: ask all for both ends
-
-  double r[6] = {0.0};
-  for (int k = 0; k < 2; k++) {
-    const int i = atom->map(ends[k]);
-    if (i >= 0 && i < atom->nlocal) domain->unmap(x[i], atom->image[i], r + 3 * k);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, r, 6, MPI_DOUBLE, MPI_SUM, world);
-  const double length = std::hypot(r[3] - r[0], r[4] - r[1]);
-
-  if (worst.status == TOO_LONG)
-    error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, "
-               "more than the {:.6g} that pair_style circuloline allows: raise its second argument "
-               "(that raises the neighbor cutoff, now {:.6g}), or check the image flags, which must "
-               "make the polygon whole", ends[0], ends[1], length, longest_edge, neighbor->cutneighmax);
-  error->all(FLERR, "Pair style circuloline: the edge between atoms {} and {} is {:.6g} long, more than "
-             "half the box, so that the bond between them takes another image: use a larger box or "
-             "more vertices per polygon", ends[0], ends[1], length);
-}
-
-/* ---------------------------------------------------------------------- */
-
-bool PolygonFacings::fit_atoms() const
-{
-  return atom->nlocal == nlocal && atom->nghost == nghost;
+  frame_list.resize(edge_list.size());
+  for (std::size_t n = 0; n < edge_list.size(); n++)
+    frame_list[n] = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }
 
 /* ---------------------------------------------------------------------- */
 
 double PolygonFacings::memory_usage() const
 {
-  return facing_list.capacity() * sizeof(Facing) + edge_list.capacity() * sizeof(Edge) +
-      copies.capacity() * sizeof(Copy) + successor.capacity() * sizeof(int) +
+  return facing_list.capacity() * sizeof(Facing) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
+      edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
       candidates.capacity() * sizeof(Candidate);
 }

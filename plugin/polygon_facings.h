@@ -4,77 +4,78 @@
 #ifndef JAMLAB_POLYGON_FACINGS_H
 #define JAMLAB_POLYGON_FACINGS_H
 
+#include "contact_law.h"
+#include "edge_geometry.h"
+#include "fix_polygon_outline.h"
 #include "pointers.h"
-#include "polygon_topology.h"
 
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/* Which edges can touch which vertex (or edge) until the next neighbor build.
+/* Which edges can touch which vertex, disk or edge until the next neighbor build.
 
-   A polygon and its periodic images are different copies. The image flags say
-   to which copy an atom or ghost belongs: two atoms of one molecule that need
-   the same lattice translation to their unwrapped place are of one copy. So a
-   polygon may be wider than half the box, and it meets its own images as it
-   meets other polygons. */
+   A wall is an outline like that of a polygon. A disk is a point; to another disk
+   it is an edge without length. */
 
 class PolygonFacings : protected Pointers {
  public:
-  PolygonFacings(class LAMMPS *lmp) : Pointers(lmp), topology(lmp) {}
+  PolygonFacings(class LAMMPS *lmp) : Pointers(lmp) {}
 
   struct Edge {
     int tail, head;
   };
-  struct Facing {    // a vertex (or an edge) and the edges near it
-    int i, j;        // the vertex; the edge from i to j
-    int begin, end;  // range in edges()
-  };
-  enum Grouping {
-    BY_POLYGON,    // one facing for each vertex and copy of a polygon near it
-    BY_VERTEX,     // one facing for each vertex
-    BY_EDGE        // one facing for each edge; every pair of edges once
+  struct Facing {      // what is near a point; form segment: near an edge
+    int i, j;          // the point; the other end of its edge (itself if none)
+    int begin, end;    // range in near()
   };
 
-  void init(const char *caller) { topology.build(caller); }
+  // after each neighbor build
+  void build(const FixPolygonOutline *, const class NeighList *, const ContactLaws &, ContactForm);
 
-  // collective, after each neighbor build: mark owned atoms, forward the marks to ghosts, build
-  void mark();
-  int pack(int, const int *, double *, const int *) const;
-  void unpack(int, int, const double *);
-  void build(const class NeighList *, Grouping, double reach, double longest_edge);
+  // lengths and directions of the edges at present positions, before contacts are sought
+  void measure_edges();
 
   std::vector<Facing>::const_iterator begin() const { return facing_list.begin(); }
   std::vector<Facing>::const_iterator end() const { return facing_list.end(); }
+  const int *near() const { return near_list.data(); }    // numbers of edges
   const std::vector<Edge> &edges() const { return edge_list; }
-  bool fit_atoms() const;    // local and ghost atoms are as many as at the last build
+  const std::vector<EdgeFrame> &frames() const { return frame_list; }
   double memory_usage() const;
 
  private:
-  struct Copy {    // lattice vectors to add to get the unwrapped position
-    int a, b;
-    bool operator==(const Copy &o) const { return a == o.a && b == o.b; }
-    bool operator<(const Copy &o) const { return a < o.a || (a == o.a && b < o.b); }
-  };
   struct Candidate {
     tagint molecule, tag;
-    Copy copy;
+    FixPolygonOutline::Copy copy;
     Edge edge;
-    bool same_polygon(const Candidate &o) const { return molecule == o.molecule && copy == o.copy; }
+    bool same_outline(const Candidate &o) const
+    {
+      return molecule == o.molecule && copy == o.copy && edge.tail != edge.head && o.edge.tail != o.edge.head;
+    }
     bool operator<(const Candidate &) const;
   };
 
-  PolygonTopology topology;
-  std::vector<Facing> facing_list;
-  std::vector<Edge> edge_list;
-  std::vector<Copy> copies;            // of every local and ghost atom
-  int nlocal = 0, nghost = 0;          // at the last build
-  std::vector<int> successor;          // next vertex of each atom in the same copy, -1 if absent
-  std::vector<Candidate> candidates;   // of one vertex
+  struct Reach {        // squares of distances at a neighbor build, for a pair of types
+    double touching;    // what can touch before the next one
+    double listed;      // atoms that the neighbor list holds
+  };
 
-  void find_successors();
-  void check_edges(double) const;
+  const FixPolygonOutline *outline = nullptr;
+  std::vector<Reach> reaches;
+  std::vector<Facing> facing_list;
+  std::vector<int> near_list;
+  std::vector<Edge> edge_list;
+  std::vector<EdgeFrame> frame_list;
+  std::vector<int> edge_from;    // number of the edge that starts at each atom, -1 if none is near anything
+  std::vector<Candidate> candidates;    // of one point
+
+  void find_reaches(const ContactLaws &);
+  void find_near_point(int, const int *, int, const ContactLaws &, ContactForm);
+  void find_near_edge(int, int, const int *, int, const ContactLaws &);
+  void add(int, Edge);
+  void keep(int, int, bool);
   bool earlier(int, int) const;
+  bool one_outline(int, int, const ContactLaws &) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -123,7 +123,9 @@ def test_texts_list_the_contact_forms():
     ("arguments", "message"),
     [
         ("* *", "needs: pair_coeff i j eps"),
-        ("* * 1.0 2.0", "needs: pair_coeff i j eps"),
+        ("* * 1.0 0.2 outline 3.0", "needs: pair_coeff i j eps"),
+        ("* * 1.0 -0.2", "delta -0.2 must be positive"),
+        ("* * 1.0 0.2 sphere", "unknown contact form sphere, use one of "),
         ("* * -1.0", "eps -1.0 must not be negative"),
         ("* * strong", "Expected floating point parameter instead of 'strong'"),
         ("1 3 1.0", "out of bounds"),
@@ -151,10 +153,11 @@ def test_bond_coeff(refuses, arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("50.0", "polygon/area needs: ka d_name"),
-        ("50.0 d_a0 d_a0", "polygon/area needs: ka d_name"),
+        ("50.0", "polygon/area needs: ka a0"),
+        ("50.0 d_a0 d_a0", "polygon/area needs: ka a0"),
         ("-50.0 d_a0", "ka -50.0 must not be negative"),
-        ("50.0 a0", "rest area a0 must be a per-atom property d_name"),
+        ("50.0 0.0", "rest area 0.0 must be positive"),
+        ("50.0 a0", "Expected floating point parameter instead of 'a0'"),
     ],
 )
 def test_fix_polygon_area(refuses, arguments, message):
@@ -165,13 +168,13 @@ def test_fix_polygon_area(refuses, arguments, message):
 def test_a_missing_property_is_named(refuses):
     """The rest area was never defined."""
     refuses(
-        FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0", "no per-atom property d_rest: use fix property/atom"
+        FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0", "no per-atom property d_rest for rest area: use fix property/atom"
     )
 
 
 def test_a_rest_area_of_zero_names_the_atom(refuses):
     """Defined, but not set."""
-    refuses(FORCE + AREA + "set atom 6 d_a0 0.0\nrun 0", "rest area d_a0 of atom 6 is 0, must be positive")
+    refuses(FORCE + AREA + "set atom 6 d_a0 0.0\nrun 0", "rest area a0 differs between the vertices of polygon 2: 1 and 0")
 
 
 def test_an_edge_longer_than_the_limit_names_its_atoms_and_the_remedy(refuses):
@@ -179,16 +182,6 @@ def test_an_edge_longer_than_the_limit_names_its_atoms_and_the_remedy(refuses):
     deck = FORCE + AREA + "set atom 3 y 3.6\nset atom 4 y 3.4\nset atom 1 y 2.0\nset atom 2 y 1.5\nrun 0"
     message = "edge between atoms 2 and 3 is 2.1 long, more than the 2 that .* allows: raise its second argument"
     refuses(deck, message)
-
-
-def test_polygons_need_consecutive_atom_ids(refuses):
-    """Atoms 1 to 3 and 5 are polygon 1."""
-    refuses(FORCE + AREA + "run 0", "vertices of polygon 1 must carry consecutive atom IDs", data=squares((1, 2, 3, 5)))
-
-
-def test_compute_polygon_needs_consecutive_atom_ids_too(refuses):
-    """It says so when it is defined."""
-    refuses("compute shape all polygon", "Compute polygon: vertices of polygon 1 must", data=squares((1, 2, 3, 5)))
 
 
 def test_compute_polygon_takes_no_arguments(refuses):
@@ -207,7 +200,6 @@ def test_compute_polygon_takes_no_arguments(refuses):
         ("compute c all force/tally all", "compute c of style force/tally knows pairs of atoms"),
         ("compute c all group/group all", "does not support compute group/group"),
         ("compute c all centroid/stress/atom NULL pair", "does not support compute centroid/stress/atom"),
-        ("run_style respa 2 2 bond 1 pair 2", "polygon/area: run_style respa leaves its forces out"),
     ],
 )
 def test_what_the_styles_cannot_serve_is_refused(refuses, command, message):
@@ -250,7 +242,8 @@ def test_compute_polygon_contact_refuses_atoms_that_changed(refuses, tmp_path):
 def test_three_dimensions_are_refused(refuses):
     """Polygons lie in a plane."""
     head = HEAD.replace("dimension 2", "dimension 3")
-    refuses(FORCE + AREA + "run 0", "circuloline requires a 2d simulation", data=squares(dimension=3), head=head)
+    refuses(FORCE + AREA, "polygon/area requires a 2d simulation", data=squares(dimension=3), head=head)
+    refuses(FORCE + "run 0", "circuloline requires a 2d simulation", data=squares(dimension=3), head="clear" + head)
 
 
 def test_jamlab_passes_the_message_on(random_polygons):

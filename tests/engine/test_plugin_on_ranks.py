@@ -179,8 +179,9 @@ def test_contacts_are_those_of_the_energy(states, tmp_path, ranks):
         e, delta, eps = jamlab.evaluate(p), p.params["delta"], p.params["eps"]
         rows = np.loadtxt(tmp_path / f"state-{kind}.contacts", skiprows=9, ndmin=2)
         polygons, vertices, gap, magnitude = rows[:, :2] - 1, rows[:, 2:4].astype(int) - 1, rows[:, 4], rows[:, 5]
-        force, separation = rows[:, 6:8], rows[:, 8:]
+        force, separation, heads = rows[:, 6:8], rows[:, 8:10], rows[:, 10].astype(int) - 1
         assert np.array_equal(p.particle[vertices], polygons), kind
+        assert np.array_equal(heads, p.successor[vertices[:, 1]]), kind
         assert np.hypot(*separation.T) - delta == pytest.approx(gap, abs=1e-14), kind
         assert magnitude == pytest.approx(-eps * gap / delta**2, rel=1e-10), kind
         assert np.sum(0.5 * eps * (gap / delta) ** 2) == pytest.approx(e.contact_energy, rel=1e-10), kind
@@ -259,4 +260,4 @@ def test_an_edge_that_outgrows_the_cutoff_stops_all_ranks(random_polygons, tmp_p
     found = re.search(r"edge between atoms \d and \d is (\S+) long, more than the 1.5 .*: raise its second arg", output)
     assert found, output[-2000:]
     assert float(found[1]) < 1.5 + (0.1 if speed == 5.0 else np.inf)  # caught within one skin
-    assert f"neighbor cutoff, now {p.params['delta'] + 1.5 + 0.1:.6g}" in output
+    assert f"neighbor cutoff, now {np.hypot(p.params['delta'], 0.75) + 0.1:.6g}" in output

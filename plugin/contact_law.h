@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_CONTACT_LAW_H
+#define JAMLAB_CONTACT_LAW_H
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* The contact forms: who meets whom. This list is the only one in C++. The
+   numbers stand in restart files: append only. jamlab.packing.packing lists the
+   same names for Python, and a test compares the two. */
+
+enum ContactForm { SEGMENT, OUTLINE, SEGMENT_SMOOTH };
+
+inline constexpr const char *CONTACT_FORMS[] = {"segment", "outline", "segment/smooth"};
+inline constexpr int NUMBER_OF_CONTACT_FORMS = sizeof(CONTACT_FORMS) / sizeof(CONTACT_FORMS[0]);
+static_assert(NUMBER_OF_CONTACT_FORMS == SEGMENT_SMOOTH + 1, "one name for each ContactForm");
+
+inline std::string contact_form_names(const char *separator)
+{
+  std::string names;
+  for (const char *name : CONTACT_FORMS) names += (names.empty() ? "" : separator) + std::string(name);
+  return names;
+}
+
+/* What atoms of a type are to pair style circuloline. */
+
+enum Role {
+  VERTEX,    // of a closed ring of bonds: a polygon
+  WALL,      // of an open chain of bonds, or of a ring
+  DISK       // a point with a rim, whatever its bonds
+};
+
+/* The contact of types i and j: E = (eps/2)(1 - d/width)^2 of their distance d.
+   Arrays by type, so that fix adapt can change them; widths may shrink during a
+   run, not grow beyond `start`, for which the neighbor lists are made. */
+
+struct ContactLaws {
+  double **eps = nullptr, **width = nullptr, **start = nullptr;
+  int **form = nullptr;
+  double longest_edge = 0.0;
+  std::vector<Role> role;
+
+  bool disk(int type) const { return role[type] == DISK; }
+
+  /* how far apart two atoms may be whose contact has its width at the start of the run: an
+     edge within reach of a point has one end no farther than half its length beyond the foot;
+     form segment looks from tail to tail */
+  double cutoff(int i, int j) const
+  {
+    const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
+    return form[i][j] == SEGMENT ? start[i][j] + 2.0 * edge : std::hypot(start[i][j], 0.5 * edge);
+  }
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "fix_polygon_outline.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "rank_exchange.h"
+
+#include <algorithm>
+#include <string>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+static constexpr int PER_ATOM = 6;     // of a link, on its way to another rank
+static constexpr int PER_GHOST = 5;
+
+/* ----------------------------------------------------------------------
+   fix ID all polygon/outline: made by the other styles, not by users
+------------------------------------------------------------------------- */
+
+FixPolygonOutline::FixPolygonOutline(LAMMPS *lmp, int narg, char **arg) :
+    Fix(lmp, narg, arg), unread(true), stale(true), built_at(-1), refreshed(0), nlocal(0), nghost(0)
+{
+  if (narg != 3) error->all(FLERR, "Fix polygon/outline takes no arguments");
+  if (domain->dimension != 2) error->all(FLERR, "Polygons require a 2d simulation");
+
+  create_attribute = 1;
+  maxexchange = PER_ATOM;
+  comm_forward = PER_GHOST;
+  FixPolygonOutline::grow_arrays(atom->nmax);
+  for (int i = 0; i < atom->nlocal; i++) FixPolygonOutline::set_arrays(i);
+  atom->add_callback(Atom::GROW);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixPolygonOutline::~FixPolygonOutline()
+{
+  if (modify->get_fix_by_id(id)) atom->delete_callback(id, Atom::GROW);
+}
+
+/* ----------------------------------------------------------------------
+   the one instance, made if there is none
+------------------------------------------------------------------------- */
+
+FixPolygonOutline *FixPolygonOutline::shared(LAMMPS *lmp, const char *caller)
+{
+  const std::string who(caller);
+  if (lmp->domain->dimension != 2) lmp->error->all(FLERR, who + " requires a 2d simulation");
+  if (!lmp->atom->molecule_flag) lmp->error->all(FLERR, who + " requires atoms with molecule IDs");
+  if (lmp->atom->molecular != Atom::MOLECULAR)
+    lmp->error->all(FLERR, who + " takes outlines from the bonds of each atom: use atom_style molecular, bond or full");
+  if (lmp->atom->map_style == Atom::MAP_NONE)
+    lmp->error->all(FLERR, who + " requires an atom map: use atom_modify map array");
+
+  const auto found = lmp->modify->get_fix_by_style("^polygon/outline$");
+  Fix *fix = found.empty() ? lmp->modify->add_fix("JAMLAB_OUTLINE all polygon/outline") : found.front();
+  return dynamic_cast<FixPolygonOutline *>(fix);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPolygonOutline::setmask()
+{
+  return POST_NEIGHBOR | MIN_POST_NEIGHBOR;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::init()
+{
+  unread = stale = true;
+}
+
+/* ----------------------------------------------------------------------
+   neighbor lists are new: so are the ghosts. The styles ask for a refresh when
+   they need it, also those that compute without these calls (rerun, gcmc).
+------------------------------------------------------------------------- */
+
+void FixPolygonOutline::setup_post_neighbor()
+{
+  stale = true;
+}
+
+void FixPolygonOutline::post_neighbor()
+{
+  stale = true;
+}
+
+void FixPolygonOutline::min_post_neighbor()
+{
+  stale = true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bigint FixPolygonOutline::refresh()
+{
+  if (!stale && built_at == neighbor->ncalls && fit_atoms()) return refreshed;
+
+  int changed = unread || outlines_changed();
+  MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, world);
+  if (changed) read_bonds();
+
+  nlocal = atom->nlocal;
+  nghost = atom->nghost;
+  const int nall = nlocal + nghost;
+  copies.resize(nall);
+  for (int i = 0; i < nlocal; i++) {
+    const imageint image = atom->image[i];
+    copies[i] = {static_cast<int>(image & IMGMASK) - IMGMAX, static_cast<int>(image >> IMGBITS & IMGMASK) - IMGMAX};
+  }
+  comm->forward_comm(this);
+
+  successor.resize(nall);
+  predecessor.resize(nall);
+  for (int i = 0; i < nall; i++) {
+    successor[i] = same_copy(i, links[i].next);
+    predecessor[i] = same_copy(i, links[i].prev);
+  }
+  stale = false;
+  built_at = neighbor->ncalls;
+  return ++refreshed;
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool FixPolygonOutline::fit_atoms() const
+{
+  return atom->nlocal == nlocal && atom->nghost == nghost;
+}
+
+/* ----------------------------------------------------------------------
+   in a run, atoms that came (fix deposit) or lost their neighbor (fix evaporate)
+------------------------------------------------------------------------- */
+
+bool FixPolygonOutline::outlines_changed() const
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    const OutlineLink &own = links[i];
+    if (own.kind == UNKNOWN || (own.next && atom->map(own.next) < 0) || (own.prev && atom->map(own.prev) < 0))
+      return true;
+  }
+  return false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPolygonOutline::same_copy(int i, tagint tag) const
+{
+  if (!tag) return -1;
+  int j = atom->map(tag);
+  while (j >= 0 && !(copies[j] == copies[i])) j = atom->sametag[j];
+  return j;
+}
+
+/* ----------------------------------------------------------------------
+   every molecule goes to one rank, which makes outlines of it and answers
+------------------------------------------------------------------------- */
+
+void FixPolygonOutline::read_bonds()
+{
+  struct Record {
+    tagint molecule, tag, partner;    // partner 0: the atom itself
+    double x, y;
+  };
+  const int nprocs = comm->nprocs;
+  std::vector<std::vector<Record>> records(nprocs);
+  std::vector<std::vector<int>> asked(nprocs);    // atoms, in the order in which their answers come
+
+  for (int i = 0; i < atom->nlocal; i++) {
+    const tagint molecule = atom->molecule[i];
+    links[i] = {0, 0, atom->num_bond[i] ? TANGLE : LONE, 1, 0, 0};
+    if (molecule <= 0) continue;    // no molecule
+    const int home = static_cast<int>(molecule % nprocs);
+    double r[3];
+    domain->unmap(atom->x[i], atom->image[i], r);
+    records[home].push_back({molecule, atom->tag[i], 0, r[0], r[1]});
+    asked[home].push_back(i);
+    for (int m = 0; m < atom->num_bond[i]; m++)
+      if (atom->bond_type[i][m] > 0) records[home].push_back({molecule, atom->tag[i], atom->bond_atom[i][m], 0.0, 0.0});
+  }
+
+  struct Place {
+    Record record;
+    int rank, number;    // number: among the atoms that this rank asks for
+  };
+  std::vector<Place> places;
+  std::vector<std::vector<OutlineLink>> answers(nprocs);
+  const auto received = exchange_records(records, world);
+  for (int rank = 0; rank < nprocs; rank++) {
+    int number = 0;
+    for (const auto &record : received[rank]) places.push_back({record, rank, record.partner ? -1 : number++});
+    answers[rank].resize(number);
+  }
+  std::sort(places.begin(), places.end(), [](const Place &p, const Place &q) {
+    if (p.record.molecule != q.record.molecule) return p.record.molecule < q.record.molecule;
+    if ((p.number < 0) != (q.number < 0)) return q.number < 0;    // atoms, then bonds
+    return p.record.tag < q.record.tag;
+  });
+
+  std::vector<OutlineAtom> atoms;
+  std::vector<OutlineBond> bonds;
+  for (std::size_t begin = 0, end = 0; begin < places.size(); begin = end) {
+    atoms.clear();
+    bonds.clear();
+    for (; end < places.size() && places[end].record.molecule == places[begin].record.molecule; end++) {
+      const Record &record = places[end].record;
+      if (record.partner)
+        bonds.push_back({record.tag, record.partner});
+      else
+        atoms.push_back({record.tag, record.x, record.y});
+    }
+    const auto found = outline_links(atoms, bonds);
+    for (std::size_t k = 0; k < found.size(); k++) answers[places[begin + k].rank][places[begin + k].number] = found[k];
+  }
+
+  const auto answered = exchange_records(answers, world);
+  for (int rank = 0; rank < nprocs; rank++)
+    for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
+  unread = false;
+  warn_of_crossings();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::warn_of_crossings() const
+{
+  int crossed = 0;
+  tagint lowest = MAXTAGINT;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (links[i].first && links[i].crossings) {
+      crossed++;
+      lowest = std::min(lowest, atom->molecule[i]);
+    }
+  MPI_Allreduce(MPI_IN_PLACE, &crossed, 1, MPI_INT, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (crossed && comm->me == 0)
+    error->warning(FLERR, "{} polygons cross their own outline, the first is molecule {}: which side is inside is a "
+                   "guess; see the fourth column of compute polygon", crossed, lowest);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::grow_arrays(int nmax)
+{
+  links.resize(nmax, {0, 0, UNKNOWN, 0, 0, 0});
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::copy_arrays(int i, int j, int /*delflag*/)
+{
+  links[j] = links[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::set_arrays(int i)
+{
+  links[i] = {0, 0, UNKNOWN, 0, 0, 0};
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPolygonOutline::pack_exchange(int i, double *buf)
+{
+  const OutlineLink &own = links[i];
+  buf[0] = ubuf(own.next).d;
+  buf[1] = ubuf(own.prev).d;
+  buf[2] = own.kind;
+  buf[3] = own.size;
+  buf[4] = own.first;
+  buf[5] = own.crossings;
+  return PER_ATOM;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixPolygonOutline::unpack_exchange(int i, double *buf)
+{
+  links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]),
+              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5])};
+  return PER_ATOM;
+}
+
+/* ----------------------------------------------------------------------
+   a ghost lies pbc lattice vectors from the atom that it is a copy of
+------------------------------------------------------------------------- */
+
+int FixPolygonOutline::pack_forward_comm(int n, int *list, double *buf, int /*pbc_flag*/, int *pbc)
+{
+  for (int k = 0; k < n; k++, buf += PER_GHOST) {
+    const int i = list[k];
+    buf[0] = ubuf(links[i].next).d;
+    buf[1] = ubuf(links[i].prev).d;
+    buf[2] = links[i].kind;
+    buf[3] = copies[i].a - pbc[0];
+    buf[4] = copies[i].b - pbc[1];
+  }
+  return PER_GHOST * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonOutline::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int i = first; i < first + n; i++, buf += PER_GHOST) {
+    links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]), 0, 0, 0};
+    copies[i] = {static_cast<int>(buf[3]), static_cast<int>(buf[4])};
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixPolygonOutline::memory_usage()
+{
+  return links.capacity() * sizeof(OutlineLink) + copies.capacity() * sizeof(Copy) +
+      (successor.capacity() + predecessor.capacity()) * sizeof(int);
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_FIX_POLYGON_OUTLINE_H
+#define JAMLAB_FIX_POLYGON_OUTLINE_H
+
+#include "fix.h"
+#include "molecule_outline.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* Which vertex follows which on the outline of its molecule. The outlines are the
+   bonds: read at the start of every run, and whenever molecules have come or gone
+   in between; atom IDs and their order mean nothing. One instance serves all styles
+   of this plugin; they make it when there is none.
+
+   A polygon and its periodic images are different copies. The image flags say to
+   which copy an atom or ghost belongs: two atoms of one molecule that need the same
+   lattice translation to their unwrapped place are of one copy. So a polygon may be
+   wider than half the box, and it meets its own images as it meets other polygons. */
+
+class FixPolygonOutline : public Fix {
+ public:
+  FixPolygonOutline(class LAMMPS *, int, char **);
+  ~FixPolygonOutline() override;
+  static FixPolygonOutline *shared(class LAMMPS *, const char *caller);
+
+  int setmask() override;
+  void init() override;
+  void setup_post_neighbor() override;
+  void post_neighbor() override;
+  void min_post_neighbor() override;
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  double memory_usage() override;
+
+  void read_bonds();    // collective: needs no ghosts and no neighbor list
+  bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
+
+  struct Copy {    // lattice vectors to add to get the unwrapped position
+    int a, b;
+    bool operator==(const Copy &o) const { return a == o.a && b == o.b; }
+    bool operator<(const Copy &o) const { return a < o.a || (a == o.a && b < o.b); }
+  };
+
+  // of owned atoms and ghosts, at the last refresh
+  const OutlineLink &link(int i) const { return links[i]; }
+  const Copy &copy(int i) const { return copies[i]; }
+  int next(int i) const { return successor[i]; }      // local index in the same copy, -1 if absent
+  int prev(int i) const { return predecessor[i]; }
+  bool outlined(int i) const { return links[i].kind == RING || links[i].kind == CHAIN; }
+  bool fit_atoms() const;    // local and ghost atoms are as many as at the last refresh
+
+ private:
+  std::vector<OutlineLink> links;
+  std::vector<Copy> copies;
+  std::vector<int> successor, predecessor;
+  bool unread, stale;
+  bigint built_at, refreshed;
+  int nlocal, nghost;
+
+  bool outlines_changed() const;
+  int same_copy(int i, tagint tag) const;
+  void warn_of_crossings() const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "molecule_outline.h"
+
+#include "edge_geometry.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+struct Bonded {    // atoms bonded to one atom: two at most on an outline
+  int count = 0;
+  int to[2] = {-1, -1};
+
+  bool has(int k) const { return (count > 0 && to[0] == k) || (count > 1 && to[1] == k); }
+  void add(int k)
+  {
+    if (has(k)) return;
+    if (count < 2) to[count] = k;
+    count++;
+  }
+  int other_than(int k) const { return to[0] == k ? to[1] : to[0]; }
+};
+
+std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds)
+{
+  std::vector<Bonded> bonded(atoms.size());
+  auto place = [&](tagint tag) {
+    const auto found = std::lower_bound(atoms.begin(), atoms.end(), tag,
+                                        [](const OutlineAtom &atom, tagint t) { return atom.tag < t; });
+    return found == atoms.end() || found->tag != tag ? -1 : static_cast<int>(found - atoms.begin());
+  };
+  for (const auto &bond : bonds) {
+    const int a = place(bond.a), b = place(bond.b);
+    if (a < 0 || b < 0 || a == b) continue;
+    bonded[a].add(b);
+    bonded[b].add(a);
+  }
+  return bonded;
+}
+
+/* from an end of a chain, or from the lowest ID of a ring, to the end or around */
+
+std::vector<int> walk(const std::vector<Bonded> &bonded, int start)
+{
+  std::vector<int> path = {start};
+  int before = -1, here = start;
+  while (true) {
+    const int next = before < 0 ? bonded[here].to[0] : bonded[here].other_than(before);
+    if (next < 0 || next == start) return path;
+    path.push_back(next);
+    before = here;
+    here = next;
+  }
+}
+
+double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> &ring)
+{
+  const double x = atoms[ring[0]].x, y = atoms[ring[0]].y;
+  double sum = 0.0;
+  for (std::size_t k = 0; k < ring.size(); k++) {
+    const OutlineAtom &p = atoms[ring[k]], &q = atoms[ring[(k + 1) % ring.size()]];
+    sum += (p.x - x) * (q.y - y) - (p.y - y) * (q.x - x);
+  }
+  return sum;
+}
+
+}    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+int LAMMPS_NS::edge_crossings(const std::vector<double> &r)
+{
+  const std::size_t size = r.size() / 2;
+  int crossings = 0;
+  for (std::size_t a = 0; a < size; a++)
+    for (std::size_t b = a + 2; b < size; b++) {
+      const double *p = &r[2 * a], *q = &r[2 * ((a + 1) % size)], *s = &r[2 * b], *t = &r[2 * ((b + 1) % size)];
+      if (edges_cross(p, q, s, t)) crossings++;
+    }
+  return crossings;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<OutlineLink> LAMMPS_NS::outline_links(const std::vector<OutlineAtom> &atoms,
+                                                  const std::vector<OutlineBond> &bonds)
+{
+  const int natoms = static_cast<int>(atoms.size());
+  const std::vector<Bonded> bonded = bonded_atoms(atoms, bonds);
+  std::vector<OutlineLink> links(natoms, {0, 0, LONE, 1, 0, 0});
+
+  int in_bonds = 0, start = -1;
+  bool branched = false, open = false;
+  for (int k = 0; k < natoms; k++) {
+    if (bonded[k].count == 0) continue;
+    in_bonds++;
+    branched = branched || bonded[k].count > 2;
+    const bool end = bonded[k].count == 1;
+    if (start < 0 || (end && !open)) start = k;
+    open = open || end;
+  }
+  if (in_bonds == 0) return links;
+
+  std::vector<int> path;
+  if (!branched) path = walk(bonded, start);
+  const int size = static_cast<int>(path.size());
+  if (branched || size != in_bonds) {
+    for (int k = 0; k < natoms; k++)
+      if (bonded[k].count) links[k].kind = TANGLE;
+    return links;
+  }
+
+  if (!open && twice_area(atoms, path) < 0.0) std::reverse(path.begin(), path.end());
+  std::vector<double> r;
+  for (const int k : path) r.insert(r.end(), {atoms[k].x, atoms[k].y});
+  const int crossings = open ? 0 : edge_crossings(r);
+  for (int n = 0; n < size; n++) {
+    const bool last = open && n == size - 1, front = open && n == 0;
+    links[path[n]] = {last ? 0 : atoms[path[(n + 1) % size]].tag, front ? 0 : atoms[path[(n + size - 1) % size]].tag,
+                      open ? CHAIN : RING, size, 0, crossings};
+  }
+  links[*std::min_element(path.begin(), path.end())].first = 1;
+  return links;
+}

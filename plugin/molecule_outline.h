@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_MOLECULE_OUTLINE_H
+#define JAMLAB_MOLECULE_OUTLINE_H
+
+#include "lmptype.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* What the bonds of one molecule make of its atoms. */
+
+enum OutlineKind {
+  UNKNOWN,    // not yet looked at: the atom came during a run
+  LONE,       // no bond within the molecule
+  RING,       // vertex of a closed ring, in counter-clockwise order
+  CHAIN,      // vertex of an open chain
+  TANGLE      // branched, or a ring or chain beside another of the same molecule
+};
+
+struct OutlineLink {
+  tagint next, prev;    // atom IDs, 0 where there is none
+  int kind;             // OutlineKind
+  int size;             // atoms of the ring or chain
+  int first;            // 1 on one vertex of each ring or chain, that of the lowest ID
+  int crossings;        // of a ring: pairs of its edges that pass through each other
+};
+
+struct OutlineAtom {
+  tagint tag;
+  double x, y;    // unwrapped
+};
+
+struct OutlineBond {
+  tagint a, b;
+};
+
+/* Links of the atoms of one molecule, in the order of `atoms`, which is that of
+   their IDs. Bonds to atoms of other molecules do not count, nor does one that
+   both of its atoms list. Counter-clockwise is decided by the area of the ring:
+   the order of the IDs is free. */
+
+std::vector<OutlineLink> outline_links(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds);
+
+// pairs of edges of the closed polygon x0 y0 x1 y1 ... that pass through each other
+
+int edge_crossings(const std::vector<double> &r);
+
+}    // namespace LAMMPS_NS
+
+#endif

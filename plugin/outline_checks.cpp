@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "outline_checks.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_polygon_outline.h"
+#include "lammps.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr char STYLE[] = "Pair style circuloline";
+static constexpr double BIG = 1.0e300;
+
+namespace {
+
+enum Fault { NONE, OTHER_IMAGE, OTHER_LAW, TOO_LONG, NOT_AN_OUTLINE };    // the last is the worst
+
+struct Finding {
+  Fault fault = NONE;
+  double length = 0.0;
+  int i = -1;
+};
+
+bool same_law(const ContactLaws &laws, int ntypes, int a, int b)
+{
+  if (a == b) return true;
+  for (int k = 1; k <= ntypes; k++)
+    if (laws.eps[a][k] != laws.eps[b][k] || laws.width[a][k] != laws.width[b][k] || laws.form[a][k] != laws.form[b][k])
+      return false;
+  return laws.role[a] == laws.role[b];
+}
+
+Finding fault_of(LAMMPS *lmp, const FixPolygonOutline &outline, const ContactLaws &laws, int i)
+{
+  const Atom *const atom = lmp->atom;
+  const int type = atom->type[i];
+  const int kind = outline.link(i).kind;
+  if (laws.disk(type)) return {};
+  if (kind != RING && !(kind == CHAIN && laws.role[type] == WALL)) return {NOT_AN_OUTLINE, BIG, i};
+  if (!outline.link(i).next) return {};    // the end of a chain
+
+  const int j = outline.next(i);
+  const double *const *x = atom->x;
+  const double length = j < 0 ? BIG : std::hypot(x[i][0] - x[j][0], x[i][1] - x[j][1]);
+  if (length > laws.longest_edge) return {TOO_LONG, length, i};
+  if (!same_law(laws, atom->ntypes, type, atom->type[j])) return {OTHER_LAW, length, i};
+  if (!(outline.copy(lmp->domain->closest_image(i, j)) == outline.copy(j))) return {OTHER_IMAGE, length, i};
+  return {};
+}
+
+/* what the rank that has found the worst knows of it; the head of an edge may be owned far away */
+
+struct Report {
+  tagint ends[2], molecule;
+  int type, kind;
+};
+
+double length_of_edge(LAMMPS *lmp, const tagint *ends)
+{
+  const Atom *const atom = lmp->atom;
+  double r[6] = {0.0};
+  for (int k = 0; k < 2; k++) {
+    const int i = lmp->atom->map(ends[k]);
+    if (i >= 0 && i < atom->nlocal) lmp->domain->unmap(atom->x[i], atom->image[i], r + 3 * k);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, r, 6, MPI_DOUBLE, MPI_SUM, lmp->world);
+  return std::hypot(r[3] - r[0], r[4] - r[1]);
+}
+
+void refuse_bonds(LAMMPS *lmp, const Report &report)
+{
+  Error *const error = lmp->error;
+  const tagint tag = report.ends[0], molecule = report.molecule;
+  if (report.kind == CHAIN)
+    error->all(FLERR, "{}: the bonds of molecule {} (atom {}) make an open chain and no closed ring: add the missing "
+               "bond, or name type {} in walls of pair_style circuloline", STYLE, molecule, tag, report.type);
+  if (report.kind == TANGLE)
+    error->all(FLERR, "{}: the bonds of molecule {} (atom {}) branch, or are more than one ring: an outline is one "
+               "ring of bonds, with two at each vertex, and has a molecule ID of its own", STYLE, molecule, tag);
+  error->all(FLERR, "{}: atom {} of type {} has no bonds to be the vertex of an outline: name type {} in disks of "
+             "pair_style circuloline, or leave it to another style of pair_style hybrid", STYLE, tag, report.type,
+             report.type);
+}
+
+}    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, const NeighList *list,
+                               const ContactLaws &laws)
+{
+  const Atom *const atom = lmp->atom;
+  Error *const error = lmp->error;
+  Finding worst;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const Finding found = fault_of(lmp, outline, laws, list->ilist[ii]);
+    if (found.fault > worst.fault || (found.fault == worst.fault && found.length > worst.length)) worst = found;
+  }
+
+  struct {
+    int fault, rank;
+  } first = {worst.fault, lmp->comm->me};
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_2INT, MPI_MAXLOC, lmp->world);
+  if (first.fault == NONE) return;
+
+  Report report = {};
+  if (lmp->comm->me == first.rank) {
+    const OutlineLink &link = outline.link(worst.i);
+    report = {{atom->tag[worst.i], link.next}, atom->molecule[worst.i], atom->type[worst.i], link.kind};
+  }
+  MPI_Bcast(&report, sizeof(Report), MPI_BYTE, first.rank, lmp->world);
+  if (first.fault == NOT_AN_OUTLINE) refuse_bonds(lmp, report);
+
+  const double length = length_of_edge(lmp, report.ends);
+  if (first.fault == OTHER_LAW)
+    error->all(FLERR, "{}: atoms {} and {} of one outline have types with different coefficients: give the vertices of "
+               "an outline one type, or their types the same pair_coeff", STYLE, report.ends[0], report.ends[1]);
+  if (first.fault == TOO_LONG)
+    error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than the {:.6g} that pair_style "
+               "circuloline allows: raise its second argument (that raises the neighbor cutoff, now {:.6g}), or check "
+               "the image flags, which must make the polygon whole", STYLE, report.ends[0], report.ends[1], length,
+               laws.longest_edge, lmp->neighbor->cutneighmax);
+  error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than half the box, so that the bond "
+             "between them takes another image: use a larger box or more vertices per polygon", STYLE,
+             report.ends[0], report.ends[1], length);
+}

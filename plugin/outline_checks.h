@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_OUTLINE_CHECKS_H
+#define JAMLAB_OUTLINE_CHECKS_H
+
+#include "contact_law.h"
+
+namespace LAMMPS_NS {
+
+/* Collective, after each neighbor build: every atom that pair style circuloline moves
+   is what its type says (vertex of a ring, of a wall, or a disk), every edge is short
+   enough for the neighbor cutoff, of one law, and in the image that the bond between
+   its ends takes. All ranks stop together with the worst case. */
+
+void check_outlines(class LAMMPS *, const class FixPolygonOutline &, const class NeighList *, const ContactLaws &);
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Arguments of pair_style circuloline and of its pair_coeff. */
+
+#include "pair_circuloline.h"
+
+#include "atom.h"
+#include "error.h"
+#include "memory.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cstring>
+#include <sstream>
+#include <string>
+
+using namespace LAMMPS_NS;
+
+static constexpr char STYLE[] = "Pair style circuloline";
+
+/* ---------------------------------------------------------------------- */
+
+static ContactForm contact_form(LAMMPS *lmp, const char *name)
+{
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++)
+    if (strcmp(name, CONTACT_FORMS[k]) == 0) return static_cast<ContactForm>(k);
+  lmp->error->all(FLERR, "{}: unknown contact form {}, use one of {}", STYLE, name, contact_form_names(", "));
+  return OUTLINE;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairCirculoline::allocate()
+{
+  allocated = 1;
+  const int np1 = atom->ntypes + 1;
+  memory->create(setflag, np1, np1, "pair:setflag");
+  memory->create(cutsq, np1, np1, "pair:cutsq");
+  memory->create(laws.eps, np1, np1, "pair:eps");
+  memory->create(laws.width, np1, np1, "pair:delta");
+  memory->create(laws.start, np1, np1, "pair:start");
+  memory->create(laws.form, np1, np1, "pair:form");
+  memory->create(given_width, np1, np1, "pair:given_width");
+  memory->create(mixed_width, np1, np1, "pair:mixed_width");
+  for (int i = 0; i < np1; i++)
+    for (int j = 0; j < np1; j++) {
+      setflag[i][j] = 0;
+      laws.eps[i][j] = 0.0;
+      laws.width[i][j] = laws.start[i][j] = given_width[i][j] = mixed_width[i][j] = -1.0;
+      laws.form[i][j] = form;
+    }
+  read_roles();
+}
+
+/* ----------------------------------------------------------------------
+   pair_style circuloline delta longest_edge keyword value ...
+     contact form, walls types, disks types
+------------------------------------------------------------------------- */
+
+void PairCirculoline::settings(int narg, char **arg)
+{
+  if (narg < 2 || narg % 2)
+    error->all(FLERR, "{} needs: delta longest_edge [contact {}] [walls types] [disks types]", STYLE,
+               contact_form_names("|"));
+
+  delta = utils::numeric(FLERR, arg[0], false, lmp);
+  laws.longest_edge = utils::numeric(FLERR, arg[1], false, lmp);
+  if (delta <= 0.0) error->all(FLERR, "{}: delta {} must be positive", STYLE, arg[0]);
+  if (laws.longest_edge <= 0.0) error->all(FLERR, "{}: longest edge {} must be positive", STYLE, arg[1]);
+
+  form = OUTLINE;
+  for (auto &types : role_types) types.clear();
+  for (int k = 2; k < narg; k += 2) {
+    if (strcmp(arg[k], "contact") == 0)
+      form = contact_form(lmp, arg[k + 1]);
+    else if (strcmp(arg[k], "walls") == 0)
+      role_types[WALL] = arg[k + 1];
+    else if (strcmp(arg[k], "disks") == 0)
+      role_types[DISK] = arg[k + 1];
+    else
+      error->all(FLERR, "{}: unknown keyword {}, expected contact, walls or disks", STYLE, arg[k]);
+  }
+
+  // given again: types without a width of their own take the new one
+  if (!allocated) return;
+  read_roles();
+  for (int i = 1; i <= atom->ntypes; i++)
+    if (setflag[i][i] && given_width[i][i] < 0.0) laws.width[i][i] = delta;
+}
+
+/* ----------------------------------------------------------------------
+   types as LAMMPS writes them, several with commas: 2 or 2*4 or 2,5*
+------------------------------------------------------------------------- */
+
+void PairCirculoline::read_roles()
+{
+  laws.role.assign(atom->ntypes + 1, VERTEX);
+  for (const Role role : {WALL, DISK}) {
+    std::istringstream ranges(role_types[role]);
+    for (std::string range; std::getline(ranges, range, ',');) {
+      int low, high;
+      utils::bounds(FLERR, range, 1, atom->ntypes, low, high, error);
+      std::fill(laws.role.begin() + low, laws.role.begin() + high + 1, role);
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   pair_coeff i j eps [delta [contact form]]. Of a disk, delta is the diameter. Without
+   it, a type has that of pair_style, and two types the mean of both.
+------------------------------------------------------------------------- */
+
+void PairCirculoline::coeff(int narg, char **arg)
+{
+  if (narg < 3 || narg > 5) error->all(FLERR, "{} needs: pair_coeff i j eps [delta [contact form]]", STYLE);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+  const double eps = utils::numeric(FLERR, arg[2], false, lmp);
+  if (eps < 0.0) error->all(FLERR, "{}: eps {} must not be negative", STYLE, arg[2]);
+  const double width = narg > 3 ? utils::numeric(FLERR, arg[3], false, lmp) : -1.0;
+  if (narg > 3 && width <= 0.0) error->all(FLERR, "{}: delta {} must be positive", STYLE, arg[3]);
+  const ContactForm of_pair = narg > 4 ? contact_form(lmp, arg[4]) : form;
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = std::max(jlo, i); j <= jhi; j++) {
+      set(i, j, eps, width, of_pair);
+      count++;
+    }
+  if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", STYLE, arg[0], arg[1]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairCirculoline::set(int i, int j, double eps, double width, ContactForm of_pair)
+{
+  setflag[i][j] = 1;
+  laws.eps[i][j] = laws.eps[j][i] = eps;
+  given_width[i][j] = given_width[j][i] = width;
+  laws.width[i][j] = laws.width[j][i] = width < 0.0 && i == j ? delta : width;
+  laws.form[i][j] = laws.form[j][i] = of_pair;
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_POLYGON_PARAMETER_H
+#define JAMLAB_POLYGON_PARAMETER_H
+
+#include "pointers.h"
+#include "polygon_sums.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* One number for each polygon of a fix, as its argument says: a number, d_name (a
+   per-atom property) or v_name (an equal- or atom-style variable). All vertices of a
+   polygon must agree. */
+
+class PolygonParameter : protected Pointers {
+ public:
+  PolygonParameter(class LAMMPS *lmp, const char *who, const char *what) : Pointers(lmp), who(who), what(what) {}
+
+  void read(const char *argument);
+  void init(int igroup);                                               // finds the variable or property
+  void evaluate(const PolygonSums &, bool check, std::vector<double> &);    // collective if check
+  bool changes() const { return source == EQUAL || source == ATOM; }    // from step to step
+  double *constant() { return source == NUMBER ? &number : nullptr; }
+
+ private:
+  enum { NUMBER, PROPERTY, EQUAL, ATOM } source = NUMBER;
+  const char *who, *what;
+  double number = 0.0;
+  std::string name;
+  int index = -1, igroup = 0;
+  std::vector<double> per_atom;
+
+  void check(const PolygonSums &, const double *, const std::vector<double> &) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "polygon_sums.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_polygon_outline.h"
+#include "rank_exchange.h"
+
+#include <algorithm>
+#include <string>
+#include <unordered_map>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonSums::init(int groupbit)
+{
+  outline = FixPolygonOutline::shared(lmp, who);
+  outline->read_bonds();
+  outline_refresh = -1;
+
+  std::unordered_map<tagint, int> number;
+  polygon_list.clear();
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!takes_part(i, groupbit)) continue;
+    const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
+    if (found.second) polygon_list.push_back({atom->molecule[i], outline->link(i).size, 0, {0.0, 0.0}, false});
+    Polygon &polygon = polygon_list[found.first->second];
+    polygon.owned++;
+    polygon.first = polygon.first || outline->link(i).first;
+  }
+  find_partners();
+  refuse_cut_polygons();
+}
+
+/* ----------------------------------------------------------------------
+   vertices of closed rings; atoms without bonds have no area and are left alone
+------------------------------------------------------------------------- */
+
+bool PolygonSums::takes_part(int i, int groupbit) const
+{
+  const int kind = outline->link(i).kind;
+  if (!(atom->mask[i] & groupbit) || kind == LONE) return false;
+  if (kind != RING)
+    error->one(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an area: use a group "
+               "without it, or mend its bonds", who, atom->molecule[i], atom->tag[i],
+               kind == CHAIN ? "make an open chain" : "branch or make more than one ring");
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonSums::refresh(int groupbit)
+{
+  if (!outline) outline = FixPolygonOutline::shared(lmp, who);
+  const bigint now = outline->refresh();
+  if (now == outline_refresh) return;
+  outline_refresh = now;
+
+  polygon_list.clear();
+  run_list.clear();
+  vertex_list.clear();
+  std::unordered_map<tagint, int> number;
+  std::vector<char> seen(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (seen[i] || !takes_part(i, groupbit)) continue;
+    const OutlineLink &link = outline->link(i);
+    const auto found = number.emplace(atom->molecule[i], static_cast<int>(polygon_list.size()));
+    if (found.second) polygon_list.push_back({atom->molecule[i], link.size, 0, {0.0, 0.0}, false});
+    walk(i, found.first->second, groupbit, seen);
+  }
+  find_partners();
+  refuse_cut_polygons();
+  find_origins();
+}
+
+/* ----------------------------------------------------------------------
+   from an owned vertex on along its ring, as far as this rank owns it
+------------------------------------------------------------------------- */
+
+void PolygonSums::walk(int start, int polygon, int groupbit, std::vector<char> &seen)
+{
+  const int begin = static_cast<int>(vertex_list.size());
+  for (int i = start; i >= 0 && i < atom->nlocal && !seen[i] && takes_part(i, groupbit);) {
+    seen[i] = 1;
+    const int prev = outline->prev(i), next = outline->next(i);
+    if (prev < 0 || next < 0)
+      error->one(FLERR, "{}: vertex {} cannot see its neighbors on polygon {}: raise comm_modify cutoff", who,
+                 atom->tag[i], atom->molecule[i]);
+    const FixPolygonOutline::Copy &copy = outline->copy(i);
+    vertex_list.push_back({i, prev, next, copy.a, copy.b});
+    polygon_list[polygon].first = polygon_list[polygon].first || outline->link(i).first;
+    i = atom->map(outline->link(i).next);
+  }
+  const int end = static_cast<int>(vertex_list.size());
+  run_list.push_back({polygon, begin, end});
+  polygon_list[polygon].owned += end - begin;
+}
+
+/* ----------------------------------------------------------------------
+   which other ranks own vertices of the polygons of this one: one rank hears all
+   that is said of a molecule and tells the others
+------------------------------------------------------------------------- */
+
+void PolygonSums::find_partners()
+{
+  partners.clear();
+  const int nprocs = comm->nprocs;
+  if (nprocs == 1) return;
+
+  struct Share {
+    tagint molecule;
+    int rank;
+  };
+  std::unordered_map<tagint, int> number;
+  std::vector<std::vector<Share>> said(nprocs), answers(nprocs);
+  for (std::size_t k = 0; k < polygon_list.size(); k++) {
+    const Polygon &polygon = polygon_list[k];
+    if (polygon.owned == polygon.size) continue;
+    number[polygon.molecule] = static_cast<int>(k);
+    said[polygon.molecule % nprocs].push_back({polygon.molecule, comm->me});
+  }
+  std::unordered_map<tagint, std::vector<int>> sharers;
+  for (const auto &part : exchange_records(said, world))
+    for (const auto &share : part) sharers[share.molecule].push_back(share.rank);
+  for (const auto &one : sharers)
+    for (const int rank : one.second)
+      for (const int other : one.second)
+        if (other != rank) answers[rank].push_back({one.first, other});
+
+  std::vector<Share> shares;
+  for (const auto &part : exchange_records(answers, world)) shares.insert(shares.end(), part.begin(), part.end());
+  std::sort(shares.begin(), shares.end(), [](const Share &p, const Share &q) {
+    return p.rank != q.rank ? p.rank < q.rank : p.molecule < q.molecule;
+  });
+  for (const auto &share : shares) {
+    if (partners.empty() || partners.back().rank != share.rank) partners.push_back({share.rank, {}});
+    partners.back().shared.push_back(number[share.molecule]);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonSums::refuse_cut_polygons() const
+{
+  std::vector<double> in_group;
+  for (const auto &polygon : polygon_list) in_group.push_back(polygon.owned);
+  sum(in_group, 1);
+  for (std::size_t k = 0; k < polygon_list.size(); k++)
+    if (in_group[k] != polygon_list[k].size)
+      error->one(FLERR, "{}: the group holds {:.0f} of the {} vertices of polygon {}, needs all or none", who,
+                 in_group[k], polygon_list[k].size, polygon_list[k].molecule);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonSums::find_origins()
+{
+  std::vector<double> origin(2 * polygon_list.size(), 0.0);
+  for (const auto &run : run_list)
+    for (int n = run.begin; n < run.end; n++)
+      if (outline->link(vertex_list[n].i).first)
+        position(vertex_list[n], polygon_list[run.polygon], &origin[2 * run.polygon]);
+  sum(origin, 2);
+  for (std::size_t k = 0; k < polygon_list.size(); k++) std::copy_n(&origin[2 * k], 2, polygon_list[k].origin);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonSums::position(const Vertex &vertex, const Polygon &polygon, double *r) const
+{
+  const double *x = atom->x[vertex.i];
+  r[0] = x[0] + vertex.a * domain->xprd + vertex.b * domain->xy - polygon.origin[0];
+  r[1] = x[1] + vertex.b * domain->yprd - polygon.origin[1];
+}
+
+/* ----------------------------------------------------------------------
+   parts are added in the order of ranks, so that all ranks get the same digits
+------------------------------------------------------------------------- */
+
+void PolygonSums::sum(std::vector<double> &values, int width) const
+{
+  if (partners.empty()) return;
+  static constexpr int TAG = 4711;
+  std::vector<std::vector<double>> sent(partners.size()), received(partners.size());
+  std::vector<MPI_Request> requests(2 * partners.size());
+
+  for (std::size_t p = 0; p < partners.size(); p++) {
+    const Partner &partner = partners[p];
+    const int count = static_cast<int>(width * partner.shared.size());
+    received[p].resize(count);
+    for (const int polygon : partner.shared)
+      sent[p].insert(sent[p].end(), &values[width * polygon], &values[width * polygon] + width);
+    MPI_Irecv(received[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p]);
+    MPI_Isend(sent[p].data(), count, MPI_DOUBLE, partner.rank, TAG, world, &requests[2 * p + 1]);
+  }
+  MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+
+  const std::vector<double> own = values;
+  for (const auto &partner : partners)
+    for (const int polygon : partner.shared) std::fill_n(&values[width * polygon], width, 0.0);
+  auto add = [&](const Partner &partner, const double *part) {
+    for (const int polygon : partner.shared)
+      for (int k = 0; k < width; k++) values[width * polygon + k] += *part++;
+  };
+  std::vector<char> added(polygon_list.size(), 0);
+  auto add_own = [&](int before) {    // where this rank stands among those that share the polygon
+    for (const auto &partner : partners)
+      for (const int polygon : partner.shared)
+        if (!added[polygon] && comm->me < before) {
+          for (int k = 0; k < width; k++) values[width * polygon + k] += own[width * polygon + k];
+          added[polygon] = 1;
+        }
+  };
+  for (std::size_t p = 0; p < partners.size(); p++) {
+    add_own(partners[p].rank);
+    add(partners[p], received[p].data());
+  }
+  add_own(comm->nprocs);
+}
+
+/* ----------------------------------------------------------------------
+   a = (1/2) sum x_i cross (x_{i+1} - x_i). Any fixed origin gives the same closed
+   sum; one near the polygon keeps its digits.
+------------------------------------------------------------------------- */
+
+void PolygonSums::areas_and_centers(std::vector<double> &values) const
+{
+  const double *const *x = atom->x;
+  values.assign(3 * polygon_list.size(), 0.0);
+  for (const auto &run : run_list) {
+    const Polygon &polygon = polygon_list[run.polygon];
+    double twice_area = 0.0, sum_x = 0.0, sum_y = 0.0;
+    for (int n = run.begin; n < run.end; n++) {
+      const Vertex &vertex = vertex_list[n];
+      const double *here = x[vertex.i], *next = x[vertex.next];
+      double r[2];
+      position(vertex, polygon, r);
+      twice_area += r[0] * (next[1] - here[1]) - r[1] * (next[0] - here[0]);
+      sum_x += r[0];
+      sum_y += r[1];
+    }
+    double *const value = &values[3 * run.polygon];
+    value[0] += 0.5 * twice_area;
+    value[1] += sum_x;
+    value[2] += sum_y;
+  }
+  sum(values, 3);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<tagint> PolygonSums::molecules() const
+{
+  std::vector<std::vector<tagint>> own(comm->nprocs);
+  for (const auto &polygon : polygon_list)
+    if (polygon.first)
+      for (auto &to : own) to.push_back(polygon.molecule);
+  std::vector<tagint> all;
+  for (const auto &part : exchange_records(own, world)) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PolygonSums::memory_usage() const
+{
+  return polygon_list.capacity() * sizeof(Polygon) + run_list.capacity() * sizeof(Run) +
+      vertex_list.capacity() * sizeof(Vertex);
+}

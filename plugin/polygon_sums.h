@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_POLYGON_SUMS_H
+#define JAMLAB_POLYGON_SUMS_H
+
+#include "lmptype.h"
+#include "pointers.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* The closed rings of a group, as far as this rank owns their vertices, and sums
+   over whole polygons wherever the periodic boundary or the sub-domains cut them:
+   ranks that share a polygon tell each other their part, no others take part. */
+
+class PolygonSums : protected Pointers {
+ public:
+  PolygonSums(class LAMMPS *lmp, const char *caller) : Pointers(lmp), who(caller) {}
+
+  struct Vertex {
+    int i, prev, next;    // local or ghost indices
+    int a, b;             // image flags: lattice vectors from the box to the unwrapped place
+  };
+  struct Run {    // owned vertices that follow each other on a polygon
+    int polygon, begin, end;
+  };
+  struct Polygon {
+    tagint molecule;
+    int size;            // vertices, also those of other ranks
+    int owned;           // vertices of this rank
+    double origin[2];    // where its first vertex was at the last refresh
+    bool first;          // this rank owns that vertex
+  };
+
+  // collective: the rings of the group, from the bonds alone; refuses a group that cuts a polygon
+  void init(int groupbit);
+  void refresh(int groupbit);    // collective, before use after a neighbor build
+  bigint refreshed() const { return outline_refresh; }
+
+  const std::vector<Polygon> &polygons() const { return polygon_list; }
+  const std::vector<Run> &runs() const { return run_list; }
+  const std::vector<Vertex> &vertices() const { return vertex_list; }
+
+  // collective: values[width * polygon + k] of every rank becomes the sum over the ranks that share the polygon
+  void sum(std::vector<double> &values, int width) const;
+
+  // collective: area, then the sum of x and of y from the origin, three values for each polygon
+  void areas_and_centers(std::vector<double> &) const;
+
+  // from the origin of its polygon, unwrapped
+  void position(const Vertex &, const Polygon &, double *) const;
+
+  std::vector<tagint> molecules() const;    // collective: of all polygons, in order
+  double memory_usage() const;
+
+ private:
+  struct Partner {    // another rank, and the polygons shared with it, in the order of their molecules
+    int rank;
+    std::vector<int> shared;
+  };
+
+  const char *who;
+  class FixPolygonOutline *outline = nullptr;
+  bigint outline_refresh = -1;
+  std::vector<Polygon> polygon_list;
+  std::vector<Run> run_list;
+  std::vector<Vertex> vertex_list;
+  std::vector<Partner> partners;    // in the order of their ranks
+
+  bool takes_part(int i, int groupbit) const;
+  void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
+  void find_partners();
+  void refuse_cut_polygons() const;
+  void find_origins();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
