@@ -5,6 +5,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "edge_geometry.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
@@ -40,8 +41,9 @@ void BondLineTension::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  const double *const *const x = atom->x;
-  double *const *const f = atom->f;
+  if (neighbor->nbondlist == 0) return;
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  const auto f = reinterpret_cast<Position *>(atom->f[0]);
   const int *const *const bondlist = neighbor->bondlist;
   const int nbondlist = neighbor->nbondlist;
   const int nlocal = atom->nlocal;

@@ -54,13 +54,14 @@ void ComputePolygonContact::compute_local()
   const int *mask = atom->mask;
 
   size_local_rows = 0;
-  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot,
+                             const PairLaw &law) {
     if (!(mask[vertex] & mask[edge.tail] & groupbit)) return;
     if (size_local_rows == capacity) {
       capacity = std::max(64, 2 * capacity);
       memory->grow(array_local, capacity, COLUMNS, "polygon/contact:array_local");
     }
-    const PairCirculoline::Push push = pair->push_on_vertex(vertex, edge, foot);
+    const PairCirculoline::Push push = PairCirculoline::push_on_vertex(foot, law);
     const double row[COLUMNS] = {
         static_cast<double>(molecule[vertex]), static_cast<double>(molecule[edge.tail]),
         static_cast<double>(tag[vertex]),      static_cast<double>(tag[edge.tail]),

@@ -67,11 +67,12 @@ void ComputePolygonGroup::sum()
 {
   const int *mask = atom->mask;
   double sums[3] = {0.0, 0.0, 0.0};
-  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot) {
+  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot,
+                             const PairLaw &law) {
     const bool pushed = (mask[vertex] & groupbit) && (mask[edge.tail] & otherbit);
     const bool pushes = (mask[vertex] & otherbit) && (mask[edge.tail] & groupbit);
     if (!pushed && !pushes) return;
-    const PairCirculoline::Push push = pair->push_on_vertex(vertex, edge, foot);
+    const PairCirculoline::Push push = PairCirculoline::push_on_vertex(foot, law);
     const double sign = (pushed ? 1.0 : 0.0) - (pushes ? 1.0 : 0.0);
     sums[0] += push.energy;
     sums[1] += sign * push.fx;

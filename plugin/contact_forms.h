@@ -9,22 +9,22 @@
 
 namespace LAMMPS_NS {
 
-/* Each form below calls touch(vertex, edge, foot) for every vertex (or disk) that is
+/* Each form below calls touch(vertex, edge, foot, law) for every vertex (or disk) that is
    closer than the width of their contact to an edge that it meets.
 
    outline: every vertex meets every other outline once, at its closest point. */
 
 template <class Touch>
-void outline_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
-                      const double *const *width, Touch touch)
+void outline_contacts(const PolygonFacings &facings, const Position *x, const int *type,
+                      const PairLaws &laws, Touch touch)
 {
   const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
   const int *near = facings.near();
   for (const auto &facing : facings) {
     const double px = x[facing.i][0], py = x[facing.i][1];
-    const double reach = width[type[facing.i]][type[edges[near[facing.begin]].tail]];
-    Foot nearest = {0.0, 0.0, reach * reach, 0.0};
+    const PairLaw &law = laws(type[facing.i], type[edges[near[facing.begin]].tail]);
+    Foot nearest = {0.0, 0.0, law.widthsq, 0.0};
     int found = -1;
     for (int n = facing.begin; n < facing.end; n++) {
       const Foot foot = foot_on_edge(px, py, frames[near[n]]);
@@ -33,7 +33,7 @@ void outline_contacts(const PolygonFacings &facings, const double *const *x, con
         found = near[n];
       }
     }
-    if (found >= 0) touch(facing.i, edges[found], nearest);
+    if (found >= 0) touch(facing.i, edges[found], nearest, law);
   }
 }
 
@@ -42,18 +42,18 @@ void outline_contacts(const PolygonFacings &facings, const double *const *x, con
    every edge of other outlines once, with its full energy. */
 
 template <class Touch>
-void smooth_segment_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
-                             const double *const *width, Touch touch)
+void smooth_segment_contacts(const PolygonFacings &facings, const Position *x, const int *type,
+                             const PairLaws &laws, Touch touch)
 {
   const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
   const int *near = facings.near();
   for (const auto &facing : facings) {
     const double px = x[facing.i][0], py = x[facing.i][1];
-    const double reach = width[type[facing.i]][type[edges[near[facing.begin]].tail]], reachsq = reach * reach;
+    const PairLaw &law = laws(type[facing.i], type[edges[near[facing.begin]].tail]);
     for (int n = facing.begin; n < facing.end; n++) {
       const Foot foot = foot_on_edge(px, py, frames[near[n]]);
-      if (foot.rsq < reachsq) touch(facing.i, edges[near[n]], foot);
+      if (foot.rsq < law.widthsq) touch(facing.i, edges[near[n]], foot, law);
     }
   }
 }
@@ -63,8 +63,8 @@ void smooth_segment_contacts(const PolygonFacings &facings, const double *const 
    edge, or 0 if they cross. */
 
 template <class Touch>
-void segment_contacts(const PolygonFacings &facings, const double *const *x, const int *type,
-                      const double *const *width, Touch touch)
+void segment_contacts(const PolygonFacings &facings, const Position *x, const int *type,
+                      const PairLaws &laws, Touch touch)
 {
   using Edge = PolygonFacings::Edge;
   for (const auto &facing : facings) {
@@ -74,8 +74,8 @@ void segment_contacts(const PolygonFacings &facings, const double *const *x, con
       const int vertex[4] = {a.tail, a.head, b.tail, b.head};
       const Edge edge[4] = {b, b, a, a};
 
-      const double reach = width[type[a.tail]][type[b.tail]];
-      Foot nearest = {0.0, 0.0, reach * reach, 0.0};
+      const PairLaw &law = laws(type[a.tail], type[b.tail]);
+      Foot nearest = {0.0, 0.0, law.widthsq, 0.0};
       int found = -1;
       for (int k = 0; k < 4; k++) {
         const Foot foot = foot_on_edge(x[vertex[k]], x[edge[k].tail], x[edge[k].head]);
@@ -85,24 +85,24 @@ void segment_contacts(const PolygonFacings &facings, const double *const *x, con
         }
       }
       if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
-        touch(a.tail, b, Foot{0.0, 0.0, 0.0, 0.0});
+        touch(a.tail, b, Foot{0.0, 0.0, 0.0, 0.0}, law);
       else if (found >= 0)
-        touch(vertex[found], edge[found], nearest);
+        touch(vertex[found], edge[found], nearest, law);
     }
   }
 }
 
 template <class Touch>
-void for_each_contact(ContactForm form, const PolygonFacings &facings, const double *const *x, const int *type,
-                      const double *const *width, Touch touch)
+void for_each_contact(ContactForm form, const PolygonFacings &facings, const Position *x, const int *type,
+                      const PairLaws &laws, Touch touch)
 {
   switch (form) {
     case SEGMENT:
-      return segment_contacts(facings, x, type, width, touch);
+      return segment_contacts(facings, x, type, laws, touch);
     case OUTLINE:
-      return outline_contacts(facings, x, type, width, touch);
+      return outline_contacts(facings, x, type, laws, touch);
     case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(facings, x, type, width, touch);
+      return smooth_segment_contacts(facings, x, type, laws, touch);
   }
 }
 

@@ -57,6 +57,29 @@ struct ContactLaws {
   }
 };
 
+/* The same for the loops over contacts: side by side, made anew for every evaluation. */
+
+struct PairLaw {
+  double eps, width, per_width, widthsq;
+};
+
+class PairLaws {
+ public:
+  PairLaws(const ContactLaws &laws, int ntypes) : row(ntypes + 1), table(row * row)
+  {
+    for (int i = 1; i < row; i++)
+      for (int j = 1; j < row; j++) {
+        const double width = laws.width[i][j];
+        table[i * row + j] = {laws.eps[i][j], width, 1.0 / width, width * width};
+      }
+  }
+  const PairLaw &operator()(int i, int j) const { return table[i * row + j]; }
+
+ private:
+  int row;
+  std::vector<PairLaw> table;
+};
+
 }    // namespace LAMMPS_NS
 
 #endif

@@ -8,6 +8,8 @@
 
 namespace LAMMPS_NS {
 
+using Position = double[3];    // LAMMPS holds its rows one after the other
+
 /* Closest point of an edge to a vertex: the vector from it to the vertex, its
    square, and the place t in [0, 1] from the tail to the head. */
 

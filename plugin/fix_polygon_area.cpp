@@ -4,6 +4,7 @@
 #include "fix_polygon_area.h"
 
 #include "atom.h"
+#include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "force.h"
@@ -134,36 +135,37 @@ void FixPolygonArea::post_force(int vflag)
   find_parameters();
   sums.areas_and_centers(shape);
 
-  const auto &polygons = sums.polygons();
-  const auto &vertices = sums.vertices();
-  const double *const *x = atom->x;
-  double **f = atom->f;
   energy = 0.0;
+  if (sums.vertices().empty()) return;
+  const PolygonSums::Vertex *const vertices = sums.vertices().data();
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  const auto f = reinterpret_cast<Position *>(atom->f[0]);
   for (const auto &run : sums.runs()) {
-    const PolygonSums::Polygon &polygon = polygons[run.polygon];
-    const double *of_polygon = &shape[3 * run.polygon];
-    const double excess = of_polygon[0] - a0[run.polygon];
-    const double per_vertex = 0.5 * ka[run.polygon] * excess * excess / polygon.size;
+    const double excess = shape[3 * run.polygon] - a0[run.polygon];
     const double half_pressure = -0.5 * ka[run.polygon] * excess;
+    const double per_vertex = -half_pressure * excess / sums.polygons()[run.polygon].size;
     energy += per_vertex * (run.end - run.begin);
-
     for (int n = run.begin; n < run.end; n++) {
-      const PolygonSums::Vertex &vertex = vertices[n];
-      const int i = vertex.i;
-      const double fx = half_pressure * (x[vertex.next][1] - x[vertex.prev][1]);
-      const double fy = half_pressure * (x[vertex.prev][0] - x[vertex.next][0]);
-      f[i][0] += fx;
-      f[i][1] += fy;
-      if (!evflag) continue;
-
-      double r[2];
-      sums.position(vertex, polygon, r);
-      const double rx = r[0] - of_polygon[1] / polygon.size, ry = r[1] - of_polygon[2] / polygon.size;
-      double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
-      if (vflag_either) v_tally(i, v);
-      if (eflag_atom) eatom[i] += per_vertex;
+      const double *prev = x[vertices[n].prev], *next = x[vertices[n].next];
+      const double fx = half_pressure * (next[1] - prev[1]), fy = half_pressure * (prev[0] - next[0]);
+      f[vertices[n].i][0] += fx;
+      f[vertices[n].i][1] += fy;
+      if (evflag) tally(run.polygon, vertices[n], per_vertex, fx, fy);
     }
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixPolygonArea::tally(int k, const PolygonSums::Vertex &vertex, double share, double fx, double fy)
+{
+  const PolygonSums::Polygon &polygon = sums.polygons()[k];
+  double r[2];
+  sums.position(vertex, polygon, r);
+  const double rx = r[0] - shape[3 * k + 1] / polygon.size, ry = r[1] - shape[3 * k + 2] / polygon.size;
+  double v[6] = {rx * fx, ry * fy, 0.0, rx * fy, 0.0, 0.0};
+  if (vflag_either) v_tally(vertex.i, v);
+  if (eflag_atom) eatom[vertex.i] += share;
 }
 
 /* ---------------------------------------------------------------------- */

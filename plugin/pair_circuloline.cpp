@@ -80,22 +80,20 @@ void PairCirculoline::compute(int eflag, int vflag)
 
 template <bool OWN, bool TALLY> void PairCirculoline::push()
 {
-  double *const *const f = atom->f;
-  auto add = [&](int i, double fx, double fy) {
-    if (OWN) {
-      ghosts[i].fx += fx;
-      ghosts[i].fy += fy;
-    } else {
-      f[i][0] += fx;
-      f[i][1] += fy;
+  if (atom->nlocal == 0) return;
+  const auto f = reinterpret_cast<Position *>(atom->f[0]);
+  Returned *const returned = ghosts.data();
+  for_each_contact([=](int vertex, PolygonFacings::Edge edge, const Foot &foot, const PairLaw &law) {
+    const Push push = push_on_vertex(foot, law);
+    const double hx = foot.t * push.fx, hy = foot.t * push.fy;
+    const int atoms[3] = {vertex, edge.tail, edge.head};
+    const double fx[3] = {push.fx, hx - push.fx, -hx}, fy[3] = {push.fy, hy - push.fy, -hy};
+    for (int k = 0; k < 3; k++) {
+      double &sum_x = OWN ? returned[atoms[k]].fx : f[atoms[k]][0];
+      double &sum_y = OWN ? returned[atoms[k]].fy : f[atoms[k]][1];
+      sum_x += fx[k];
+      sum_y += fy[k];
     }
-  };
-
-  for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot) {
-    const Push push = push_on_vertex(vertex, edge, foot);
-    add(vertex, push.fx, push.fy);
-    add(edge.tail, -(1.0 - foot.t) * push.fx, -(1.0 - foot.t) * push.fy);
-    add(edge.head, -foot.t * push.fx, -foot.t * push.fy);
     if (TALLY) tally(vertex, edge, foot, push, OWN);
   });
 }
@@ -157,14 +155,12 @@ void PairCirculoline::return_from_ghosts()
    E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force
 ------------------------------------------------------------------------- */
 
-PairCirculoline::Push PairCirculoline::push_on_vertex(int vertex, PolygonFacings::Edge edge, const Foot &foot) const
+PairCirculoline::Push PairCirculoline::push_on_vertex(const Foot &foot, const PairLaw &law)
 {
-  const int i = atom->type[vertex], j = atom->type[edge.tail];
-  const double width = laws.width[i][j], eps = laws.eps[i][j];
-  const double d = sqrt(foot.rsq), overlap = 1.0 - d / width;
-  const double magnitude = d > 0.0 ? eps * overlap / width : 0.0;
+  const double d = sqrt(foot.rsq), overlap = 1.0 - d * law.per_width;
+  const double magnitude = d > 0.0 ? law.eps * overlap * law.per_width : 0.0;
   const double per_d = d > 0.0 ? magnitude / d : 0.0;
-  return {d - width, 0.5 * eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
+  return {d - law.width, 0.5 * law.eps * overlap * overlap, magnitude, per_d * foot.dx, per_d * foot.dy};
 }
 
 /* ---------------------------------------------------------------------- */

@@ -45,16 +45,19 @@ class PairCirculoline : public Pair {
   struct Push {    // of one contact: force on the vertex, the edge takes the opposite
     double gap, energy, magnitude, fx, fy;
   };
-  Push push_on_vertex(int vertex, PolygonFacings::Edge, const Foot &) const;
+  static Push push_on_vertex(const Foot &, const PairLaw &);
 
-  // touch(vertex, edge, foot) for the contacts of this rank, at present positions
+  // touch(vertex, edge, foot, law) for the contacts of this rank, at present positions
   template <class Touch> void for_each_contact(Touch touch)
   {
     refuse_stale_facings();
+    if (atom->nlocal == 0) return;
+    const PairLaws pair_laws(laws, atom->ntypes);
+    const auto x = reinterpret_cast<const Position *>(atom->x[0]);
     for (int form = 0; form < NUMBER_OF_CONTACT_FORMS; form++) {
       if (!in_use[form]) continue;
       facings[form].measure_edges();
-      LAMMPS_NS::for_each_contact(static_cast<ContactForm>(form), facings[form], atom->x, atom->type, laws.width, touch);
+      LAMMPS_NS::for_each_contact(static_cast<ContactForm>(form), facings[form], x, atom->type, pair_laws, touch);
     }
   }
 

@@ -180,8 +180,9 @@ bool PolygonFacings::earlier(int i, int j) const
 
 void PolygonFacings::measure_edges()
 {
-  const double *const *x = atom->x;
   frame_list.resize(edge_list.size());
+  if (edge_list.empty()) return;
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   for (std::size_t n = 0; n < edge_list.size(); n++)
     frame_list[n] = edge_frame(x[edge_list[n].tail], x[edge_list[n].head]);
 }

@@ -6,6 +6,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
+#include "edge_geometry.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
 #include "rank_exchange.h"
@@ -231,19 +232,21 @@ void PolygonSums::sum(std::vector<double> &values, int width) const
 
 void PolygonSums::areas_and_centers(std::vector<double> &values) const
 {
-  const double *const *x = atom->x;
   values.assign(3 * polygon_list.size(), 0.0);
+  if (vertex_list.empty()) return sum(values, 3);
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  const double xprd = domain->xprd, yprd = domain->yprd, xy = domain->xy;
   for (const auto &run : run_list) {
-    const Polygon &polygon = polygon_list[run.polygon];
+    const double *const origin = polygon_list[run.polygon].origin;
     double twice_area = 0.0, sum_x = 0.0, sum_y = 0.0;
     for (int n = run.begin; n < run.end; n++) {
       const Vertex &vertex = vertex_list[n];
       const double *here = x[vertex.i], *next = x[vertex.next];
-      double r[2];
-      position(vertex, polygon, r);
-      twice_area += r[0] * (next[1] - here[1]) - r[1] * (next[0] - here[0]);
-      sum_x += r[0];
-      sum_y += r[1];
+      const double rx = here[0] + vertex.a * xprd + vertex.b * xy - origin[0];
+      const double ry = here[1] + vertex.b * yprd - origin[1];
+      twice_area += rx * (next[1] - here[1]) - ry * (next[0] - here[0]);
+      sum_x += rx;
+      sum_y += ry;
     }
     double *const value = &values[3 * run.polygon];
     value[0] += 0.5 * twice_area;
