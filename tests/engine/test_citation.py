@@ -4,7 +4,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-INPUT = "units lj\ndimension 2\natom_style molecular\nregion b block 0 1 0 1 -0.5 0.5\ncreate_box 1 b\nmass * 1\n{style}run 0\n"
+INPUT = """units lj
+dimension 2
+atom_style molecular
+region b block 0 1 0 1 -0.5 0.5
+create_box 1 b
+mass * 1
+{style}run 0
+"""
 STYLE = "pair_style circuloline 0.25 2.0\n"
 
 
