@@ -1,16 +1,17 @@
-# awk -f settings.awk DIR DECK OUT: what `lmp -var` set, against the deck, its parts and the data file it reads.
+# awk -f settings.awk DIR DECK HIDDEN: what `lmp -var` set, against the deck, its parts and the data file it reads.
 # A setting is a line `variable NAME index DEFAULT # [RULE] ...` of the deck or of a part that it includes, if something
-# there uses it. OUT.given is LAMMPS' list of the variables and commands that exist. Prints LAMMPS commands: the values
-# that the data file carries, or what is refused and `quit 1`.
+# there uses it. HIDDEN.given is LAMMPS' list of the variables and commands that exist. Prints LAMMPS commands: the
+# values that the data file carries, or what is refused and `quit 1`.
 BEGIN {
   dir = ARGV[1]; deck = ARGV[2]; out = ARGV[3]
   read(deck)
   while ((getline line < (out ".given")) > 0) {
     if (line ~ /jamlab\/quiet/) plugin = 1
-    if (line !~ /^Variable\[/) continue
-    name = line; sub(/^[^:]*: */, "", name); sub(/,.*/, "", name)
-    value = line; sub(/.*def = /, "", value)
-    given[name] = value
+    if (line ~ /^Variable\[/) {
+      name = line; sub(/^[^:]*: */, "", name); sub(/,.*/, "", name)
+      value = line; sub(/.*def = /, "", value)
+      given[name] = value
+    } else if (split(line, word) > 1 && word[1] == "Value:") given[word[2]] = substr(line, length(word[2]) + 9)
   }
   for (name in given) check(name, given[name])
   if ("data" in rule) data_file(value_of("data"))
@@ -66,10 +67,10 @@ function read(part,    line, comment, word, at) {   # settings of a part and of 
 function used(name) { return text ~ ("[$][{]" name "[}]|v_" name "([^A-Za-z0-9_]|$)") }
 
 function check(name, value,    known, k, problem) {
-  if (name ~ /^(dir|deck|out)$/) return
+  if (name ~ /^(dir|deck|out|replica)$/) return
   if (name ~ /^d[1-9][0-9]*$/ && ("d1" in rule)) problem = broken(value, "> 0")
   else if (!(name in rule) || !(used(name) || name == "screen")) {
-    for (k = 1; k <= count; k++) if (used(order[k]) && order[k] !~ /^(dir|deck)$/) known = known " " order[k]
+    for (k = 1; k <= count; k++) if (used(order[k]) && order[k] !~ /^(dir|deck|replica)$/) known = known " " order[k]
     refuse("-var " name ": this deck has no such variable; it takes" known)
     return
   } else problem = broken(value, rule[name])

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-/* Entry point of the plugin: registers the styles with LAMMPS. */
+/* Registers the styles with LAMMPS, once guard.cpp has found that they fit it. */
 
 #include "bond_line_tension.h"
+#include "citation.h"
 #include "command_quiet.h"
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
@@ -12,9 +13,6 @@
 #include "fix_polygon_outline.h"
 #include "lammps.h"
 #include "pair_circuloline.h"
-
-#include <cstdlib>
-#include <string>
 
 using namespace LAMMPS_NS;
 
@@ -39,15 +37,9 @@ typedef struct {
 
 typedef void (*lammpsplugin_regfunc)(lammpsplugin_t *, void *);
 
-// library interface of LAMMPS: the same in every version, unlike its C++ classes
-int lammps_version(void *);
-int lammps_extract_setting(void *, const char *);
-void lammps_error(void *, int, const char *);
-
-__attribute__((visibility("default"))) void lammpsplugin_init(void *, void *, void *);
+__attribute__((visibility("default"))) void jamlab_register(void *, void *, void *);
 }
 
-static constexpr int WARNING = 0;
 static constexpr char AUTHOR[] = "the jamlab authors";
 
 template <class Style> static void *create(void *lmp)
@@ -58,6 +50,13 @@ template <class Style> static void *create(void *lmp)
 template <class Style> static void *create(void *lmp, int narg, char **arg)
 {
   return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
+}
+
+// LAMMPS makes the style here, also inside pair_style hybrid
+template <> void *create<PairCirculoline>(void *lmp)
+{
+  cite_circuloline(static_cast<LAMMPS *>(lmp));
+  return new PairCirculoline(static_cast<LAMMPS *>(lmp));
 }
 
 struct PluginStyle {
@@ -83,43 +82,8 @@ static constexpr PluginStyle STYLES[] = {
      nullptr},
 };
 
-/* Updates of one version may lay out its classes otherwise: Pair has grown in update 4 of
-   22 Jul 2025. Only the tag "stable_22Jul2025_update4" tells, where LAMMPS was built from git. */
-
-static std::string update_of_lammps()
+void jamlab_register(void *lmp, void *handle, void *regfunc)
 {
-  const std::string tag = LAMMPS::git_descriptor(), word = "_update";
-  if (tag.rfind("stable_", 0) != 0) return "";
-  const auto at = tag.find(word);
-  return at == std::string::npos ? "0" : std::to_string(std::atoi(tag.c_str() + at + word.size()));
-}
-
-/* Why this LAMMPS cannot use the plugin; empty if it can. One with other integer sizes has
-   other symbols, and does not open the file. */
-
-static std::string misfit(void *lmp)
-{
-  const int found = lammps_version(lmp);
-  if (found != JAMLAB_LAMMPS_VERSION)
-    return "for LAMMPS version " + std::to_string(JAMLAB_LAMMPS_VERSION) + ", this is " + std::to_string(found);
-
-  const std::string update = update_of_lammps();
-  if (!update.empty() && update != JAMLAB_LAMMPS_UPDATE)
-    return "for update " JAMLAB_LAMMPS_UPDATE " of LAMMPS " JAMLAB_LAMMPS_DATE ", this is update " + update;
-
-  return "";
-}
-
-void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
-{
-  const std::string reason = misfit(lmp);
-  if (!reason.empty()) {
-    const std::string message = "The jamlab plugin was built " + reason +
-        ": its styles are not available here; rebuild jamlab against this LAMMPS to have them";
-    if (lammps_extract_setting(lmp, "world_rank") == 0) lammps_error(lmp, WARNING, message.c_str());
-    return;
-  }
-
   const auto add = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
   lammpsplugin_t plugin = {};
   plugin.version = JAMLAB_LAMMPS_DATE;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_CITATION_H
+#define JAMLAB_CITATION_H
+
+#include "citeme.h"
+#include "lammps.h"
+
+namespace LAMMPS_NS {
+
+static constexpr char CITE_CIRCULOLINE[] =
+    "pair_style circuloline: https://doi.org/10.1039/C9SM00775J\n\n"
+    "@Article{Boromand2019,\n"
+    " author =  {Boromand, A. and Signoriello, A. and Lowensohn, J. and Orellana, C. S. and Weeks, E. R.\n"
+    "            and Ye, F. and Shattuck, M. D. and O'Hern, C. S.},\n"
+    " title =   {The role of deformability in determining the structural and mechanical properties of\n"
+    "            bubbles and emulsions},\n"
+    " journal = {Soft Matter},\n"
+    " year =    2019,\n"
+    " volume =  15,\n"
+    " pages =   5854,\n"
+    " doi =     {10.1039/C9SM00775J}\n"
+    "}\n\n";
+
+/* Ask users of the pair style to cite its paper. LAMMPS lists it once, however often this is
+   called; with -nocite there is no list. */
+
+inline void cite_circuloline(LAMMPS *lmp)
+{
+  if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);
+}
+
+}    // namespace LAMMPS_NS
+
+#endif
