@@ -54,23 +54,26 @@ void ComputePolygonContact::compute_local()
   const int *mask = atom->mask;
 
   size_local_rows = 0;
-  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot,
-                             const PairLaw &law) {
-    if (!(mask[vertex] & mask[edge.tail] & groupbit)) return;
+  for (const Contact &contact : pair->find_contacts()) {
+    if (!(mask[contact.vertex] & mask[contact.tail] & groupbit)) continue;
     if (size_local_rows == capacity) {
       capacity = std::max(64, 2 * capacity);
       memory->grow(array_local, capacity, COLUMNS, "polygon/contact:array_local");
     }
-    const PairCirculoline::Push push = PairCirculoline::push_on_vertex(foot, law);
-    const double row[COLUMNS] = {
-        static_cast<double>(molecule[vertex]), static_cast<double>(molecule[edge.tail]),
-        static_cast<double>(tag[vertex]),      static_cast<double>(tag[edge.tail]),
-        push.gap,                              push.magnitude,
-        push.fx,                               push.fy,
-        foot.dx,                               foot.dy,
-        static_cast<double>(tag[edge.head])};
+    const PairCirculoline::Push push = pair->push_on_vertex(contact);
+    const double row[COLUMNS] = {static_cast<double>(molecule[contact.vertex]),
+                                 static_cast<double>(molecule[contact.tail]),
+                                 static_cast<double>(tag[contact.vertex]),
+                                 static_cast<double>(tag[contact.tail]),
+                                 push.gap,
+                                 push.magnitude,
+                                 push.fx,
+                                 push.fy,
+                                 contact.foot.dx,
+                                 contact.foot.dy,
+                                 static_cast<double>(tag[contact.head])};
     std::copy_n(row, COLUMNS, array_local[size_local_rows++]);
-  });
+  }
 }
 
 /* ---------------------------------------------------------------------- */

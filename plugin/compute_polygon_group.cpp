@@ -67,17 +67,16 @@ void ComputePolygonGroup::sum()
 {
   const int *mask = atom->mask;
   double sums[3] = {0.0, 0.0, 0.0};
-  pair->for_each_contact([&](int vertex, PolygonFacings::Edge edge, const Foot &foot,
-                             const PairLaw &law) {
-    const bool pushed = (mask[vertex] & groupbit) && (mask[edge.tail] & otherbit);
-    const bool pushes = (mask[vertex] & otherbit) && (mask[edge.tail] & groupbit);
-    if (!pushed && !pushes) return;
-    const PairCirculoline::Push push = PairCirculoline::push_on_vertex(foot, law);
+  for (const Contact &contact : pair->find_contacts()) {
+    const bool pushed = (mask[contact.vertex] & groupbit) && (mask[contact.tail] & otherbit);
+    const bool pushes = (mask[contact.vertex] & otherbit) && (mask[contact.tail] & groupbit);
+    if (!pushed && !pushes) continue;
+    const PairCirculoline::Push push = pair->push_on_vertex(contact);
     const double sign = (pushed ? 1.0 : 0.0) - (pushes ? 1.0 : 0.0);
     sums[0] += push.energy;
     sums[1] += sign * push.fx;
     sums[2] += sign * push.fy;
-  });
+  }
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
   energy = sums[0];
   vector[0] = sums[1];

@@ -9,64 +9,74 @@
 
 namespace LAMMPS_NS {
 
-/* Each form below calls touch(vertex, edge, foot, law) for every vertex (or disk) that is
-   closer than the width of their contact to an edge that it meets.
+/* A vertex (or disk) that is closer than the width of their contact to an edge that it meets. */
+
+struct Contact {
+  int vertex, tail, head;
+  int law;      // number in PairLaws
+  Foot foot;    // of crossing edges all 0
+};
+
+/* Each form below appends its contacts. Which edge is nearest and what touches cannot be
+   predicted, so nothing branches on it: a contact is written first, and counted if it is one.
 
    outline: every vertex meets every other outline once, at its closest point. */
 
-template <class Touch>
-void outline_contacts(const PolygonFacings &facings, const Position *x, const int *type,
-                      const PairLaws &laws, Touch touch)
+inline std::size_t outline_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+                                    Contact *contacts)
 {
   const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
   const int *near = facings.near();
+  std::size_t count = 0;
   for (const auto &facing : facings) {
     const double px = x[facing.i][0], py = x[facing.i][1];
-    const PairLaw &law = laws(type[facing.i], type[edges[near[facing.begin]].tail]);
-    Foot nearest = {0.0, 0.0, law.widthsq, 0.0};
-    int found = -1;
+    const double reachsq = laws[facing.law].widthsq;
+    double nearest = reachsq;
+    int found = near[facing.begin];
     for (int n = facing.begin; n < facing.end; n++) {
-      const Foot foot = foot_on_edge(px, py, frames[near[n]]);
-      if (foot.rsq < nearest.rsq) {
-        nearest = foot;
-        found = near[n];
-      }
+      const double rsq = foot_on_edge(px, py, frames[near[n]]).rsq;
+      found = rsq < nearest ? near[n] : found;
+      nearest = std::min(nearest, rsq);
     }
-    if (found >= 0) touch(facing.i, edges[found], nearest, law);
+    contacts[count] = {facing.i, edges[found].tail, edges[found].head, facing.law, foot_on_edge(px, py, frames[found])};
+    count += nearest < reachsq;
   }
+  return count;
 }
 
 /* segment/smooth: every pair of edges has half the energy of each of the four
    distances from an end of one to the other. A vertex ends two edges, so it meets
    every edge of other outlines once, with its full energy. */
 
-template <class Touch>
-void smooth_segment_contacts(const PolygonFacings &facings, const Position *x, const int *type,
-                             const PairLaws &laws, Touch touch)
+inline std::size_t smooth_segment_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+                                           Contact *contacts)
 {
   const EdgeFrame *frames = facings.frames().data();
   const PolygonFacings::Edge *edges = facings.edges().data();
   const int *near = facings.near();
+  std::size_t count = 0;
   for (const auto &facing : facings) {
     const double px = x[facing.i][0], py = x[facing.i][1];
-    const PairLaw &law = laws(type[facing.i], type[edges[near[facing.begin]].tail]);
+    const double reachsq = laws[facing.law].widthsq;
     for (int n = facing.begin; n < facing.end; n++) {
       const Foot foot = foot_on_edge(px, py, frames[near[n]]);
-      if (foot.rsq < law.widthsq) touch(facing.i, edges[near[n]], foot, law);
+      contacts[count] = {facing.i, edges[near[n]].tail, edges[near[n]].head, facing.law, foot};
+      count += foot.rsq < reachsq;
     }
   }
+  return count;
 }
 
 /* segment: Boromand et al. eq 8 to the letter: every pair of edges meets once, at
    its smallest distance. That is one of the four distances of an end to the other
    edge, or 0 if they cross. */
 
-template <class Touch>
-void segment_contacts(const PolygonFacings &facings, const Position *x, const int *type,
-                      const PairLaws &laws, Touch touch)
+inline std::size_t segment_contacts(const PolygonFacings &facings, const Position *x, const PairLaws &laws,
+                                    Contact *contacts)
 {
   using Edge = PolygonFacings::Edge;
+  std::size_t count = 0;
   for (const auto &facing : facings) {
     const Edge a = {facing.i, facing.j};
     for (int n = facing.begin; n < facing.end; n++) {
@@ -74,8 +84,7 @@ void segment_contacts(const PolygonFacings &facings, const Position *x, const in
       const int vertex[4] = {a.tail, a.head, b.tail, b.head};
       const Edge edge[4] = {b, b, a, a};
 
-      const PairLaw &law = laws(type[a.tail], type[b.tail]);
-      Foot nearest = {0.0, 0.0, law.widthsq, 0.0};
+      Foot nearest = {0.0, 0.0, laws[facing.law].widthsq, 0.0};
       int found = -1;
       for (int k = 0; k < 4; k++) {
         const Foot foot = foot_on_edge(x[vertex[k]], x[edge[k].tail], x[edge[k].head]);
@@ -85,25 +94,26 @@ void segment_contacts(const PolygonFacings &facings, const Position *x, const in
         }
       }
       if (edges_cross(x[a.tail], x[a.head], x[b.tail], x[b.head]))
-        touch(a.tail, b, Foot{0.0, 0.0, 0.0, 0.0}, law);
+        contacts[count++] = {a.tail, b.tail, b.head, facing.law, {0.0, 0.0, 0.0, 0.0}};
       else if (found >= 0)
-        touch(vertex[found], edge[found], nearest, law);
+        contacts[count++] = {vertex[found], edge[found].tail, edge[found].head, facing.law, nearest};
     }
   }
+  return count;
 }
 
-template <class Touch>
-void for_each_contact(ContactForm form, const PolygonFacings &facings, const Position *x, const int *type,
-                      const PairLaws &laws, Touch touch)
+inline std::size_t find_contacts(ContactForm form, const PolygonFacings &facings, const Position *x,
+                                 const PairLaws &laws, Contact *contacts)
 {
   switch (form) {
     case SEGMENT:
-      return segment_contacts(facings, x, type, laws, touch);
+      return segment_contacts(facings, x, laws, contacts);
     case OUTLINE:
-      return outline_contacts(facings, x, type, laws, touch);
+      return outline_contacts(facings, x, laws, contacts);
     case SEGMENT_SMOOTH:
-      return smooth_segment_contacts(facings, x, type, laws, touch);
+      return smooth_segment_contacts(facings, x, laws, contacts);
   }
+  return 0;
 }
 
 }    // namespace LAMMPS_NS

@@ -42,7 +42,8 @@ enum Role {
 struct ContactLaws {
   double **eps = nullptr, **width = nullptr, **start = nullptr;
   int **form = nullptr;
-  double longest_edge = 0.0;
+  double longest_edge = 0.0;    // no edge may outgrow this
+  double listed_edge = 0.0;     // neighbor lists hold an end of edges up to this
   std::vector<Role> role;
 
   bool disk(int type) const { return role[type] == DISK; }
@@ -52,7 +53,7 @@ struct ContactLaws {
      form segment looks from tail to tail */
   double cutoff(int i, int j) const
   {
-    const double edge = disk(i) && disk(j) ? 0.0 : longest_edge;
+    const double edge = disk(i) && disk(j) ? 0.0 : listed_edge;
     return form[i][j] == SEGMENT ? start[i][j] + 2.0 * edge : std::hypot(start[i][j], 0.5 * edge);
   }
 };
@@ -65,18 +66,19 @@ struct PairLaw {
 
 class PairLaws {
  public:
-  PairLaws(const ContactLaws &laws, int ntypes) : row(ntypes + 1), table(row * row)
+  void set(const ContactLaws &laws, int ntypes)
   {
+    const int row = ntypes + 1;
+    table.resize(row * row);
     for (int i = 1; i < row; i++)
       for (int j = 1; j < row; j++) {
         const double width = laws.width[i][j];
         table[i * row + j] = {laws.eps[i][j], width, 1.0 / width, width * width};
       }
   }
-  const PairLaw &operator()(int i, int j) const { return table[i * row + j]; }
+  const PairLaw &operator[](int number) const { return table[number]; }    // number: i (ntypes + 1) + j
 
  private:
-  int row;
   std::vector<PairLaw> table;
 };
 

@@ -42,6 +42,7 @@ class FixPolygonOutline : public Fix {
   double memory_usage() override;
 
   void read_bonds();    // collective: needs no ghosts and no neighbor list
+  double longest_edge() const { return longest; }    // of all ranks, when the bonds were read
   bigint refresh();     // collective, before the first use after a neighbor build; number of the refresh
 
   struct Copy {    // lattice vectors to add to get the unwrapped position
@@ -63,6 +64,7 @@ class FixPolygonOutline : public Fix {
   std::vector<Copy> copies;
   std::vector<int> successor, predecessor;
   bool unread, stale;
+  double longest;
   bigint built_at, refreshed;
   int nlocal, nghost;
 

@@ -6,6 +6,7 @@
 #include "edge_geometry.h"
 
 #include <algorithm>
+#include <cmath>
 
 using namespace LAMMPS_NS;
 
@@ -25,16 +26,18 @@ struct Bonded {    // atoms bonded to one atom: two at most on an outline
   int other_than(int k) const { return to[0] == k ? to[1] : to[0]; }
 };
 
+int place_of(const std::vector<OutlineAtom> &atoms, tagint tag)
+{
+  const auto found = std::lower_bound(atoms.begin(), atoms.end(), tag,
+                                      [](const OutlineAtom &atom, tagint t) { return atom.tag < t; });
+  return found == atoms.end() || found->tag != tag ? -1 : static_cast<int>(found - atoms.begin());
+}
+
 std::vector<Bonded> bonded_atoms(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineBond> &bonds)
 {
   std::vector<Bonded> bonded(atoms.size());
-  auto place = [&](tagint tag) {
-    const auto found = std::lower_bound(atoms.begin(), atoms.end(), tag,
-                                        [](const OutlineAtom &atom, tagint t) { return atom.tag < t; });
-    return found == atoms.end() || found->tag != tag ? -1 : static_cast<int>(found - atoms.begin());
-  };
   for (const auto &bond : bonds) {
-    const int a = place(bond.a), b = place(bond.b);
+    const int a = place_of(atoms, bond.a), b = place_of(atoms, bond.b);
     if (a < 0 || b < 0 || a == b) continue;
     bonded[a].add(b);
     bonded[b].add(a);
@@ -69,6 +72,19 @@ double twice_area(const std::vector<OutlineAtom> &atoms, const std::vector<int> 
 }
 
 }    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+double LAMMPS_NS::longest_edge_of(const std::vector<OutlineAtom> &atoms, const std::vector<OutlineLink> &links)
+{
+  double longest = 0.0;
+  for (std::size_t k = 0; k < atoms.size(); k++) {
+    if (!links[k].next) continue;
+    const OutlineAtom &head = atoms[place_of(atoms, links[k].next)];
+    longest = std::max(longest, std::hypot(head.x - atoms[k].x, head.y - atoms[k].y));
+  }
+  return longest;
+}
 
 /* ---------------------------------------------------------------------- */
 

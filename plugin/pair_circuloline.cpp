@@ -23,6 +23,9 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style circuloline";
 
+// edges may grow that much in a run before they cost more: see PolygonFacings::find_long_edges
+static constexpr double ROOM = 1.5;
+
 /* ---------------------------------------------------------------------- */
 
 PairCirculoline::PairCirculoline(LAMMPS *lmp) :
@@ -83,10 +86,10 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
   if (atom->nlocal == 0) return;
   const auto f = reinterpret_cast<Position *>(atom->f[0]);
   Returned *const returned = ghosts.data();
-  for_each_contact([=](int vertex, PolygonFacings::Edge edge, const Foot &foot, const PairLaw &law) {
-    const Push push = push_on_vertex(foot, law);
-    const double hx = foot.t * push.fx, hy = foot.t * push.fy;
-    const int atoms[3] = {vertex, edge.tail, edge.head};
+  for (const Contact &contact : find_contacts()) {
+    const Push push = push_on_vertex(contact);
+    const double hx = contact.foot.t * push.fx, hy = contact.foot.t * push.fy;
+    const int atoms[3] = {contact.vertex, contact.tail, contact.head};
     const double fx[3] = {push.fx, hx - push.fx, -hx}, fy[3] = {push.fy, hy - push.fy, -hy};
     for (int k = 0; k < 3; k++) {
       double &sum_x = OWN ? returned[atoms[k]].fx : f[atoms[k]][0];
@@ -94,8 +97,27 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
       sum_x += fx[k];
       sum_y += fy[k];
     }
-    if (TALLY) tally(vertex, edge, foot, push, OWN);
-  });
+    if (TALLY) tally(contact, push, OWN);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairCirculoline::Contacts PairCirculoline::find_contacts()
+{
+  refuse_stale_facings();
+  if (atom->nlocal == 0) return {nullptr, nullptr};
+  pair_laws.set(laws, atom->ntypes);
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  std::size_t count = 0;
+  for (int k = 0; k < NUMBER_OF_CONTACT_FORMS; k++) {
+    if (!in_use[k]) continue;
+    facings[k].measure_edges();
+    const std::size_t room = count + facings[k].most_contacts() + 1;    // one is written beyond the last
+    if (found.size() < room) found.resize(room);
+    count += LAMMPS_NS::find_contacts(static_cast<ContactForm>(k), facings[k], x, pair_laws, &found[count]);
+  }
+  return {found.data(), found.data() + count};
 }
 
 /* ----------------------------------------------------------------------
@@ -103,8 +125,9 @@ template <bool OWN, bool TALLY> void PairCirculoline::push()
    ends share it as they share the force
 ------------------------------------------------------------------------- */
 
-void PairCirculoline::tally(int vertex, PolygonFacings::Edge edge, const Foot &foot, const Push &push, bool own)
+void PairCirculoline::tally(const Contact &contact, const Push &push, bool own)
 {
+  const Foot &foot = contact.foot;
   const double v[3] = {foot.dx * push.fx, foot.dy * push.fy, foot.dx * push.fy};
   if (eflag_global) eng_vdwl += push.energy;
   if (vflag_global) {
@@ -114,7 +137,7 @@ void PairCirculoline::tally(int vertex, PolygonFacings::Edge edge, const Foot &f
   }
   if (!eflag_atom && !vflag_atom) return;
 
-  const int atoms[3] = {vertex, edge.tail, edge.head};
+  const int atoms[3] = {contact.vertex, contact.tail, contact.head};
   const double share[3] = {0.5, 0.5 * (1.0 - foot.t), 0.5 * foot.t};
   for (int k = 0; k < 3; k++) {
     const int i = atoms[k];
@@ -155,8 +178,10 @@ void PairCirculoline::return_from_ghosts()
    E = (eps/2) (1 - d/width)^2; crossing edges (d = 0) have no direction and no force
 ------------------------------------------------------------------------- */
 
-PairCirculoline::Push PairCirculoline::push_on_vertex(const Foot &foot, const PairLaw &law)
+PairCirculoline::Push PairCirculoline::push_on_vertex(const Contact &contact) const
 {
+  const PairLaw &law = pair_laws[contact.law];
+  const Foot &foot = contact.foot;
   const double d = sqrt(foot.rsq), overlap = 1.0 - d * law.per_width;
   const double magnitude = d > 0.0 ? law.eps * overlap * law.per_width : 0.0;
   const double per_d = d > 0.0 ? magnitude / d : 0.0;
@@ -179,6 +204,9 @@ void PairCirculoline::init_style()
 {
   refuse_computes();
   outline = FixPolygonOutline::shared(lmp, WHO);
+  outline->read_bonds();
+  const double longest = outline->longest_edge();
+  laws.listed_edge = longest > 0.0 ? std::min(laws.longest_edge, ROOM * longest) : laws.longest_edge;
   for (int k = 0; k < neighbor->nex_mol; k++)
     if (neighbor->ex_mol_intra[k] && comm->me == 0)
       error->warning(FLERR, "Pair style circuloline: neigh_modify exclude molecule/intra hides the contacts "

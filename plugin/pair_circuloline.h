@@ -45,26 +45,20 @@ class PairCirculoline : public Pair {
   struct Push {    // of one contact: force on the vertex, the edge takes the opposite
     double gap, energy, magnitude, fx, fy;
   };
-  static Push push_on_vertex(const Foot &, const PairLaw &);
+  Push push_on_vertex(const Contact &) const;
 
-  // touch(vertex, edge, foot, law) for the contacts of this rank, at present positions
-  template <class Touch> void for_each_contact(Touch touch)
-  {
-    refuse_stale_facings();
-    if (atom->nlocal == 0) return;
-    const PairLaws pair_laws(laws, atom->ntypes);
-    const auto x = reinterpret_cast<const Position *>(atom->x[0]);
-    for (int form = 0; form < NUMBER_OF_CONTACT_FORMS; form++) {
-      if (!in_use[form]) continue;
-      facings[form].measure_edges();
-      LAMMPS_NS::for_each_contact(static_cast<ContactForm>(form), facings[form], x, atom->type, pair_laws, touch);
-    }
-  }
+  struct Contacts {
+    const Contact *first, *last;
+    const Contact *begin() const { return first; }
+    const Contact *end() const { return last; }
+  };
+  Contacts find_contacts();    // of this rank, at present positions; good until the next call
 
  protected:
   double delta;         // width of the outlines of types that pair_coeff gives none
   ContactForm form;     // and their contact form
   ContactLaws laws;
+  PairLaws pair_laws;
   double **given_width;    // by pair_coeff, -1 where it is the mean of two types
   double **mixed_width;    // that mean
   std::string role_types[DISK + 1];    // as pair_style names them: the number of types may come later
@@ -73,6 +67,7 @@ class PairCirculoline : public Pair {
 
   class FixPolygonOutline *outline;
   std::vector<PolygonFacings> facings;    // one for each contact form
+  std::vector<Contact> found;    // room for contacts
   struct Returned {                       // to the owner of a ghost, where LAMMPS does not
     double fx, fy, energy, virial[3];
   };
@@ -89,7 +84,7 @@ class PairCirculoline : public Pair {
   void refuse_stale_facings() const;
   void refuse_computes() const;
   template <bool OWN, bool TALLY> void push();
-  void tally(int vertex, PolygonFacings::Edge, const Foot &, const Push &, bool own);
+  void tally(const Contact &, const Push &, bool own);
   void return_from_ghosts();
 };
 

@@ -29,6 +29,7 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
   edge_list.clear();
   edge_from.assign(atom->nlocal + atom->nghost, -1);
   find_reaches(laws);
+  find_edges(laws);
 
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
@@ -41,6 +42,7 @@ void PolygonFacings::build(const FixPolygonOutline *fix, const NeighList *list, 
       find_near_edge(i, head, list->firstneigh[i], list->numneigh[i], laws);
     if (!candidates.empty()) keep(i, head < 0 ? i : head, form != SEGMENT);
   }
+
 }
 
 /* ---------------------------------------------------------------------- */
@@ -52,9 +54,35 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
   reaches.assign(row * row, {0.0, 0.0});
   for (int i = 1; i < row; i++)
     for (int j = 1; j < row; j++) {
+      if (laws.start[i][j] < 0.0) continue;    // left to other styles of pair_style hybrid
       const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j) + skin;
       reaches[i * row + j] = {touching * touching, listed * listed};
     }
+}
+
+/* ----------------------------------------------------------------------
+   Edges that have outgrown the neighbor lists since the start of the run: every
+   point is tried with each of them, until the next run makes longer lists.
+------------------------------------------------------------------------- */
+
+void PolygonFacings::find_edges(const ContactLaws &laws)
+{
+  const int nall = atom->nlocal + atom->nghost;
+  all_frames.resize(nall);
+  is_long.assign(nall, 0);
+  long_edges.clear();
+  if (nall == 0) return;
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
+  const double listedsq = laws.listed_edge * laws.listed_edge;
+  for (int i = 0; i < nall; i++) {
+    const int head = laws.disk(atom->type[i]) ? i : outline->next(i);
+    if (head < 0) continue;
+    EdgeFrame &frame = all_frames[i] = edge_frame(x[i], x[head]);
+    if (frame.ex * frame.ex + frame.ey * frame.ey > listedsq) {
+      long_edges.push_back(i);
+      is_long[i] = 1;
+    }
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -64,32 +92,35 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
 
 void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const ContactLaws &laws, ContactForm form)
 {
-  const double *const *x = atom->x;
+  const auto x = reinterpret_cast<const Position *>(atom->x[0]);
   const int *type = atom->type;
   const int itype = type[i];
   const bool idisk = laws.disk(itype);
   const double px = x[i][0], py = x[i][1];
   const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
+  auto try_edge = [&](int tail, double touching) {
+    if (foot_on_edge(px, py, all_frames[tail]).rsq < touching)
+      add(tail, {tail, laws.disk(type[tail]) ? tail : outline->next(tail)});
+  };
 
   for (int jj = 0; jj < jnum; jj++) {
     const int j = jlist[jj] & NEIGHMASK;
     const int jtype = type[j];
-    if (laws.form[itype][jtype] != form) continue;
-    auto near = [&](const Edge &edge) {
-      return foot_on_edge(px, py, edge_frame(x[edge.tail], x[edge.head])).rsq < reach[jtype].touching;
-    };
-
+    if (laws.form[itype][jtype] != form || one_outline(i, j, laws)) continue;
+    const Reach &one = reach[jtype];
     if (laws.disk(jtype)) {
-      if (idisk && !earlier(j, i) && near({j, j})) add(j, {j, j});
+      if (idisk && !earlier(j, i)) try_edge(j, one.touching);
       continue;
     }
-    if (one_outline(i, j, laws)) continue;
-    const int jnext = outline->next(j), jprev = outline->prev(j);
-    if (jnext >= 0 && near({j, jnext})) add(j, {j, jnext});
+    const int jprev = outline->prev(j);
+    if (outline->next(j) >= 0) try_edge(j, one.touching);
     if (jprev < 0) continue;
     const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list does not hold
-    if (rx * rx + ry * ry > (1.0 - SMALL) * reach[jtype].listed && near({jprev, j})) add(jprev, {jprev, j});
+    if (rx * rx + ry * ry > (1.0 - SMALL) * one.listed) try_edge(jprev, one.touching);
   }
+
+  for (const int j : long_edges)
+    if (laws.form[itype][type[j]] == form && !one_outline(i, j, laws)) try_edge(j, reach[type[j]].touching);
 }
 
 /* ----------------------------------------------------------------------
@@ -99,22 +130,29 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
 
 void PolygonFacings::find_near_edge(int i, int head, const int *jlist, int jnum, const ContactLaws &laws)
 {
-  const double *const *x = atom->x;
-  const int *type = atom->type;
-  const int itype = type[i];
-  const Reach *const reach = &reaches[itype * (atom->ntypes + 1)];
-
-  for (int jj = 0; jj < jnum; jj++) {
-    const int j = jlist[jj] & NEIGHMASK;
-    const int jtype = type[j];
-    if (laws.form[itype][jtype] != SEGMENT || earlier(j, i)) continue;    // the other edge has this pair
-    if (one_outline(i, j, laws)) continue;
-    const int jhead = laws.disk(jtype) ? j : outline->next(j);
-    if (jhead < 0) continue;    // the end of a chain, or an edge whose head is beyond reach
-    const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
-                                 foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
-    if (rsq < reach[jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead])) add(j, {j, jhead});
+  if (is_long[i]) {
+    for (int j = 0; j < atom->nlocal + atom->nghost; j++)
+      if (j != i) try_edge_with_edge(i, head, j, laws);
+    return;
   }
+  for (int jj = 0; jj < jnum; jj++) try_edge_with_edge(i, head, jlist[jj] & NEIGHMASK, laws);
+  for (const int j : long_edges) try_edge_with_edge(i, head, j, laws);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PolygonFacings::try_edge_with_edge(int i, int head, int j, const ContactLaws &laws)
+{
+  const double *const *x = atom->x;
+  const int itype = atom->type[i], jtype = atom->type[j];
+  if (laws.form[itype][jtype] != SEGMENT || earlier(j, i)) return;    // the other edge has this pair
+  if (one_outline(i, j, laws)) return;
+  const int jhead = laws.disk(jtype) ? j : outline->next(j);
+  if (jhead < 0) return;    // the end of a chain, or an edge whose head is beyond reach
+  const double rsq = std::min({foot_on_edge(x[i], x[j], x[jhead]).rsq, foot_on_edge(x[head], x[j], x[jhead]).rsq,
+                               foot_on_edge(x[j], x[i], x[head]).rsq, foot_on_edge(x[jhead], x[i], x[head]).rsq});
+  if (rsq < reaches[itype * (atom->ntypes + 1) + jtype].touching || edges_cross(x[i], x[head], x[j], x[jhead]))
+    add(j, {j, jhead});
 }
 
 /* ----------------------------------------------------------------------
@@ -151,7 +189,9 @@ void PolygonFacings::keep(int i, int j, bool by_outline)
       edge_list.push_back(candidate.edge);
     }
     const int size = static_cast<int>(near_list.size());
-    if (n == 0 || (by_outline && !candidate.same_outline(candidates[n - 1]))) facing_list.push_back({i, j, size, size});
+    const int law = atom->type[i] * (atom->ntypes + 1) + atom->type[candidate.edge.tail];
+    const bool same = n > 0 && facing_list.back().law == law && (!by_outline || candidate.same_outline(candidates[n - 1]));
+    if (!same) facing_list.push_back({i, j, law, size, size});
     near_list.push_back(number);
     facing_list.back().end++;
   }
@@ -193,5 +233,6 @@ double PolygonFacings::memory_usage() const
 {
   return facing_list.capacity() * sizeof(Facing) + (near_list.capacity() + edge_from.capacity()) * sizeof(int) +
       edge_list.capacity() * sizeof(Edge) + frame_list.capacity() * sizeof(EdgeFrame) +
+      all_frames.capacity() * sizeof(EdgeFrame) + long_edges.capacity() * sizeof(int) + is_long.capacity() +
       candidates.capacity() * sizeof(Candidate);
 }

@@ -27,6 +27,7 @@ class PolygonFacings : protected Pointers {
   };
   struct Facing {      // what is near a point; form segment: near an edge
     int i, j;          // the point; the other end of its edge (itself if none)
+    int law;           // number in PairLaws, of all that is near
     int begin, end;    // range in near()
   };
 
@@ -39,6 +40,7 @@ class PolygonFacings : protected Pointers {
   std::vector<Facing>::const_iterator begin() const { return facing_list.begin(); }
   std::vector<Facing>::const_iterator end() const { return facing_list.end(); }
   const int *near() const { return near_list.data(); }    // numbers of edges
+  std::size_t most_contacts() const { return near_list.size(); }
   const std::vector<Edge> &edges() const { return edge_list; }
   const std::vector<EdgeFrame> &frames() const { return frame_list; }
   double memory_usage() const;
@@ -66,12 +68,17 @@ class PolygonFacings : protected Pointers {
   std::vector<int> near_list;
   std::vector<Edge> edge_list;
   std::vector<EdgeFrame> frame_list;
-  std::vector<int> edge_from;    // number of the edge that starts at each atom, -1 if none is near anything
+  std::vector<int> edge_from;          // number of the edge that starts at each atom, -1 if none is near anything
+  std::vector<EdgeFrame> all_frames;    // at the build, of the edge that starts at each atom
+  std::vector<int> long_edges;          // tails of those longer than the neighbor lists are made for
+  std::vector<char> is_long;
   std::vector<Candidate> candidates;    // of one point
 
   void find_reaches(const ContactLaws &);
+  void find_edges(const ContactLaws &);
   void find_near_point(int, const int *, int, const ContactLaws &, ContactForm);
   void find_near_edge(int, int, const int *, int, const ContactLaws &);
+  void try_edge_with_edge(int, int, int, const ContactLaws &);
   void add(int, Edge);
   void keep(int, int, bool);
   bool earlier(int, int) const;
