@@ -10,7 +10,6 @@
 #include "fix_polygon_outline.h"
 #include "lammps.h"
 #include "neigh_list.h"
-#include "neighbor.h"
 
 #include <cmath>
 
@@ -125,9 +124,9 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
                "an outline one type, or their types the same pair_coeff", STYLE, report.ends[0], report.ends[1]);
   if (first.fault == TOO_LONG)
     error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than the {:.6g} that pair_style "
-               "circuloline allows: raise its second argument (that raises the neighbor cutoff, now {:.6g}), or check "
+               "circuloline allows: raise its second argument (that raises the ghost cutoff, now {:.6g}), or check "
                "the image flags, which must make the polygon whole", STYLE, report.ends[0], report.ends[1], length,
-               laws.longest_edge, lmp->neighbor->cutneighmax);
+               laws.longest_edge, lmp->comm->cutghostuser);
   error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than half the box, so that the bond "
              "between them takes another image: use a larger box or more vertices per polygon", STYLE,
              report.ends[0], report.ends[1], length);

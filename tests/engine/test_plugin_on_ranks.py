@@ -260,4 +260,4 @@ def test_an_edge_that_outgrows_the_cutoff_stops_all_ranks(random_polygons, tmp_p
     found = re.search(r"edge between atoms \d and \d is (\S+) long, more than the 1.5 .*: raise its second arg", output)
     assert found, output[-2000:]
     assert float(found[1]) < 1.5 + (0.1 if speed == 5.0 else np.inf)  # caught within one skin
-    assert f"neighbor cutoff, now {np.hypot(p.params['delta'], 0.75) + 0.1:.6g}" in output
+    assert f"ghost cutoff, now {p.params['delta'] + 1.5 + 0.1:.6g}" in output
