@@ -17,6 +17,7 @@ PLUGIN_STYLES = (
     ("fix", "polygon/area"),
     ("compute", "polygon"),
     ("compute", "polygon/contact"),
+    ("compute", "polygon/group/group"),
 )
 _REBUILD = (
     "rebuild jamlab for it: `pip install scikit-build-core` and "
