@@ -106,7 +106,10 @@ bigint FixPolygonOutline::refresh()
 
   int changed = unread || outlines_changed();
   MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, world);
-  if (changed) read_bonds();
+  if (changed) {
+    read_bonds();
+    warn_of_crossings();    // here, once a run, not for every style that reads them in its init()
+  }
 
   nlocal = atom->nlocal;
   nghost = atom->nghost;
@@ -225,7 +228,6 @@ void FixPolygonOutline::read_bonds()
   for (int rank = 0; rank < nprocs; rank++)
     for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
   unread = false;
-  warn_of_crossings();
 }
 
 /* ---------------------------------------------------------------------- */
