@@ -25,7 +25,7 @@ neigh_modify every 1 delay 0 check yes
 special_bonds lj/coul 1.0 1.0 1.0
 bond_style line/tension
 bond_coeff * {GAMMA}
-pair_style circuloline {WIDTH[RING]} 0.8 walls {WALL} disks {DISK}
+pair_style circuloline {WIDTH[RING]} 1.2 walls {WALL} disks {DISK}
 """ + "".join(f"pair_coeff {k} {k} {EPS[k]} {WIDTH[k]}\n" for k in EPS)
 AREA = f"""
 group rings type {RING}

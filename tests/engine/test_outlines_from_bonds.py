@@ -203,7 +203,7 @@ special_bonds lj/coul 1.0 1.0 1.0
 neighbor 0.1 bin
 bond_style line/tension
 bond_coeff * {gamma}
-pair_style {hybrid} circuloline {width} 0.8 harmonic/cut
+pair_style {hybrid} circuloline {width} 1.2 harmonic/cut
 pair_coeff 1 1 circuloline {eps} {width}
 pair_coeff 1*3 2*3 harmonic/cut 3.0 0.9
 group rings type 1
