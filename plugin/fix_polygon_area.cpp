@@ -76,7 +76,7 @@ void FixPolygonArea::init()
   levels = 0;
   if (!utils::strmatch(update->integrate_style, "^respa")) return;
   levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
-  level = respa_level > 0 ? std::min(respa_level, levels) - 1 : levels - 1;
+  level = respa_level >= 0 ? std::min(respa_level, levels - 1) : levels - 1;    // fix_modify respa N stores N - 1
 }
 
 /* ---------------------------------------------------------------------- */
