@@ -12,8 +12,6 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double SMALL = 1.0e-9;    // rounding: such edges are found from both ends
-
 /* ----------------------------------------------------------------------
    what can come within the width of a contact before the next build. Ends move by
    less than half the skin, so nothing farther than width + skin now can touch
@@ -52,7 +50,7 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
   reaches.assign(row * row, {0.0, 0.0});
   for (int i = 1; i < row; i++)
     for (int j = 1; j < row; j++) {
-      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j) + skin;
+      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j);
       reaches[i * row + j] = {touching * touching, listed * listed};
     }
 }
@@ -87,8 +85,8 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
     const int jnext = outline->next(j), jprev = outline->prev(j);
     if (jnext >= 0 && near({j, jnext})) add(j, {j, jnext});
     if (jprev < 0) continue;
-    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list does not hold
-    if (rx * rx + ry * ry > (1.0 - SMALL) * reach[jtype].listed && near({jprev, j})) add(jprev, {jprev, j});
+    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list may not hold
+    if (rx * rx + ry * ry > reach[jtype].listed && near({jprev, j})) add(jprev, {jprev, j});
   }
 }
 
