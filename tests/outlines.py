@@ -40,6 +40,12 @@ def deck(data, newton="on"):
     return HEAD.format(newton=newton) + READ.format(data=data) + FORCE + AREA + THERMO
 
 
+def commands(lmp, text):
+    """Line by line; `&` continues one."""
+    for line in text.replace("&\n", "").splitlines():
+        lmp.command(line)
+
+
 @dataclass
 class Outline:
     """Vertices in order, of a ring, a chain or one disk; `a0`: rest area of a ring."""

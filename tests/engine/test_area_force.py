@@ -8,8 +8,6 @@ import outlines
 import pytest
 from engine.test_plugin_on_ranks import launch, run
 
-from jamlab.engine.installation import lammps_class
-
 STYLES = {
     "verlet": "",
     "respa": "run_style respa 2 2 bond 1 pair 2",
@@ -29,21 +27,6 @@ thermo_modify norm no format float %.15g
 thermo {every}
 run {steps}
 """
-
-
-@pytest.fixture
-def lmp(tmp_path, monkeypatch):
-    """A LAMMPS of its own, in the folder of the test."""
-    monkeypatch.chdir(tmp_path)
-    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
-    yield instance
-    instance.close()
-
-
-def commands(lmp, text):
-    """Line by line."""
-    for line in text.splitlines():
-        lmp.command(line)
 
 
 def trajectory(folder, state, style, step, steps):
@@ -80,12 +63,40 @@ def test_energy_is_conserved_to_second_order(tmp_path, style):
 @pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 def test_energy_does_not_drift(tmp_path, style):
-    """A hundred thousand steps."""
-    rows, _ = trajectory(tmp_path, outlines.scene(1, foreign=False), style, 0.004, 100_000)
+    """Two hundred thousand steps; what is left are the kinks of the force where a vertex changes its closest edge."""
+    rows, _ = trajectory(tmp_path, outlines.scene(1, foreign=False), style, 0.002, 200_000)
     total, kinetic = rows[:, 0], rows[:, 2].mean()
-    print(style, np.ptp(total), total[-20:].mean() - total[:20].mean(), kinetic)
-    assert abs(total[-20:].mean() - total[:20].mean()) < 2e-4 * kinetic
-    assert np.ptp(total) < 1e-3 * kinetic
+    assert abs(total[-20:].mean() - total[:20].mean()) < 5e-4 * kinetic
+    assert np.ptp(total) < 5e-4 * kinetic
+
+
+GLIDE = """
+mass * 1e15
+group one molecule 1
+velocity one set -1.0 0.0 0.0
+velocity rings set NULL NULL 0.0
+fix move all nve
+neigh_modify every 1 delay 0 check no
+timestep 0.004
+thermo 1
+thermo_style custom step pe
+thermo_modify norm no format float %.15g
+"""
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_contacts_are_seen_wherever_the_neighbor_list_ends(tmp_path, style):
+    """A tip glides along an edge whose tail comes into the neighbor list: respa moves atoms after it has made that."""
+    edge = outlines.Outline(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
+    tip = outlines.Outline(np.array([[1.74, 0.8], [1.5, 0.3], [2.0, 0.3]]), a0=0.13)
+    assert np.hypot(0.74, 0.2) > np.hypot(0.25, 0.6) + 0.1 > np.hypot(0.70, 0.2)  # the reach of the list
+    states = [outlines.Scene([replace(tip, points=tip.points - [0.004 * n, 0]), edge], [6, 6]) for n in range(11)]
+    (tmp_path / "data").write_text(outlines.data(states[0]))
+    code, output = launch(tmp_path, outlines.deck("data") + GLIDE + STYLES[style] + "\nrun 10\n", 1)
+    assert code == 0, output[-2000:]
+    found = re.findall(r"^\s*\d+\s+(\d\.\d{9,})\s*$", output, re.MULTILINE)
+    assert [float(pe) for pe in found] == pytest.approx([outlines.energy(s) for s in states], rel=1e-9)
+    assert len(outlines.contacts(states[0])) == 1
 
 
 def test_the_area_force_acts_on_the_level_that_fix_modify_names(tmp_path):
@@ -135,7 +146,7 @@ def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
     state = outlines.scene(4)
     (tmp_path / "data").write_text(outlines.data(state))
     law = f"{define}\nvariable rest atom d_a0\nunfix area\nfix area rings polygon/area {ka} {rest}\nrun 0\n"
-    commands(lmp, outlines.deck("data") + law)
+    outlines.commands(lmp, outlines.deck("data") + law)
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
 
 
@@ -146,7 +157,10 @@ def test_ka_that_changes_during_a_run(tmp_path, ranks):
     (tmp_path / "data").write_text(outlines.data(state))
     deck = ""
     for name, formula in (("equal", "equal 20.0+step"), ("atom", "atom 20.0+step*mol")):
-        deck += outlines.deck("data") + f"variable k delete\nvariable k {formula}\nunfix area\nfix area rings polygon/area v_k d_a0\n"
+        deck += (
+            outlines.deck("data")
+            + f"variable k delete\nvariable k {formula}\nunfix area\nfix area rings polygon/area v_k d_a0\n"
+        )
         deck += f'thermo 3\nrun 7\nprint "state-{name} $(pe:%.17g) $(f_area:%.17g)"\n'
         deck += f'run 0\nprint "state-{name}-again $(pe:%.17g) $(f_area:%.17g)"\n'
     found = run(tmp_path, deck, ranks)
@@ -173,6 +187,6 @@ def test_a_source_that_makes_no_sense_is_refused(lmp, tmp_path, law, message):
     """One line, before anything moves."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(6)))
     define = "variable text string x\nvariable low equal -1.0\nvariable each atom 1+id\nunfix area\n"
-    commands(lmp, outlines.deck("data") + define + f"fix area rings polygon/area {law}\n")
+    outlines.commands(lmp, outlines.deck("data") + define + f"fix area rings polygon/area {law}\n")
     with pytest.raises(Exception, match=message):
         lmp.command("run 0")

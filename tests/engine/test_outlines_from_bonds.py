@@ -9,18 +9,7 @@ import pytest
 from engine.test_plugin_on_ranks import launch, run
 from outlines import DISK, RING, WALL
 
-from jamlab.engine.installation import lammps_class
-
 RANKS = pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
-
-
-@pytest.fixture
-def lmp(tmp_path, monkeypatch):
-    """A LAMMPS of its own, in the folder of the test."""
-    monkeypatch.chdir(tmp_path)
-    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
-    yield instance
-    instance.close()
 
 
 def numberings(state, rng):
@@ -130,17 +119,11 @@ def test_polygons_that_come_and_go(tmp_path, ranks):
         assert found[f"state-{name}-ran"] == pytest.approx(found[f"state-{name}-read"], rel=1e-12), name
 
 
-def commands(lmp, text):
-    """Line by line."""
-    for line in text.splitlines():
-        lmp.command(line)
-
-
 def test_energy_after_evaporation_is_that_of_what_is_left(lmp, tmp_path):
     """Nothing of a vanished polygon stays in any part of the energy; nothing moves meanwhile."""
     state = outlines.scene(3)
     (tmp_path / "data").write_text(outlines.data(state))
-    commands(lmp, outlines.deck("data") + EVAPORATE)
+    outlines.commands(lmp, outlines.deck("data") + EVAPORATE)
     left = set(lmp.numpy.extract_atom("molecule")[: lmp.extract_global("nlocal")])
     assert len(left) < len(state.outlines)
     remains = replace(state, outlines=[o for m, o in enumerate(state.outlines, start=1) if m in left])
@@ -166,8 +149,8 @@ def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, message, s
     """By the pair style and by the fix, each alone, before anything moves."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(4)))
     deck = outlines.deck("data") + "run 0\n"
-    commands(lmp, deck.replace(outlines.AREA, "") if style == "pair" else deck + "pair_style none\n")
-    commands(lmp, "special_bonds lj 1 1 1 coul 1 1 1\n" + change)
+    outlines.commands(lmp, deck.replace(outlines.AREA, "") if style == "pair" else deck + "pair_style none\n")
+    outlines.commands(lmp, "special_bonds lj 1 1 1 coul 1 1 1\n" + change)
     with pytest.raises(Exception, match=message) as refused:
         lmp.command("run 0")
     assert ("Pair style circuloline: " if style == "pair" else "Fix polygon/area: ") in str(refused.value)
@@ -177,11 +160,11 @@ def test_bonds_between_molecules_are_no_edges(lmp, tmp_path):
     """They pull like others, and are neither outlines nor in the way of them."""
     state = outlines.scene(5)
     (tmp_path / "data").write_text(outlines.data(state))
-    commands(lmp, outlines.deck("data"))
+    outlines.commands(lmp, outlines.deck("data"))
     a, b = state.starts[0] + 1, state.starts[1] + 3
     bond = np.hypot(*(state.points[a] - state.points[b]))
     assert bond < state.box.min() / 2
-    commands(lmp, f"comm_modify cutoff 2.6\ncreate_bonds single/bond 1 {a + 1} {b + 1}\nrun 0")
+    outlines.commands(lmp, f"comm_modify cutoff 2.6\ncreate_bonds single/bond 1 {a + 1} {b + 1}\nrun 0")
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state) + outlines.GAMMA * bond, rel=1e-12)
 
 
@@ -219,8 +202,8 @@ def test_other_molecules_are_left_to_other_styles(lmp, tmp_path, hybrid):
     state = outlines.scene(7)
     (tmp_path / "data").write_text(outlines.data(state, clockwise=True))
     law = {"gamma": outlines.GAMMA, "width": outlines.WIDTH[RING], "eps": outlines.EPS[RING], "ka": outlines.KA}
-    commands(lmp, outlines.HEAD.format(newton="on") + outlines.READ.format(data="data"))
-    commands(lmp, OTHERS.format(hybrid=hybrid, **law))
+    outlines.commands(lmp, outlines.HEAD.format(newton="on") + outlines.READ.format(data="data"))
+    outlines.commands(lmp, OTHERS.format(hybrid=hybrid, **law))
     rings = replace(state, outlines=[o for o in state.outlines if o.type == RING])
     wall = [o for o in state.outlines if o.type == WALL]
     types = np.repeat([o.type for o in state.outlines], np.diff(state.starts))
@@ -236,9 +219,9 @@ def test_other_molecules_are_left_to_other_styles(lmp, tmp_path, hybrid):
 def test_without_hybrid_other_molecules_are_refused(lmp, tmp_path):
     """One line, with the remedy."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(7)))
-    commands(lmp, outlines.deck("data"))
+    outlines.commands(lmp, outlines.deck("data"))
     lmp.command("pair_style circuloline 0.25 0.8 disks 3")
-    commands(lmp, "pair_coeff * * 1.0")
+    outlines.commands(lmp, "pair_coeff * * 1.0")
     with pytest.raises(Exception, match=r"open chain .* or name type 2 in walls of pair_style circuloline"):
         lmp.command("run 0")
 

@@ -6,7 +6,6 @@ import pytest
 from engine.test_plugin_on_ranks import columns, run
 from outlines import DISK, RING
 
-from jamlab.engine.installation import lammps_class
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 TALLIES = """
@@ -26,21 +25,6 @@ print "state-{0} $(pe:%.17g) $(c_p[1]*v_v:%.17g) $(c_p[2]*v_v:%.17g) $(c_p[4]*v_
 """
 DUMP = "write_dump all custom {0}.dump id c_e c_s[1] c_s[2] c_s[4] modify sort id format float %.17g\n"
 RANKS = pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
-
-
-@pytest.fixture
-def lmp(tmp_path, monkeypatch):
-    """A LAMMPS of its own, in the folder of the test."""
-    monkeypatch.chdir(tmp_path)
-    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
-    yield instance
-    instance.close()
-
-
-def commands(lmp, text):
-    """Line by line."""
-    for line in text.replace("&\n", "").splitlines():
-        lmp.command(line)
 
 
 def parts(vectors, forces):
@@ -151,7 +135,7 @@ def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
     """Nor on which vertex comes first: the same for a system that is moved, and through the boundary."""
     state = outlines.scene(13)
     (tmp_path / "data").write_text(outlines.data(state.shifted(np.array(shift))))
-    commands(lmp, outlines.deck("data") + TALLIES + "run 0\n")
+    outlines.commands(lmp, outlines.deck("data") + TALLIES + "run 0\n")
     close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
     close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])
 
@@ -160,7 +144,7 @@ def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
     """Net force and torque on each; with a rest area that the vertices have from their first one on."""
     state = outlines.scene(14, foreign=False)
     (tmp_path / "data").write_text(outlines.data(state))
-    commands(lmp, outlines.deck("data") + "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
+    outlines.commands(lmp, outlines.deck("data") + "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
     order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
     forces = lmp.numpy.extract_atom("f")[order]
     assert np.abs(forces).max() > 0.1
@@ -175,7 +159,7 @@ def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
 def test_centroid_stress_is_refused(lmp, tmp_path, keyword):
     """It would need the forces of each contact on its three atoms apart."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(15)))
-    commands(lmp, outlines.deck("data") + f"compute c all centroid/stress/atom NULL {keyword}\n")
+    outlines.commands(lmp, outlines.deck("data") + f"compute c all centroid/stress/atom NULL {keyword}\n")
     with pytest.raises(Exception, match=r"does not support compute centroid/stress/atom"):
         lmp.command("run 0")
 
@@ -184,6 +168,6 @@ def test_centroid_stress_of_bonds_alone_is_served(lmp, tmp_path):
     """The same as that of stress/atom: a bond is a pair of atoms."""
     state = outlines.scene(16)
     (tmp_path / "data").write_text(outlines.data(state))
-    commands(lmp, outlines.deck("data") + "compute of_bonds all centroid/stress/atom NULL bond\n")
-    commands(lmp, "compute m all reduce max c_of_bonds[1]\nthermo_style custom pe c_m\nrun 0\n")
+    outlines.commands(lmp, outlines.deck("data") + "compute of_bonds all centroid/stress/atom NULL bond\n")
+    outlines.commands(lmp, "compute m all reduce max c_of_bonds[1]\nthermo_style custom pe c_m\nrun 0\n")
     close(per_atom(lmp, "of_bonds"), -bond_parts(state)[:, 1:])
