@@ -17,7 +17,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-static constexpr int PER_ATOM = 6;     // of a link, on its way to another rank
+static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
 static constexpr int PER_GHOST = 5;
 
 /* ----------------------------------------------------------------------
@@ -140,14 +140,15 @@ bool FixPolygonOutline::fit_atoms() const
 }
 
 /* ----------------------------------------------------------------------
-   in a run, atoms that came (fix deposit) or lost their neighbor (fix evaporate)
+   in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or a bond
 ------------------------------------------------------------------------- */
 
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
     const OutlineLink &own = links[i];
-    if (own.kind == UNKNOWN || (own.next && atom->map(own.next) < 0) || (own.prev && atom->map(own.prev) < 0))
+    if (own.kind == UNKNOWN || own.bonds != atom->num_bond[i] || (own.next && atom->map(own.next) < 0) ||
+        (own.prev && atom->map(own.prev) < 0))
       return true;
   }
   return false;
@@ -227,6 +228,7 @@ void FixPolygonOutline::read_bonds()
   const auto answered = exchange_records(answers, world);
   for (int rank = 0; rank < nprocs; rank++)
     for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
+  for (int i = 0; i < atom->nlocal; i++) links[i].bonds = atom->num_bond[i];
   unread = false;
 }
 
@@ -280,6 +282,7 @@ int FixPolygonOutline::pack_exchange(int i, double *buf)
   buf[3] = own.size;
   buf[4] = own.first;
   buf[5] = own.crossings;
+  buf[6] = own.bonds;
   return PER_ATOM;
 }
 
@@ -288,7 +291,7 @@ int FixPolygonOutline::pack_exchange(int i, double *buf)
 int FixPolygonOutline::unpack_exchange(int i, double *buf)
 {
   links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]),
-              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5])};
+              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5]), static_cast<int>(buf[6])};
   return PER_ATOM;
 }
 
