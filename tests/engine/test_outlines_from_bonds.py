@@ -156,6 +156,17 @@ def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, message, s
     assert ("Pair style circuloline: " if style == "pair" else "Fix polygon/area: ") in str(refused.value)
 
 
+def test_a_bond_that_breaks_during_a_run_is_seen(lmp, tmp_path):
+    """The longest edge breaks: refused in that step, not at the start of the next run."""
+    state = outlines.scene(4)
+    (tmp_path / "data").write_text(outlines.data(state))
+    outlines.commands(lmp, outlines.deck("data") + "run 0\nfix move all nve\ntimestep 1e-6\n")
+    longest = sorted(length for o in state.outlines if o.type == RING for length in outlines.lengths(o))
+    lmp.command(f"fix change rings bond/break 1 1 {(longest[-1] + longest[-2]) / 2}")
+    with pytest.raises(Exception, match=r"open chain"):
+        lmp.command("run 2")
+
+
 def test_bonds_between_molecules_are_no_edges(lmp, tmp_path):
     """They pull like others, and are neither outlines nor in the way of them."""
     state = outlines.scene(5)
