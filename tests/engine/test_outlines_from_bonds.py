@@ -156,6 +156,18 @@ def test_bonds_that_are_no_outline_are_refused(lmp, tmp_path, change, message, s
     assert ("Pair style circuloline: " if style == "pair" else "Fix polygon/area: ") in str(refused.value)
 
 
+def test_all_ranks_refuse_with_one_line(tmp_path):
+    """Printed before any of them stops: the message of one that calls MPI_Abort is lost now and then."""
+    (tmp_path / "data").write_text(outlines.data(outlines.scene(4)))
+    change = "pair_style none\nspecial_bonds lj 1 1 1 coul 1 1 1\n" + NOT_AN_OUTLINE["vertex"][0]
+    code, output = launch(tmp_path, outlines.deck("data") + change + "run 0\n", 2)
+    assert code != 0
+    assert "MPI_Abort" not in output
+    assert (
+        len(re.findall(r"^ERROR: Fix polygon/area: the bonds of molecule 1 .* open chain", output, re.MULTILINE)) == 1
+    )
+
+
 def test_a_bond_that_breaks_during_a_run_is_seen(lmp, tmp_path):
     """The longest edge breaks: refused in that step, not at the start of the next run."""
     state = outlines.scene(4)
