@@ -77,7 +77,7 @@ void FixPolygonArea::init()
   levels = 0;
   if (!utils::strmatch(update->integrate_style, "^respa")) return;
   levels = *static_cast<int *>(lammps_extract_global(lmp, "respa_levels"));
-  level = respa_level > 0 ? std::min(respa_level, levels) - 1 : levels - 1;
+  level = respa_level >= 0 ? std::min(respa_level, levels - 1) : levels - 1;    // fix_modify respa N stores N - 1
 }
 
 /* ---------------------------------------------------------------------- */
@@ -88,9 +88,17 @@ void FixPolygonArea::setup(int vflag)
     post_force(vflag);
     return;
   }
+
+  // the levels are summed by now, and what is printed of step 0 is this sum: add the force to both
+
+  const int size = 3 * atom->nlocal;
+  std::vector<double> all_levels;
+  if (size) all_levels.assign(atom->f[0], atom->f[0] + size);
   take_respa_forces(lmp, level);
-  post_force_respa(vflag, level, 0);
+  post_force(vflag);
   put_respa_forces(lmp, level);
+  if (size) std::copy_n(all_levels.data(), size, atom->f[0]);
+  post_force(vflag);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -17,7 +17,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-static constexpr int PER_ATOM = 6;     // of a link, on its way to another rank
+static constexpr int PER_ATOM = 7;     // of a link, on its way to another rank
 static constexpr int PER_GHOST = 5;
 
 /* ----------------------------------------------------------------------
@@ -106,7 +106,10 @@ bigint FixPolygonOutline::refresh()
 
   int changed = unread || outlines_changed();
   MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, world);
-  if (changed) read_bonds();
+  if (changed) {
+    read_bonds();
+    warn_of_crossings();    // here, once a run, not for every style that reads them in its init()
+  }
 
   nlocal = atom->nlocal;
   nghost = atom->nghost;
@@ -137,14 +140,15 @@ bool FixPolygonOutline::fit_atoms() const
 }
 
 /* ----------------------------------------------------------------------
-   in a run, atoms that came (fix deposit) or lost their neighbor (fix evaporate)
+   in a run, atoms that came (fix deposit), lost their neighbor (fix evaporate) or a bond
 ------------------------------------------------------------------------- */
 
 bool FixPolygonOutline::outlines_changed() const
 {
   for (int i = 0; i < atom->nlocal; i++) {
     const OutlineLink &own = links[i];
-    if (own.kind == UNKNOWN || (own.next && atom->map(own.next) < 0) || (own.prev && atom->map(own.prev) < 0))
+    if (own.kind == UNKNOWN || own.bonds != atom->num_bond[i] || (own.next && atom->map(own.next) < 0) ||
+        (own.prev && atom->map(own.prev) < 0))
       return true;
   }
   return false;
@@ -227,8 +231,8 @@ void FixPolygonOutline::read_bonds()
   for (int rank = 0; rank < nprocs; rank++)
     for (std::size_t k = 0; k < asked[rank].size(); k++) links[asked[rank][k]] = answered[rank][k];
   MPI_Allreduce(MPI_IN_PLACE, &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+  for (int i = 0; i < atom->nlocal; i++) links[i].bonds = atom->num_bond[i];
   unread = false;
-  warn_of_crossings();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -281,6 +285,7 @@ int FixPolygonOutline::pack_exchange(int i, double *buf)
   buf[3] = own.size;
   buf[4] = own.first;
   buf[5] = own.crossings;
+  buf[6] = own.bonds;
   return PER_ATOM;
 }
 
@@ -289,7 +294,7 @@ int FixPolygonOutline::pack_exchange(int i, double *buf)
 int FixPolygonOutline::unpack_exchange(int i, double *buf)
 {
   links[i] = {static_cast<tagint>(ubuf(buf[0]).i), static_cast<tagint>(ubuf(buf[1]).i), static_cast<int>(buf[2]),
-              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5])};
+              static_cast<int>(buf[3]), static_cast<int>(buf[4]), static_cast<int>(buf[5]), static_cast<int>(buf[6])};
   return PER_ATOM;
 }
 

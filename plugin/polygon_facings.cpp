@@ -12,8 +12,6 @@
 
 using namespace LAMMPS_NS;
 
-static constexpr double SMALL = 1.0e-9;    // rounding: such edges are found from both ends
-
 /* ----------------------------------------------------------------------
    what can come within the width of a contact before the next build. Ends move by
    less than half the skin, so nothing farther than width + skin now can touch
@@ -55,7 +53,7 @@ void PolygonFacings::find_reaches(const ContactLaws &laws)
   for (int i = 1; i < row; i++)
     for (int j = 1; j < row; j++) {
       if (laws.start[i][j] < 0.0) continue;    // left to other styles of pair_style hybrid
-      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j) + skin;
+      const double touching = laws.start[i][j] + skin, listed = laws.cutoff(i, j);
       reaches[i * row + j] = {touching * touching, listed * listed};
     }
 }
@@ -115,8 +113,8 @@ void PolygonFacings::find_near_point(int i, const int *jlist, int jnum, const Co
     const int jprev = outline->prev(j);
     if (outline->next(j) >= 0) try_edge(j, one.touching);
     if (jprev < 0) continue;
-    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list does not hold
-    if (rx * rx + ry * ry > (1.0 - SMALL) * one.listed) try_edge(jprev, one.touching);
+    const double rx = x[jprev][0] - px, ry = x[jprev][1] - py;    // an edge whose tail the list may not hold
+    if (rx * rx + ry * ry > one.listed) try_edge(jprev, one.touching);
   }
 
   for (const int j : long_edges)

@@ -59,7 +59,7 @@ class PolygonFacings : protected Pointers {
 
   struct Reach {        // squares of distances at a neighbor build, for a pair of types
     double touching;    // what can touch before the next one
-    double listed;      // atoms that the neighbor list holds
+    double listed;      // atoms that the neighbor list holds for sure: under respa they have moved since
   };
 
   const FixPolygonOutline *outline = nullptr;

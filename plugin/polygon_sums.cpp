@@ -24,6 +24,7 @@ void PolygonSums::init(int groupbit)
   outline = FixPolygonOutline::shared(lmp, who);
   outline->read_bonds();
   outline_refresh = -1;
+  refuse_other_bonds(groupbit);
 
   std::unordered_map<tagint, int> number;
   polygon_list.clear();
@@ -45,13 +46,32 @@ void PolygonSums::init(int groupbit)
 
 bool PolygonSums::takes_part(int i, int groupbit) const
 {
-  const int kind = outline->link(i).kind;
-  if (!(atom->mask[i] & groupbit) || kind == LONE) return false;
-  if (kind != RING)
-    error->one(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an area: use a group "
-               "without it, or mend its bonds", who, atom->molecule[i], atom->tag[i],
-               kind == CHAIN ? "make an open chain" : "branch or make more than one ring");
-  return true;
+  return (atom->mask[i] & groupbit) && outline->link(i).kind == RING;
+}
+
+/* ----------------------------------------------------------------------
+   by all ranks: the message of one rank that stops is lost now and then
+------------------------------------------------------------------------- */
+
+void PolygonSums::refuse_other_bonds(int groupbit) const
+{
+  tagint lowest = MAXTAGINT, found[2] = {0, 0};    // molecule and kind
+  for (int i = 0; i < atom->nlocal; i++) {
+    const int kind = outline->link(i).kind;
+    if (!(atom->mask[i] & groupbit) || kind == LONE || kind == RING || atom->tag[i] >= lowest) continue;
+    lowest = atom->tag[i];
+    found[0] = atom->molecule[i];
+    found[1] = kind;
+  }
+  const tagint own = lowest;
+  MPI_Allreduce(&own, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  if (lowest == MAXTAGINT) return;
+
+  if (own != lowest) found[0] = found[1] = 0;
+  MPI_Allreduce(MPI_IN_PLACE, found, 2, MPI_LMP_TAGINT, MPI_MAX, world);
+  error->all(FLERR, "{}: the bonds of molecule {} (atom {}) {}, and only one closed ring has an area: use a group "
+             "without it, or mend its bonds", who, found[0], lowest,
+             found[1] == CHAIN ? "make an open chain" : "branch or make more than one ring");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -62,6 +82,7 @@ void PolygonSums::refresh(int groupbit)
   const bigint now = outline->refresh();
   if (now == outline_refresh) return;
   outline_refresh = now;
+  refuse_other_bonds(groupbit);
 
   polygon_list.clear();
   run_list.clear();

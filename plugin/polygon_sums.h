@@ -72,6 +72,7 @@ class PolygonSums : protected Pointers {
   bool takes_part(int i, int groupbit) const;
   void walk(int start, int polygon, int groupbit, std::vector<char> &seen);
   void find_partners();
+  void refuse_other_bonds(int groupbit) const;
   void refuse_cut_polygons() const;
   void find_origins();
 };

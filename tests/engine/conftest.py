@@ -1,8 +1,9 @@
-"""Fixtures of the tests of decks."""
+"""A packing for the tests of decks, one LAMMPS for each test of the plugin."""
 
 import pytest
 
 import jamlab
+from jamlab.engine.installation import lammps_class
 
 
 @pytest.fixture(scope="session")
@@ -10,3 +11,12 @@ def dense():
     """A packing of disks in which every contact bears load: none opens or closes at small strain."""
     *_, packing = jamlab.compress(jamlab.jam("sp", 32, 2), 0.93, 0.05, by="phi")
     return packing
+
+
+@pytest.fixture
+def lmp(tmp_path, monkeypatch):
+    """In the folder of the test; some errors leave it unusable."""
+    monkeypatch.chdir(tmp_path)
+    instance = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    yield instance
+    instance.close()

@@ -1,0 +1,192 @@
+"""fix polygon/area in time: energy conserved under verlet and respa, ka and rest area from every source."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import outlines
+import pytest
+from engine.test_plugin_on_ranks import launch, run
+
+STYLES = {
+    "verlet": "",
+    "respa": "run_style respa 2 2 bond 1 pair 2",
+    "inner": "run_style respa 2 2 bond 1 pair 2\nfix_modify area respa 1",
+}
+LAST = "write_dump all custom {0}.dump id x y modify sort id format float %.17g\n"
+NVE = """
+minimize 0 1e-8 400 800
+reset_timestep 0
+velocity all create 0.002 99 loop geom
+velocity all set NULL NULL 0.0
+fix move all nve
+{style}
+timestep {step}
+thermo_style custom step etotal pe ke f_area
+thermo_modify norm no format float %.15g
+thermo {every}
+run {steps}
+"""
+
+
+def trajectory(folder, state, style, step, steps):
+    """Total, potential, kinetic and area energy along a run; droplets and walls, and the state at its end."""
+    (folder / "data").write_text(outlines.data(state))
+    deck = outlines.deck("data") + NVE.format(style=STYLES[style], step=step, steps=steps, every=steps // 200)
+    code, output = launch(folder, deck + LAST.format("end"), 1)
+    assert code == 0, output[-2000:]
+    table = output[output.rindex("f_area") :]
+    rows = re.findall(r"^\s*\d+((?:\s+[-+.\de]+){4})\s*$", table, re.MULTILINE)
+    assert len(rows) == 201
+    x = np.loadtxt(folder / "end.dump", skiprows=9)[:, 1:]
+    x -= np.round((x - state.points) / state.box) * state.box  # nothing moves by half a box
+    points = np.split(x, state.starts[1:-1])
+    end = replace(state, outlines=[replace(o, points=p) for o, p in zip(state.outlines, points, strict=True)])
+    return np.array([row.split() for row in rows], dtype=float), end
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_energy_is_conserved_to_second_order(tmp_path, style):
+    """Half the time step, a quarter of the error; at the end, both energies are those of numpy."""
+    state = outlines.scene(1, foreign=False)
+    spread = []
+    for step, steps in ((0.004, 2000), (0.002, 4000)):
+        rows, end = trajectory(tmp_path, state, style, step, steps)
+        spread.append(np.ptp(rows[:, 0]))
+        of_area = sum(outlines.KA / 2 * (o.area - o.a0) ** 2 for o in end.outlines)
+        assert rows[-1, [1, 3]] == pytest.approx([outlines.energy(end), of_area], rel=1e-10)
+        assert np.ptp(rows[:, 3]) > 0.001  # the area force is alive
+    assert spread[0] < 1e-4 * rows[:, 2].mean()
+    assert 3 < spread[0] / spread[1] < 5.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("style", STYLES)
+def test_energy_does_not_drift(tmp_path, style):
+    """Two hundred thousand steps; what is left are the kinks of the force where a vertex changes its closest edge."""
+    rows, _ = trajectory(tmp_path, outlines.scene(1, foreign=False), style, 0.002, 200_000)
+    total, kinetic = rows[:, 0], rows[:, 2].mean()
+    assert abs(total[-20:].mean() - total[:20].mean()) < 5e-4 * kinetic
+    assert np.ptp(total) < 5e-4 * kinetic
+
+
+GLIDE = """
+mass * 1e15
+group one molecule 1
+velocity one set -1.0 0.0 0.0
+velocity rings set NULL NULL 0.0
+fix move all nve
+neigh_modify every 1 delay 0 check no
+timestep 0.004
+thermo 1
+thermo_style custom step pe
+thermo_modify norm no format float %.15g
+"""
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_contacts_are_seen_wherever_the_neighbor_list_ends(tmp_path, style):
+    """A tip glides along an edge whose tail comes into the neighbor list: respa moves atoms after it has made that."""
+    edge = outlines.Outline(np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
+    tip = outlines.Outline(np.array([[1.74, 0.8], [1.5, 0.3], [2.0, 0.3]]), a0=0.13)
+    assert np.hypot(0.74, 0.2) > np.hypot(0.25, 0.6) + 0.1 > np.hypot(0.70, 0.2)  # the reach of the list
+    states = [outlines.Scene([replace(tip, points=tip.points - [0.004 * n, 0]), edge], [6, 6]) for n in range(11)]
+    (tmp_path / "data").write_text(outlines.data(states[0]))
+    code, output = launch(tmp_path, outlines.deck("data") + GLIDE + STYLES[style] + "\nrun 10\n", 1)
+    assert code == 0, output[-2000:]
+    found = re.findall(r"^\s*\d+\s+(\d\.\d{9,})\s*$", output, re.MULTILINE)
+    assert [float(pe) for pe in found] == pytest.approx([outlines.energy(s) for s in states], rel=1e-9)
+    assert len(outlines.contacts(states[0])) == 1
+
+
+def test_the_area_force_acts_on_the_level_that_fix_modify_names(tmp_path):
+    """Without contacts, all forces on level 1 are verlet with the inner time step; level 2 is the default."""
+    state = outlines.scene(2, foreign=False)
+    (tmp_path / "data").write_text(outlines.data(state))
+    ways = {"inner": (0.001, 80, ""), "default": (0.004, 20, ""), "outer": (0.004, 20, "fix_modify area respa 2")}
+    ways["one"] = (0.004, 20, "fix_modify area respa 1")
+    deck = ""
+    for name, (step, steps, modify) in ways.items():
+        respa = "" if name == "inner" else "run_style respa 2 4 bond 1 pair 2\n"
+        deck += outlines.deck("data") + f"pair_coeff * * 0.0\nfix move all nve\n{respa}{modify}\ntimestep {step}\n"
+        deck += f'run {steps}\nprint "state-{name} $(pe:%.17g) $(ke:%.17g) $(f_area:%.17g)"\n'
+    found = run(tmp_path, deck, 1)
+    assert found["state-one"] == pytest.approx(found["state-inner"], rel=1e-11)
+    assert found["state-outer"].tolist() == found["state-default"].tolist()
+    assert found["state-outer"] != pytest.approx(found["state-inner"], rel=1e-7)
+    assert found["state-outer"] == pytest.approx(found["state-inner"], rel=1e-3)
+
+
+def test_respa_starts_with_the_forces_of_verlet(tmp_path):
+    """Energy, pressure and forces of `run 0`, on 2 ranks."""
+    (tmp_path / "data").write_text(outlines.data(outlines.scene(3)))
+    deck = ""
+    for name, style in STYLES.items():
+        deck += outlines.deck("data") + f"{style}\nrun 0\n" + LAST.format(name).replace("id x y", "id fx fy")
+        deck += f'print "state-{name} $(pe:%.17g) $(press:%.17g) $(fmax:%.17g)"\n'
+    found = run(tmp_path, deck, 2)
+    wanted = np.loadtxt(tmp_path / "verlet.dump", skiprows=9)
+    for name in STYLES:
+        assert found[f"state-{name}"] == pytest.approx(found["state-verlet"], rel=1e-12)
+        assert np.loadtxt(tmp_path / f"{name}.dump", skiprows=9) == pytest.approx(wanted, abs=1e-13)
+
+
+SOURCES = {
+    "number": ("", "20.0"),
+    "equal": ("variable k equal 5.0*4", "v_k"),
+    "atom": ("variable k atom 20.0+0*mol", "v_k"),
+    "property": ("fix stiff all property/atom d_k ghost no\nset group all d_k 20.0", "d_k"),
+}
+
+
+@pytest.mark.parametrize(("define", "ka"), SOURCES.values(), ids=SOURCES.keys())
+@pytest.mark.parametrize("rest", ["d_a0", "v_rest"])
+def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
+    """The same energy, with a rest area for each polygon."""
+    state = outlines.scene(4)
+    (tmp_path / "data").write_text(outlines.data(state))
+    law = f"{define}\nvariable rest atom d_a0\nunfix area\nfix area rings polygon/area {ka} {rest}\nrun 0\n"
+    outlines.commands(lmp, outlines.deck("data") + law)
+    assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_ka_that_changes_during_a_run(tmp_path, ranks):
+    """By an equal-style variable of the step, and by one for each polygon; nothing moves."""
+    state = outlines.scene(5)
+    (tmp_path / "data").write_text(outlines.data(state))
+    deck = ""
+    for name, formula in (("equal", "equal 20.0+step"), ("atom", "atom 20.0+step*mol")):
+        deck += (
+            outlines.deck("data")
+            + f"variable k delete\nvariable k {formula}\nunfix area\nfix area rings polygon/area v_k d_a0\n"
+        )
+        deck += f'thermo 3\nrun 7\nprint "state-{name} $(pe:%.17g) $(f_area:%.17g)"\n'
+        deck += f'run 0\nprint "state-{name}-again $(pe:%.17g) $(f_area:%.17g)"\n'
+    found = run(tmp_path, deck, ranks)
+    bare = outlines.energy(state, ka=0.0)
+    rings = [(m, o) for m, o in enumerate(state.outlines, start=1) if o.type == outlines.RING]
+    for name, ka in {"equal": lambda m: 27.0, "atom": lambda m: 20.0 + 7 * m}.items():
+        area = sum(ka(m) / 2 * (o.area - o.a0) ** 2 for m, o in rings)
+        assert found[f"state-{name}"] == pytest.approx([bare + area, area], rel=1e-12)
+        assert found[f"state-{name}-again"] == pytest.approx([bare + area, area], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("v_none d_a0", "Fix polygon/area: no variable none for ka"),
+        ("v_text d_a0", "Fix polygon/area: variable text for ka must be of style equal or atom"),
+        ("d_none d_a0", "Fix polygon/area: no per-atom property d_none for ka"),
+        ("v_low d_a0", r"Fix polygon/area: ka of polygon \d+ is -1, must not be negative"),
+        ("20.0 v_low", r"Fix polygon/area: rest area of polygon \d+ is -1, must be positive"),
+        ("20.0 v_each", r"Fix polygon/area: rest area each differs between the vertices of polygon \d+"),
+    ],
+)
+def test_a_source_that_makes_no_sense_is_refused(lmp, tmp_path, law, message):
+    """One line, before anything moves."""
+    (tmp_path / "data").write_text(outlines.data(outlines.scene(6)))
+    define = "variable text string x\nvariable low equal -1.0\nvariable each atom 1+id\nunfix area\n"
+    outlines.commands(lmp, outlines.deck("data") + define + f"fix area rings polygon/area {law}\n")
+    with pytest.raises(Exception, match=message):
+        lmp.command("run 0")

@@ -1,0 +1,173 @@
+"""Energy and virial of single atoms: they add up to those of the whole, and each is the one of plain numpy."""
+
+import numpy as np
+import outlines
+import pytest
+from engine.test_plugin_on_ranks import columns, run
+from outlines import DISK, RING
+
+from jamlab.packing.law_parameters import CONTACT_FORMS
+
+TALLIES = """
+compute e all pe/atom
+compute s all stress/atom NULL virial
+compute of_fix all stress/atom NULL fix
+compute of_pair all stress/atom NULL pair
+compute sum all reduce sum c_e c_s[1] c_s[2] c_s[4]
+compute p all pressure NULL virial
+thermo_style custom pe c_p[1] c_p[2] c_p[4] c_sum[*]
+thermo_modify norm no
+"""
+SHOW = """
+variable v equal -vol
+print "state-{0} $(pe:%.17g) $(c_p[1]*v_v:%.17g) $(c_p[2]*v_v:%.17g) $(c_p[4]*v_v:%.17g)&
+ $(c_sum[1]:%.17g) $(c_sum[2]:%.17g) $(c_sum[3]:%.17g) $(c_sum[4]:%.17g)"
+"""
+DUMP = "write_dump all custom {0}.dump id c_e c_s[1] c_s[2] c_s[4] modify sort id format float %.17g\n"
+RANKS = pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+
+
+def parts(vectors, forces):
+    """Virial of single contacts, bonds or vertices: xx, yy, xy."""
+    return vectors[..., [0, 1, 0]] * forces[..., [0, 1, 1]]
+
+
+def area_parts(state):
+    """Energy and virial of the vertices of each ring, from the mean of its vertices."""
+    rows = np.zeros((len(state.points), 4))
+    for start, o in zip(state.starts, state.outlines, strict=False):
+        if o.type != RING:
+            continue
+        chord = np.roll(o.points, -1, axis=0) - np.roll(o.points, 1, axis=0)
+        force = -outlines.KA * (o.area - o.a0) / 2 * np.column_stack([chord[:, 1], -chord[:, 0]])
+        own = rows[start : start + len(o.points)]
+        own[:, 0] = outlines.KA / 2 * (o.area - o.a0) ** 2 / len(o.points)
+        own[:, 1:] = parts(o.points - o.points.mean(axis=0), force)
+    return rows
+
+
+def contact_parts(state):
+    """Half of a contact at its vertex; the ends of the edge share the other half as they share the force."""
+    rows = np.zeros((len(state.points), 4))
+    for c in outlines.contacts(state):
+        whole = np.array([c.energy, *parts(c.separation, c.force)])
+        rows[c.vertex] += whole / 2
+        rows[c.tail] += (1 - c.t) * whole / 2
+        rows[c.head] += c.t * whole / 2
+    return rows
+
+
+def bond_parts(state):
+    """Half at each end."""
+    rows = np.zeros((len(state.points), 4))
+    for start, o in zip(state.starts, state.outlines, strict=False):
+        if o.type == DISK:
+            continue
+        for a, b in o.bonds:
+            r = o.points[b] - o.points[a]
+            whole = outlines.GAMMA * np.array([np.hypot(*r), *(-parts(r, r) / np.hypot(*r))])
+            rows[[start + a, start + b]] += whole / 2
+    return rows
+
+
+def close(found, wanted):
+    """To twelve digits of the largest."""
+    assert np.abs(wanted).max() > 0.01
+    assert np.abs(np.subtract(found, wanted)).max() < 1e-12 * np.abs(wanted).max()
+
+
+@RANKS
+def test_atoms_have_their_shares(tmp_path, ranks):
+    """Polygons, walls and disks, newton on and off, for pairs and bonds apart."""
+    state = outlines.scene(11)
+    (tmp_path / "data").write_text(outlines.data(state))
+    deck = ""
+    for newton in ("on", "off", "on off", "off on"):
+        name = newton.replace(" ", "-")
+        deck += outlines.deck("data", newton) + TALLIES + "run 0\n" + SHOW.format(name) + DUMP.format(name)
+    found = run(tmp_path, deck, ranks)
+    wanted = area_parts(state) + contact_parts(state) + bond_parts(state)
+    assert wanted[:, 0].sum() == pytest.approx(outlines.energy(state), rel=1e-12)
+    assert len(found) == 4
+    for name, row in found.items():
+        close(columns(tmp_path / f"{name.removeprefix('state-')}.dump", 9), wanted * [1, -1, -1, -1])
+        close(row[4:], row[:4])
+        close(row[0], wanted[:, 0].sum())
+
+
+INTEGRATE = """
+fix move all nve
+timestep 0.002
+{style}
+run 25
+"""
+
+
+@RANKS
+def test_shares_add_up_in_all_forms_and_runs(tmp_path, ranks):
+    """The three contact forms; during a run, under respa, in a minimization; virial per atom asked or not."""
+    state = outlines.scene(12)
+    (tmp_path / "data").write_text(outlines.data(state))
+    deck = ""
+    ends = {form: "run 0\n" for form in CONTACT_FORMS}
+    ends |= {"verlet": INTEGRATE.format(style=""), "minimize": "minimize 0 1e-9 20 20\n"}
+    ends |= {"respa": INTEGRATE.format(style="run_style respa 2 2 bond 1 pair 2")}
+    ends |= {"inner": INTEGRATE.format(style="run_style respa 3 2 2 bond 1 pair 2\nfix_modify area respa 1")}
+    for name, end in ends.items():
+        for newton in ("on", "off"):
+            form = name if name in CONTACT_FORMS else "outline"
+            here = outlines.deck("data", newton).replace("1.2 walls", f"1.2 contact {form} walls")
+            deck += here + TALLIES + "thermo 5\n" + end + SHOW.format(f"{name}-{newton}")
+    found = run(tmp_path, deck, ranks)
+    assert len(found) == 2 * len(ends)
+    for row in found.values():
+        close(row[4:], row[:4])
+
+
+def per_atom(lmp, name):
+    """Of a compute, in order of the atom IDs."""
+    order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
+    return lmp.numpy.extract_compute(name, 1, 2)[order][:, [0, 1, 3]]
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.37, -1.9), (23.1, 8.4)])
+def test_the_virial_of_an_atom_does_not_hang_on_the_place(lmp, tmp_path, shift):
+    """Nor on which vertex comes first: the same for a system that is moved, and through the boundary."""
+    state = outlines.scene(13)
+    (tmp_path / "data").write_text(outlines.data(state.shifted(np.array(shift))))
+    outlines.commands(lmp, outlines.deck("data") + TALLIES + "run 0\n")
+    close(per_atom(lmp, "of_fix"), -area_parts(state)[:, 1:])
+    close(per_atom(lmp, "of_pair"), -contact_parts(state)[:, 1:])
+
+
+def test_the_area_force_pulls_no_polygon_and_turns_none(lmp, tmp_path):
+    """Net force and torque on each; with a rest area that the vertices have from their first one on."""
+    state = outlines.scene(14, foreign=False)
+    (tmp_path / "data").write_text(outlines.data(state))
+    outlines.commands(lmp, outlines.deck("data") + "bond_coeff * 0.0\npair_coeff * * 0.0\nrun 0\n")
+    order = np.argsort(lmp.numpy.extract_atom("id")[: lmp.extract_global("nlocal")])
+    forces = lmp.numpy.extract_atom("f")[order]
+    assert np.abs(forces).max() > 0.1
+    for start, o in zip(state.starts, state.outlines, strict=False):
+        own = forces[start : start + len(o.points)]
+        r = o.points - o.points.mean(axis=0)
+        assert np.abs(own.sum(axis=0)).max() < 1e-13
+        assert abs(np.sum(r[:, 0] * own[:, 1] - r[:, 1] * own[:, 0])) < 1e-13
+
+
+@pytest.mark.parametrize("keyword", ["", "pair", "fix"])
+def test_centroid_stress_is_refused(lmp, tmp_path, keyword):
+    """It would need the forces of each contact on its three atoms apart."""
+    (tmp_path / "data").write_text(outlines.data(outlines.scene(15)))
+    outlines.commands(lmp, outlines.deck("data") + f"compute c all centroid/stress/atom NULL {keyword}\n")
+    with pytest.raises(Exception, match=r"does not support compute centroid/stress/atom"):
+        lmp.command("run 0")
+
+
+def test_centroid_stress_of_bonds_alone_is_served(lmp, tmp_path):
+    """The same as that of stress/atom: a bond is a pair of atoms."""
+    state = outlines.scene(16)
+    (tmp_path / "data").write_text(outlines.data(state))
+    outlines.commands(lmp, outlines.deck("data") + "compute of_bonds all centroid/stress/atom NULL bond\n")
+    outlines.commands(lmp, "compute m all reduce max c_of_bonds[1]\nthermo_style custom pe c_m\nrun 0\n")
+    close(per_atom(lmp, "of_bonds"), -bond_parts(state)[:, 1:])
