@@ -89,10 +89,27 @@ def mixture(seed, tilt, kinds=(4, 3, 3, 3, 1, 2, 1, 2, 1, 6, 6, 5, 5, 5), width=
             if fits(new, outlines, box):
                 outlines.append(new)
                 break
+    return number(outlines, rng), box
+
+
+def number(outlines, rng):
+    """Give the points atom IDs in any order."""
     tags = rng.permutation(sum(len(o.points) for o in outlines)) + 1
     for o, ends in zip(outlines, np.cumsum([len(o.points) for o in outlines]), strict=True):
         o.tags = tags[ends - len(o.points) : ends]
-    return outlines, box
+    return outlines
+
+
+def seam():
+    """A wall through the periodic boundary; a disk and a droplet lie where its end is next to its own image."""
+    ring = 0.3 * np.column_stack([np.cos(np.arange(7)), np.sin(np.arange(7))])
+    wall = np.column_stack([np.linspace(0.0, 1.9, 4), [0.5, 0.52, 0.47, 0.49]])
+    outlines = [
+        Outline(3, wall, False),
+        Outline(6, np.array([[1.93, 0.75]]), False),
+        Outline(1, ring - [0.02, 0.0], True),
+    ]
+    return number(outlines, np.random.default_rng(6)), np.array([[2.0, 0.0], [0.3, 2.5]])
 
 
 def write(path, outlines, box):

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from mixtures import DISKS, EPS, FORMS, GIVEN, MIXED, WALLS, WIDTHS, law_of, mixture, pairs, write
+from mixtures import DISKS, EPS, FORMS, GIVEN, MIXED, WALLS, WIDTHS, law_of, mixture, pairs, seam, write
 
 from jamlab.engine.deck_defaults import installed
 
@@ -142,9 +142,15 @@ def told(contacts, outlines, box):
 
 @pytest.fixture(scope="module")
 def mixtures():
-    """Square, sheared, and so narrow that droplets and walls meet their own images."""
+    """Square, sheared, with a wall as long as the box, and so narrow that droplets and walls meet their own images."""
     narrow = mixture(4, 0.2, (1, 3, 2, 6, 5, 1), width=1.15, height=4.0)
-    return {"square": mixture(1, 0.0), "sheared": mixture(2, 0.37), "back": mixture(3, -0.4), "narrow": narrow}
+    return {
+        "square": mixture(1, 0.0),
+        "sheared": mixture(2, 0.37),
+        "back": mixture(3, -0.4),
+        "seam": seam(),
+        "narrow": narrow,
+    }
 
 
 def test_configurations_hold_every_kind_of_contact(mixtures):
