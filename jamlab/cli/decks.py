@@ -17,10 +17,14 @@ def decks(
     from jamlab.engine.deck_defaults import copy_decks, installed, summaries
 
     folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
-    found = summaries(folder)
+    found, examples = summaries(folder), summaries(folder / "examples")
     if as_json:
-        print_json({"folder": str(folder), "decks": found})
+        print_json({"folder": str(folder), "decks": found, "examples": examples})
         return
     for name, summary in found.items():
         out_console.print(f"{name:16s} {summary}", soft_wrap=True, highlight=False)
     out_console.print(f"\nRun one from any folder: lmp -in {folder}/NAME", soft_wrap=True, highlight=False)
+    out_console.print("\nShort decks to start from; run them in their folder, or in that of a copy:")
+    for name, summary in examples.items():
+        out_console.print(f"{name:24s} {summary}", soft_wrap=True, highlight=False)
+    out_console.print(f"They are in {folder / 'examples'}", soft_wrap=True, highlight=False)

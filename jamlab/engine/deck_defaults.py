@@ -49,7 +49,7 @@ def summaries(folder: Path) -> dict[str, str]:
 
 
 def copy_decks(folder: Path) -> Path:
-    """Copy all decks and their parts, to be changed.
+    """Copy all decks, their parts and the folder of examples, to be changed.
 
     Returns:
         The folder, as an absolute path.
@@ -58,12 +58,14 @@ def copy_decks(folder: Path) -> Path:
         StorageError: the folder cannot be made or written to, or already holds a file of one of the names.
     """
     make_folder(folder)
-    parts = sorted(installed("lammps_inputs").iterdir())
-    for part in parts:
-        if (folder / part.name).exists():
-            raise StorageError(f"{folder / part.name} exists and may have been changed: choose another folder")
-    for part in parts:
-        with atomic_file(folder / part.name) as temporary:
+    source = installed("lammps_inputs")
+    parts = {part: folder / part.relative_to(source) for part in sorted(source.rglob("*")) if part.is_file()}
+    for copy in parts.values():
+        if copy.exists():
+            raise StorageError(f"{copy} exists and may have been changed: choose another folder")
+    for part, copy in parts.items():
+        make_folder(copy.parent)
+        with atomic_file(copy) as temporary:
             temporary.write_bytes(part.read_bytes())
     return folder.resolve()
 

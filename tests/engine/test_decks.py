@@ -78,7 +78,7 @@ def test_every_setting_has_a_rule():
     """Each default of decks and parts stands with a rule, and every deck opens alike."""
     bare = re.compile(r"^variable +(\w+) +index +[^#\n]*(?:#(?! \[).*)?$", re.MULTILINE)
     openings = set()
-    for path in installed("lammps_inputs").iterdir():
+    for path in filter(Path.is_file, installed("lammps_inputs").iterdir()):
         text = path.read_text()
         assert {name for name in bare.findall(text)} <= {"deck", "small_polygon", "large_polygon", "title", "form"}, (
             path.name
@@ -93,6 +93,9 @@ def test_copied_decks_use_their_own_parts(tmp_path):
     """From a folder with a space, called from another one; the changed default counts, not the installed one."""
     folder = copy_decks(tmp_path / "my decks")
     assert summaries(folder).keys() == {path.name for path in installed("lammps_inputs").glob("in.*")}
+    examples = installed("lammps_inputs") / "examples"
+    assert summaries(folder / "examples").keys() == {path.name for path in examples.glob("in.*")}
+    assert (folder / "examples" / "wall.mol").read_bytes() == (examples / "wall.mol").read_bytes()
     part = folder / "dp.parameters"
     part.write_text(part.read_text().replace("variable gamma        index 0.4 ", "variable gamma        index 0.3 "))
     (tmp_path / "run").mkdir()

@@ -1,0 +1,231 @@
+"""Droplets, disks and walls in one box: energy, forces, virial and contacts against plain loops over the law.
+
+E = (eps/2) (1 - d/delta_ij)^2 of the distance d between a point and a segment. Random configurations without symmetry,
+atom IDs shuffled, half of the rings clockwise; on 1, 2 and 4 ranks, newton on and off.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from mixtures import DISKS, EPS, FORMS, GIVEN, MIXED, WALLS, WIDTHS, law_of, mixture, pairs, seam, write
+
+from jamlab.engine.deck_defaults import installed
+
+from .test_plugin_on_ranks import columns, run
+
+DECK = """
+clear
+newton {newton}
+include {decks}/common.settings
+atom_style molecular
+bond_style zero nocoeff
+special_bonds lj/coul 1.0 1.0 1.0
+read_data {data}
+bond_coeff *
+mass * 1.0
+variable skin delete
+variable skin index 0.1
+pair_style circuloline 0.25 0.9 contact {form} walls 3*4 disks 5,6
+{coefficients}
+include {decks}/common.output
+group walls type 3 4
+group droplets type 1 2
+compute on_walls walls polygon/group/group droplets
+compute on_droplets droplets polygon/group/group walls
+{more}
+run 0
+print "state-{name} {printed}"
+"""
+OUTPUT = """
+thermo_style custom step pe press pxx pyy pxy fmax c_on_walls c_on_droplets c_on_walls[*] c_on_droplets[*]
+thermo_modify norm no press virial
+compute contacts all polygon/contact
+dump contacts all local 1 {name}.contacts c_contacts[*]
+dump_modify contacts format float %.17g
+dump forces all custom 1 {name}.dump id fx fy
+dump_modify forces sort id format float %.17g
+"""
+VALUES = ["pe", "pxx", "pyy", "pxy", *(f"c_on_{g}{k}" for g in ("walls", "droplets") for k in ("", "[1]", "[2]"))]
+
+
+def foot(point, tail, head):
+    """Distance of a point to a segment, vector from the closest point of it, place of that between its ends."""
+    edge = head - tail
+    t = min(1.0, max(0.0, (point - tail) @ edge / (edge @ edge))) if edge @ edge > 0 else 0.0
+    r = point - tail - t * edge
+    return math.hypot(*r), r, t
+
+
+def crossing(a, b, c, d):
+    def side(o, p, q):
+        return (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])
+
+    return side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+
+
+def meetings(one, two, form):
+    """Lists of (vertex, edge, whether the vertex is of `two`), from each of which the closest counts."""
+    disks = one.type in DISKS, two.type in DISKS
+    if form == "segment":
+        for e in one.edges():
+            for f in two.edges():
+                yield [(e[0], f, False), (e[1], f, False), (f[0], e, True), (f[1], e, True)]
+        return
+    for points, other, of_two in ((one, two, False), (two, one, True)):
+        if disks[1 - of_two] and (not disks[of_two] or of_two):
+            continue  # the disk is the point; of two disks, one
+        for k in range(len(points.points)):
+            choices = [(k, edge, of_two) for edge in other.edges()]
+            yield from [choices] if form == "outline" else [[choice] for choice in choices]
+
+
+def evaluate(outlines, box, form):
+    """Energy, forces by tag, pressure tensor, and what tells a contact: tags, types, force, energy; from the law."""
+    forces = np.zeros((sum(len(o.points) for o in outlines), 2))
+    contacts, virial = [], np.zeros((2, 2))
+    for one, two, moved in pairs(outlines, box):
+        eps, width, way = law_of(one.type, two.type, form)
+        for choices in meetings(one, two, way):
+            found = []
+            for k, (tail, head), of_two in choices:
+                (p, a), (q, b) = ((two, moved), (one, one.points)) if of_two else ((one, one.points), (two, moved))
+                found.append((foot(a[k], b[tail], b[head]), p, q, k, tail, head))
+            (d, r, t), p, q, k, tail, head = min(found, key=lambda f: f[0][0])
+            if d >= width:
+                continue
+            push = eps / width * (1 - d / width) * r / d
+            tags = p.tags[k], q.tags[tail], q.tags[head]
+            for tag, share in zip(tags, (1.0, t - 1.0, -t), strict=True):
+                forces[tag - 1] += share * push
+            virial += np.outer(r, push)
+            contacts.append((*tags, p.type, q.type, *push, *r, eps / 2 * (1 - d / width) ** 2))
+    contacts = np.array(sorted(contacts))
+    return contacts[:, -1].sum(), forces, virial / np.linalg.det(box), contacts
+
+
+def coefficients(form):
+    """pair_coeff lines: each type, then the pairs that are not mixed."""
+    lines = [f"pair_coeff {k} {k} {eps} {width}" for k, (eps, width) in enumerate(zip(EPS, WIDTHS, strict=True), 1)]
+    for pair in GIVEN.keys() | (MIXED if form == "mixed" else {}).keys():
+        eps, width, way = law_of(*pair, form)
+        lines.append(f"pair_coeff {pair[0]} {pair[1]} {eps!r} {width!r} {way}")
+    return "\n".join(lines)
+
+
+def deck_for(folder, name, outlines, box, form, *, newton="on", more=OUTPUT, values=VALUES):
+    write(folder / f"{name}.data", outlines, box)
+    fields = {"decks": installed("lammps_inputs"), "newton": newton, "name": name, "data": f"{name}.data"}
+    fields |= {"form": "outline" if form == "mixed" else form, "coefficients": coefficients(form)}
+    printed = " ".join(f"$({value}:%.17g)" for value in values)
+    return DECK.format(more=more.format(name=name), printed=printed, **fields)
+
+
+def told(contacts, outlines, box):
+    """Vertex, edge tail and head, force, separation of each contact, in order of the tags.
+
+    Where the closest point is an end of the edge, both edges there, and in form segment both vertices, say the same:
+    such a contact is the two points, the lower tag first, and no edge. Walls have no direction.
+    """
+    place = np.vstack([o.points for o in outlines])[np.argsort(np.concatenate([o.tags for o in outlines]))]
+    contacts = contacts.copy()
+    for row in contacts:
+        row[1:3] = np.sort(row[1:3])
+        v, ends, r = int(row[0]), row[1:3].astype(int), row[5:].copy()
+        off = (place[v - 1] - r - place[ends - 1]) @ np.linalg.inv(box)
+        at = np.abs(off - np.rint(off)).max(axis=1) < 1e-9
+        if at.any():
+            end = ends[np.argmax(at)]
+            row[:] = min(v, end), max(v, end), 0, *(row[3:] if v < end else -row[3:])
+    return contacts[np.lexsort(np.rint(1e6 * contacts[:, ::-1]).T)]
+
+
+@pytest.fixture(scope="module")
+def mixtures():
+    """Square, sheared, with a wall as long as the box, and so narrow that droplets and walls meet their own images."""
+    narrow = mixture(4, 0.2, (1, 3, 2, 6, 5, 1), width=1.15, height=4.0)
+    return {
+        "square": mixture(1, 0.0),
+        "sheared": mixture(2, 0.37),
+        "back": mixture(3, -0.4),
+        "seam": seam(),
+        "narrow": narrow,
+    }
+
+
+def test_configurations_hold_every_kind_of_contact(mixtures):
+    """What the tests below compare: each pair of roles meets, chains at their ends too, and own images."""
+    found = [evaluate(outlines, box, "outline")[3] for outlines, box in mixtures.values()]
+    roles = {kind: role for role, kinds in enumerate([(1, 2), WALLS, DISKS]) for kind in kinds}
+    met = {tuple(sorted((roles[row[3]], roles[row[4]]))) for rows in found for row in rows}
+    assert met == {(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)}
+    assert {row[3] for rows in found for row in rows} == {1, 2, 3, 4, 5, 6}
+    one = {tag: m for m, o in enumerate(mixtures["narrow"][0]) for tag in o.tags}
+    assert any(one[row[0]] == one[row[1]] for row in found[-1])
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_energy_forces_and_contacts_are_those_of_the_law(mixtures, tmp_path, ranks):
+    wanted, deck = {}, ""
+    some = (
+        mixtures if ranks < 4 else {kind: mixtures[kind] for kind in ("sheared",)}
+    )  # slow where there are fewer cores
+    for kind, (outlines, box) in some.items():
+        for k, form in enumerate((*FORMS, "mixed")):
+            law = evaluate(outlines, box, form)
+            for newton in ("on", "off"):
+                name = f"{kind}-{k}-{newton}"
+                deck += deck_for(tmp_path, name, outlines, box, form, newton=newton)
+                wanted[name] = law
+    printed = run(tmp_path, deck, ranks)
+    assert len(printed) == len(wanted)
+    for name, (energy, forces, stress, contacts) in wanted.items():
+        pe, *pressure, e_walls, wx, wy, e_droplets, dx, dy = printed[f"state-{name}"]
+        assert pe == pytest.approx(energy, rel=1e-12), name
+        assert np.abs(pressure - stress[[0, 1, 0], [0, 1, 1]]).max() < 1e-12 * np.abs(stress).max(), name
+        found, scale = columns(tmp_path / f"{name}.dump", 9), np.abs(forces).max()
+        assert np.abs(found - forces).max() < 1e-12 * scale, name
+        assert np.abs(found.sum(axis=0)).max() < 1e-12 * scale, name
+
+        rows = np.loadtxt(tmp_path / f"{name}.contacts", skiprows=9)[:, [2, 3, 10, 6, 7, 8, 9]]
+        rows, listed = (
+            told(table, *mixtures[name.split("-")[0]]) for table in (rows, contacts[:, [0, 1, 2, 5, 6, 7, 8]])
+        )
+        assert np.array_equal(rows[:, :3], listed[:, :3]), name
+        assert np.abs(rows - listed).max() < 1e-12 * max(scale, 1.0), name
+
+        on_wall = np.isin(contacts[:, 3], WALLS) & (contacts[:, 4] < 3)
+        by_wall = np.isin(contacts[:, 4], WALLS) & (contacts[:, 3] < 3)
+        force = contacts[on_wall, 5:7].sum(axis=0) - contacts[by_wall, 5:7].sum(axis=0)
+        assert [wx, wy, -dx, -dy] == pytest.approx([*force, *force], abs=1e-12 * scale), name
+        between = contacts[on_wall | by_wall, -1].sum()
+        assert [e_walls, e_droplets] == pytest.approx([between, between], rel=1e-12, abs=1e-15), name
+
+
+NUMERICAL = """
+fix slope all numdiff 1 1e-5
+fix strain all numdiff/virial 1 1e-5
+dump slope all custom 1 {name}.slope id fx fy f_slope[1] f_slope[2]
+dump_modify slope sort id format float %.17g
+thermo_style custom step pe press pxx pyy pxy fmax f_strain[*]
+thermo_modify norm no press virial
+"""
+
+
+@pytest.mark.parametrize(
+    "kinds", [(1, 6, 2, 5), (3, 1, 4, 2), (5, 6, 5, 3)], ids=["disk-edge", "wall-edge", "disk-disk"]
+)
+def test_forces_and_virial_are_slopes_of_the_energy(tmp_path, kinds):
+    """fix numdiff and fix numdiff/virial of LAMMPS, on one rank and on two."""
+    deck, names = "", []
+    outlines, box = mixture(5, 0.2, 2 * kinds, width=1.75, height=1.9)
+    for k, form in enumerate(FORMS):
+        names.append(f"{k}")
+        values = ["pxx", "pyy", "pxy", "f_strain[1]", "f_strain[2]", "f_strain[6]"]
+        deck += deck_for(tmp_path, names[-1], outlines, box, form, more=NUMERICAL, values=values)
+    for ranks in (1, 2):
+        for name, values in run(tmp_path, deck, ranks).items():
+            forces, slopes = np.split(columns(tmp_path / f"{name.removeprefix('state-')}.slope", 9), 2, axis=1)
+            assert np.abs(forces).max() > 0.1
+            assert np.abs(slopes - forces).max() < 1e-6 * np.abs(forces).max(), name
+            assert np.abs(values[3:] - values[:3]).max() < 1e-6 * np.abs(values[:3]).max(), name
