@@ -116,14 +116,14 @@ def states(folder, ranks, **variables):
     paths = {"droplet": EXAMPLES.parent / "polygon12.mol", "walls": EXAMPLES / "funnel.data"} | variables
     deck = "".join(f"variable {name} index {value}\n" for name, value in paths.items()) + text
     folder.mkdir()
-    code, output = launch(folder, deck, ranks)
+    code, output = launch(folder, deck, ranks, timeout=600)
     assert code == 0, output[-2000:]
     frames = (folder / "states").read_text().split("ITEM: TIMESTEP\n")[1:]
     return [np.array([line.split() for line in frame.splitlines()[8:]], dtype=float) for frame in frames]
 
 
 FEW = {"n": 8, "every": 50}
-ALL = {"n": 50, "every": 20}
+ALL = {"n": 50, "every": 16}
 
 
 @pytest.mark.parametrize(

