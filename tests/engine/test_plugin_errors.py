@@ -168,13 +168,15 @@ def test_fix_polygon_area(refuses, arguments, message):
 def test_a_missing_property_is_named(refuses):
     """The rest area was never defined."""
     refuses(
-        FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0", "no per-atom property d_rest for rest area: use fix property/atom"
+        FORCE + "fix area all polygon/area 50.0 d_rest\nrun 0",
+        "no per-atom property d_rest for rest area: use fix property/atom",
     )
 
 
 def test_a_rest_area_of_zero_names_the_atom(refuses):
     """Defined, but not set."""
-    refuses(FORCE + AREA + "set atom 6 d_a0 0.0\nrun 0", "rest area a0 differs between the vertices of polygon 2: 1 and 0")
+    message = "rest area a0 differs between the vertices of polygon 2: 1 and 0"
+    refuses(FORCE + AREA + "set atom 6 d_a0 0.0\nrun 0", message)
 
 
 def test_an_edge_longer_than_the_limit_names_its_atoms_and_the_remedy(refuses):
