@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
 
 Array = NDArray[np.float64]
@@ -40,6 +41,7 @@ class Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 
+@checked
 def bootstrap(
     groups: Sequence[ArrayLike],
     statistic: Callable[[list[Array]], ArrayLike],
@@ -66,6 +68,7 @@ def bootstrap(
         raise InputError("bootstrap got an empty group: it needs one packing at least in each")
     if resamples < 1 or not 0 < level < 1:
         raise InputError(f"resamples = {resamples}, level = {level}: need at least 1, and a level between 0 and 1")
+    check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
     rng = np.random.default_rng(seed)
     drawn = np.full((resamples, *value.shape), np.nan)
