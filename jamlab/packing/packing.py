@@ -30,6 +30,8 @@ _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # wh
 class Packing:
     """Disks or deformable polygons in a periodic parallelogram.
 
+    Arrays are its own and read-only: change a copy and give it to `with_state`.
+
     Attributes:
         model: "sp" (soft disks) or "dp" (deformable polygons).
         box: (2, 2) float64, rows are the lattice vectors; box[0, 1] = 0, simple shear is box[1, 0].
@@ -84,6 +86,18 @@ class Packing:
             self._check_disks()
         else:
             self._check_polygons()
+        self._lock()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock()  # pickle drops the flag
+
+    def _lock(self) -> None:
+        """Make the arrays read-only: `converged` would go on being said of what they no longer hold."""
+        rest_areas = self.params["a0"] if self.model == "dp" else None
+        for array in (self.box, self.positions, self.diameters, self.offsets, rest_areas):
+            if array is not None:
+                array.flags.writeable = False
 
     def __repr__(self) -> str:
         facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
