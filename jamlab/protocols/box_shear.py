@@ -99,10 +99,12 @@ def relax_with_box_shear(
         try:
             tensor = elastic_tensor(packing)
         except ConvergenceError:
-            if contacts(packing).rattlers.all():  # nothing is held: no stress to relax
+            # Nothing is held, so there is no stress to relax; or droplets rest on corners, where a minimum has no
+            # Hessian: a kick leads back to it.
+            if packing.model == "dp" or contacts(packing).rattlers.all():
                 return found
-            # Too few contacts hold it: their pre-stress makes a saddle, on which symmetric forces balance. A small kick
-            # shows the way down, to a minimum or to a loose state.
+            # Too few contacts hold the disks: their pre-stress makes a saddle, on which symmetric forces balance. A
+            # small kick shows the way down, to a minimum or to a loose state.
             session.load(_kicked(packing, state.pressure))
             found = relax(session, tolerance, near=True, least_pressure=least_pressure)
             continue
