@@ -91,6 +91,9 @@ def test_sp_shear_deck_gives_the_modulus_of_linear_response(tmp_path):
     jamlab.write_data(tmp_path / "packing.data", packing)
     text = run("in.sp.shear", tmp_path, data="packing.data", phi_target=0, strain=1e-7)
     assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(packing), rel=1e-3)
+    assert number("error", text) < 1e-3 * number("modulus G_xy", text)
+    text = run("in.sp.shear", tmp_path, code=2, data="packing.data", phi_target=0, strain=1e-14)
+    assert "\nNO MODULUS" in text and "relaxed shear modulus" not in text
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +240,9 @@ def test_dp_jams_and_shears(tmp_path):
     assert 1.01 < number("shape factor", text) < 1.05
     assert len(text.splitlines()) < 40
     assert "d_a0" in (tmp_path / "dp.onset.data").read_text()
-    law = {"force": 1e-4, "steps": 20000}
+    assert "dp.onset.data says converged=0: a force of" in text
+    assert not jamlab.read(tmp_path / "dp.onset.data").converged
+    law = {"steps": 20000}
     assert "modulus G_xy" in run("in.dp.shear", tmp_path, phi_target=0, gamma=0.4, **law)
     assert "REFUSED: gamma = 0.6, but dp.onset.data was made with gamma = 0.4" in run(
         "in.dp.shear", tmp_path, code=1, phi_target=0, gamma=0.6
@@ -252,8 +257,19 @@ def test_dp_shear_deck_follows_the_python_engine(tmp_path):
     """Stress of one DP packing under shear: plain lmp from a jamlab data file against the Python engine."""
     *_, packing = jamlab.compress(jamlab.jam("dp", 8, 3), 0.9, 0.1)
     jamlab.write_data(tmp_path / "packing.data", packing)
-    text = run("in.dp.shear", tmp_path, data="packing.data", phi_target=0, strain=1e-4, force=1e-8)
-    assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(packing), abs=2e-3)
+    law = {"data": "packing.data", "phi_target": 0}
+    text = run("in.dp.shear", tmp_path, **law, strain=1e-4, force=1e-8)
+    exact, error = jamlab.shear_modulus(packing), number("error", text)
+    assert abs(number("modulus G_xy", text) - exact) <= error < 0.1 * exact
+    text = run("in.dp.shear", tmp_path, code=2, **law, strain=1e-9)
+    assert "\nNO MODULUS: forces up to 1e-7 leave G_xy" in text and "relaxed shear modulus" not in text
+
+
+def test_what_files_call_converged_is_what_jamlab_calls_a_minimum():
+    """A deck may stop at a larger force; the word is kept for the tolerance of the model."""
+    for model in ("sp", "dp"):
+        law = defaults(f"{model}.minimum")
+        assert law["at_rest"] == law["force"]
 
 
 def test_dp_data_of_another_law_takes_its_law_from_the_file(tmp_path):
@@ -290,7 +306,11 @@ def test_sp_data_keeps_every_digit_of_its_law(tmp_path, random_disks):
         ("in.sp.jam", "n", 7, "n = 7: must be even, >= 2"),
         ("in.sp.jam", "to", 5, "to = 5: must be > 0, <= 2"),
         ("in.sp.jam", "law", "foo", "law = foo: must be one of eps | k"),
-        ("in.sp.jam", "eps", 0, "eps = 0: must be > 0"),
+        ("in.sp.jam", "eps", 0, "eps = 0: must be >= 1e-3, <= 100"),
+        ("in.sp.jam", "eps", 1e300, "eps = 1e+300: must be >= 1e-3, <= 100"),
+        ("in.dp.jam", "eps", 1e300, "eps = 1e+300: must be > 0, <= 100"),
+        ("in.sp.pressure", "pressure", 1e300, "pressure = 1e+300: must be > 0, <= 30"),
+        ("in.sp.pressure", "pressure", 10, "pressure = 10: must be at most 0.3 k"),
         ("in.sp.jam", "force", -1e-9, "force = -1e-09: must be > 0"),
         ("in.sp.jam", "skin", "wide", "skin = wide: must be a number, > 0"),
         ("in.sp.jam", "skin", "nan", "skin = nan: must be a number, > 0"),
