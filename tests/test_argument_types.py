@@ -33,6 +33,7 @@ STRANGE = [
     np.array("a"),
     int,
 ]
+DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
 CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function
 REQUIRED = {
     "omega": 1.0,
@@ -254,6 +255,8 @@ def test_ranges(random_disks):
         "strain = nan: must be a number above 0": lambda: jamlab.shear_modulus(p, strain=float("nan")),
         "strain = -1: must be a number above 0": lambda: jamlab.bulk_modulus(p, strain=-1),
         r"angle = \[\]: give one direction": lambda: jamlab.shear_modulus(p, angle=[]),
+        "offsets must run from 0": lambda: jamlab.Packing("dp", p.box, p.positions, DROPLETS, offsets=0),
+        "beta = 1e.300: must be a number from 0": lambda: jamlab.ContactDamping(beta=1e300),
         "spacing is nan": lambda: jamlab.tessellation(p, spacing=float("nan")),
     }
     for message, call in calls.items():

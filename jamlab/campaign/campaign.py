@@ -73,11 +73,14 @@ class Campaign:
             only: names of sweeps; by default all.
 
         Raises:
-            InputError: the campaign has no sweep of a name in `only`.
+            InputError: the campaign has no sweep of a name in `only`, or an observable of your own cannot be imported.
         """
         from jamlab.campaign.plan import plan
 
-        return plan(batches(self.content, only), self.folder, batches(self.content))
+        chosen = batches(self.content, only)
+        lines = plan(chosen, self.folder, batches(self.content))
+        self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left])
+        return lines
 
     @checked
     def run(

@@ -139,7 +139,7 @@ class Packing:
         if self.diameters is not None:
             raise InputError("diameters belong to model sp, not to dp")
         offsets = np.asarray(self.offsets if self.offsets is not None else [])
-        if len(offsets) and not np.issubdtype(offsets.dtype, np.integer):
+        if offsets.size and not np.issubdtype(offsets.dtype, np.integer):
             raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {self.offsets!r}")
         offsets = offsets.astype(np.int64)
         if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
