@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import itertools
 import os
 import reprlib
 import sys
@@ -20,6 +21,7 @@ MOST_PARTICLES = 1_000_000  # of a packing, which is made on one core: half a ye
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
 
 class _Kind(NamedTuple):
@@ -34,11 +36,15 @@ class _Kind(NamedTuple):
     text: str
 
 
-def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Refuse arguments whose types are not those of the annotations of a function; for public functions.
+_Named = tuple[str, _Kind]
 
-    Whole numbers and numbers include those of numpy but no truth values; 2.0 is no whole number, and text is no
-    sequence. Nothing is converted. A call takes 3 to 9 us longer.
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Refuse arguments whose types are not those of the annotations of a function; for public functions and methods.
+
+    Whole numbers and numbers include those of numpy but no truth values; 2.0 is no whole number, text is no sequence,
+    and an int beyond 64 bits is no number, since numpy makes an object of it. Nothing is converted. A call takes 3 to
+    9 us longer. `checked_class` does the same for what a class is made from.
 
     Raises:
         InputError: from the function returned, naming the argument, its value and its type.
@@ -46,8 +52,11 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
-        positional, named, others = _kinds(function)
-        for (name, kind), value in zip(positional, args, strict=False):
+        positional, rest, named, others = _kinds(function)
+        for (name, kind), value in itertools.chain(
+            zip(positional, args, strict=False),
+            zip(itertools.repeat(rest), args[len(positional) :], strict=False),
+        ):
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
         for name, value in kwargs.items():
@@ -59,25 +68,44 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     return call
 
 
+def checked_class(cls: type[T]) -> type[T]:
+    """Check what a class is made from, as `checked` does the arguments of a function; stands above `@dataclass`."""
+    cls.__init__ = checked(cls.__init__)  # type: ignore[method-assign]  # the one way to reach the __init__ of a dataclass
+    return cls
+
+
 def _refusal(function: Callable[..., Any], name: str, kind: _Kind, value: object) -> InputError:
     given = f"{reprlib.repr(value)} ({type(value).__name__})"
-    return InputError(f"{function.__name__}: {name} = {given}: must be {kind.text}")
+    where = function.__qualname__.removesuffix(".__init__")
+    remedy = (
+        "; write a number beyond 64 bits with an exponent, as 1e30" if _is_whole(value) and not _is_real(value) else ""
+    )
+    return InputError(f"{where}: {name} = {given}: must be {kind.text}{remedy}")
 
 
 @functools.cache
-def _kinds(function: Callable[..., Any]) -> tuple[list[tuple[str, _Kind]], dict[str, _Kind], _Kind]:
-    """Kinds of the arguments by position, by name, and of names that a function does not list."""
-    hints = typing.get_type_hints(function)
-    positional, named, others = [], {}, _ANYTHING
+def _kinds(function: Callable[..., Any]) -> tuple[list[_Named], _Named, dict[str, _Kind], _Kind]:
+    """Kinds of the arguments by position, of all further ones, by name, and of names that a function does not list."""
+    hints = _hints(function)
+    positional, rest, named, others = [], ("", _ANYTHING), {}, _ANYTHING
     for name, parameter in inspect.signature(function).parameters.items():
         kind = _kind(hints.get(name, Any))
         if parameter.kind is parameter.VAR_KEYWORD:
             others = kind
             continue
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            rest = (name, kind)
+            continue
         named[name] = kind
         if parameter.kind is parameter.POSITIONAL_OR_KEYWORD:
             positional.append((name, kind))
-    return positional, named, others
+    return positional, rest, named, others
+
+
+def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+    """Annotations of the arguments; what a function returns may be a name that only type checkers import."""
+    arguments = {name: hint for name, hint in function.__annotations__.items() if name != "return"}
+    return typing.get_type_hints(types.SimpleNamespace(__annotations__=arguments), globalns=function.__globals__)
 
 
 def _kind(hint: Any) -> _Kind:
@@ -143,7 +171,9 @@ def _is_whole(value: object) -> bool:
 
 
 def _is_real(value: object) -> bool:
-    return isinstance(value, float | int | np.floating | np.integer) and not isinstance(value, bool)
+    if isinstance(value, int):
+        return not isinstance(value, bool) and -(2**63) <= value < 2**64
+    return isinstance(value, float | np.floating | np.integer)
 
 
 _ANYTHING = _Kind(lambda _: True, "anything")
@@ -201,9 +231,18 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
 
     if not 0 < round(large * n) < n:
         raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
+    check_seed(seed)
     check_number("phi", phi, 2.0)
+
+
+def check_seed(seed: Any) -> None:
+    """Refuse what is no seed of random numbers.
+
+    Raises:
+        InputError: naming the value.
+    """
+    if not _is_whole(seed) or seed < 0:
+        raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
 
 
 def is_number(value: object) -> bool:

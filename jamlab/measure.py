@@ -72,12 +72,13 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
 def why_no_modulus(packing: Packing) -> str:
     """Say why g, g_x and b of a packing are nan; "" if they are not."""
     network = contacts(packing)
-    count = int(network.rattlers.sum())
-    if count == packing.n:
+    if network.rattlers.all():
         return f"the packing came loose at phi = {packing.phi:.4f}: no contact bears a load, it flows"
+    bearing = force_network(packing, network=network)
     try:
-        elastic_tensor(packing, network=force_network(packing, network=network))
+        elastic_tensor(packing, network=bearing)
     except ConvergenceError as error:
+        count = packing.n - bearing.packing.n
         return f"with its {count} rattlers taken out, {error}" if count and packing.converged else str(error)
     return ""
 

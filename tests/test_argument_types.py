@@ -1,17 +1,22 @@
 """Wrong types in every argument of every public function: an error of jamlab that names argument and type."""
 
+import importlib
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from campaigns import written
 from numpy.typing import ArrayLike, NDArray
 
 import jamlab
 from jamlab.checks import checked
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
+CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDamping and StokesDrag check their numbers
+CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "finished", "packings"]
+STATISTICS = ["power_laws.power_law", "power_laws.widest_window", "power_laws.finite_size", "bootstrap.bootstrap"]
 STRANGE = [
     object(),
     None,
@@ -28,6 +33,8 @@ STRANGE = [
     np.array("a"),
     int,
 ]
+DROPLETS = {"gamma": 0.1, "ka": 50.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
+CALLABLE = {"progress": int, "statistic": int}  # a class may stand for a function
 REQUIRED = {
     "omega": 1.0,
     "to": 0.95,
@@ -45,6 +52,12 @@ REQUIRED = {
     "stiffness": 1.0,
     "tolerance": {"z": 0.1},
     "columns": ("x",),
+    "x": [1.0, 2.0, 3.0],
+    "y": [1.0, 2.0, 3.0],
+    "values": ["z"],
+    "task": "0" * 32,
+    "groups": [[1.0, 2.0]],
+    "statistic": lambda groups: 1.0,
 }
 
 
@@ -70,22 +83,45 @@ def test_every_public_function_is_checked():
     assert not [name for name in FUNCTIONS if not hasattr(getattr(jamlab, name), "__wrapped__")]
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
 def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    function = getattr(jamlab, name)
+    p = required["packing"]
+    made_from = {"model": "sp", "box": p.box, "params": p.params, "positions": p.positions, "diameters": p.diameters}
+    refuse_strange(getattr(jamlab, name), required | made_from if name == "Packing" else required)
+
+
+@pytest.mark.parametrize("name", CAMPAIGN)
+def test_methods_of_a_campaign(name, required, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))
+    refuse_strange(getattr(campaign, name), required, skip=("scheduler",))
+
+
+@pytest.mark.parametrize("name", STATISTICS)
+def test_statistics(name, required):
+    module, function = name.split(".")
+    found = getattr(importlib.import_module(f"jamlab.statistics.{module}"), function)
+    refuse_strange(found, required | {"n": [1.0, 2.0, 3.0]})
+
+
+def refuse_strange(function, required, skip=()):
+    """Give every argument all that is strange: nothing but a JamlabError may come of it."""
     parameters = inspect.signature(function).parameters.values()
-    named = [p for p in parameters if p.kind is not p.VAR_KEYWORD]
+    named = [p for p in parameters if p.kind is not p.VAR_KEYWORD and p.name not in skip]
     refused = 0
     for parameter in named:
         others = {p.name: required[p.name] for p in named if p.default is p.empty and p is not parameter}
         for value in STRANGE:
-            if (parameter.annotation is bool and value is True) or (parameter.name == "progress" and value is int):
+            if (parameter.annotation in (bool, "bool") and value is True) or value is CALLABLE.get(parameter.name):
                 continue
             if value is parameter.default or (value is None and "None" in str(parameter.annotation)):
                 continue
             try:
-                function(**others, **{parameter.name: value})
+                if parameter.kind is parameter.VAR_POSITIONAL:
+                    function(value, **others)
+                else:
+                    function(**others | {parameter.name: value})
             except jamlab.JamlabError:
                 refused += 1
     assert refused >= 8 * len(named)
@@ -189,3 +225,41 @@ def test_by_position_and_for_readers():
         everything(1, "a")
     assert list(inspect.signature(everything).parameters)[:2] == ["whole", "number"]
     assert everything.__doc__ == "Arguments of every kind."
+
+
+@checked
+def several(*values: float, whole: int = 1) -> str:
+    """Any number of values."""
+    return "done"
+
+
+def test_any_number_of_arguments():
+    assert several() == several(1.0, 2, whole=3) == "done"
+    with pytest.raises(jamlab.InputError, match=r"several: values = 'a' \(str\): must be a number"):
+        several(1.0, 2.0, "a")
+
+
+def test_ranges(random_disks):
+    p = random_disks()
+    calls = {
+        r"Session: newton = 'a' \(str\): must be True or False": lambda: jamlab.Session(p, newton="a"),
+        r"Packing: provenance = 3": lambda: jamlab.Packing("sp", p.box, p.positions, p.params, provenance=3),
+        r"with_state: provenance = 3": lambda: p.with_state(provenance=3),
+        r"particles \(3,\): give": lambda: p.select([True] * 3),
+        r"omega = 10+ \(int\): must be a number; write a number beyond 64 bits with an exponent": (
+            lambda: jamlab.oscillating_displacements(p, 10**30)
+        ),
+        "n = 0: must be a number of particles": lambda: jamlab.scene(0.87, n=0, tolerance={"z": 0.25}),
+        "seed = -1: must be a whole number": lambda: jamlab.to_polygons(p, seed=-1),
+        "step = 0: must be a whole number other than 0": lambda: jamlab.from_universe(jamlab.universe(p), step=0),
+        "strain = nan: must be a number above 0": lambda: jamlab.shear_modulus(p, strain=float("nan")),
+        "strain = -1: must be a number above 0": lambda: jamlab.bulk_modulus(p, strain=-1),
+        r"angle = \[\]: give one direction": lambda: jamlab.shear_modulus(p, angle=[]),
+        "offsets must run from 0": lambda: jamlab.Packing("dp", p.box, p.positions, DROPLETS, offsets=0),
+        "beta = 1e.300: must be a number from 0": lambda: jamlab.ContactDamping(beta=1e300),
+        "spacing is nan": lambda: jamlab.tessellation(p, spacing=float("nan")),
+    }
+    for message, call in calls.items():
+        with pytest.raises(jamlab.InputError, match=message):
+            call()
+    assert p.select([True, *[False] * (p.n - 1)]).n == 1

@@ -13,20 +13,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from numpy.typing import ArrayLike
+
 from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
+from jamlab.campaign.worker import Outcome
 from jamlab.checks import checked
 from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import ArrayLike
 
     from jamlab.campaign.driver import CampaignRun
     from jamlab.campaign.plan import Estimate
     from jamlab.campaign.status import Status
-    from jamlab.campaign.worker import Outcome
     from jamlab.packing.packing import Packing
 
 
@@ -49,6 +50,7 @@ class Campaign:
         """Name of the campaign."""
         return self.content.name
 
+    @checked
     def status(self, *, verify: bool = False) -> Status:
         """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
 
@@ -63,6 +65,7 @@ class Campaign:
 
         return count_tasks(batches(self.content), self.folder, verify)
 
+    @checked
     def plan(self, only: Iterable[str] | None = None) -> list[Estimate]:
         """Estimate time on one core and disk space of each sweep, model and n, without running anything.
 
@@ -70,12 +73,16 @@ class Campaign:
             only: names of sweeps; by default all.
 
         Raises:
-            InputError: the campaign has no sweep of a name in `only`.
+            InputError: the campaign has no sweep of a name in `only`, or an observable of your own cannot be imported.
         """
         from jamlab.campaign.plan import plan
 
-        return plan(batches(self.content, only), self.folder, batches(self.content))
+        chosen = batches(self.content, only)
+        lines = plan(chosen, self.folder, batches(self.content))
+        self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left])
+        return lines
 
+    @checked
     def run(
         self,
         workers: int | None = None,
@@ -144,6 +151,7 @@ class Campaign:
         place = self.file.parent.resolve()
         return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 
+    @checked
     def table(self, name: str = "states", sweep: str | None = None) -> pd.DataFrame:
         """Collect one tidy table from all finished tasks.
 
@@ -160,6 +168,7 @@ class Campaign:
 
         return table(self.folder, self.finished(sweep), name)
 
+    @checked
     def aggregate(
         self,
         values: Sequence[str],
@@ -204,11 +213,13 @@ class Campaign:
             frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
         )
 
+    @checked
     def finished(self, sweep: str | None = None) -> list[str]:
         """List the names of the finished tasks, of all sweeps or of one."""
         chosen = batches(self.content, None if sweep is None else [sweep])
         return sorted(self.folder.finished() & _names(chosen))
 
+    @checked
     def packings(self, task: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame."""
         from jamlab.packing.hdf5 import read_all

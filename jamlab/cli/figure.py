@@ -78,7 +78,9 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
         print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
     else:
         for c in claims:
-            out_console.print(Text(c.line, style="" if c.agrees else "red"), soft_wrap=True)
+            out_console.print(
+                Text(c.line, style="" if c.agrees else "yellow" if c.undecided else "red"), soft_wrap=True
+            )
         names_written = gallery.PAGE if whole else ", ".join(f"{d.name}.png .pdf .csv" for d in drawings)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:

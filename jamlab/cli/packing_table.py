@@ -25,6 +25,7 @@ SHOWN = {
 }
 G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
 _NEGATIVE = "G below 0: at this box shape the packing would shear by itself; ensemble shear-stabilized lets it"
+_MARKS = {True: "yes", False: "NO", None: "-"}
 _MODULI = ("g", "g_x", "b")
 
 
@@ -37,7 +38,7 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     measured = table(packings)
     if out is not None:
         write(out, packings, measured)
-    marks = [p.converged and p.on_target for p in packings]
+    marks = [_mark(p) for p in packings]
     if as_json:
         columns: dict[str, Any] = {name: values.tolist() for name, values in measured.items()}
         facts = {"out": out and str(out), "onset": packings[-1].onset, "converged": marks, "labels": LABELS}
@@ -46,17 +47,26 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     filled = [name for name in SHOWN if any(value == value for value in measured[name])]
     lines = [[_cell(name, measured[name][k]) for name in filled] for k in range(len(packings))]
     for line, mark in zip(lines, marks, strict=True):
-        line.append("yes" if mark else "NO")
+        line.append(_MARKS[mark])
     headings = [SHOWN[name][0] for name in filled]
     print_table(f"{packings[0].model}, n = {packings[0].n}", [*headings, "converged"], lines)
     if "g" in filled:
         print_note(G_NOTE)
+    if None in marks:
+        print_note("converged -: the file does not say whether these states are minima; max_force is what is left")
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
         print_note(_NEGATIVE)
     reasons = [why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g]
     print_not_stable(reasons)
     if out is not None:
         print_note(f"wrote {out}")
+
+
+def _mark(packing: "Packing") -> bool | None:
+    """Whether a state is what was asked for; None where no minimisation is known, as in a dump without that word."""
+    if packing.max_force is None and not packing.converged:
+        return None
+    return packing.converged and packing.on_target
 
 
 def _cell(name: str, value: float) -> str:

@@ -72,6 +72,7 @@ class Session:
     Use it as a context manager, or call `close()`.
     """
 
+    @checked
     def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
         check_ranks(ranks)
         self._packing = packing
@@ -110,6 +111,7 @@ class Session:
         """Number of disks or vertices."""
         return len(self._packing.positions)
 
+    @checked
     def load(self, packing: Packing) -> None:
         """Take another packing; particles that differ in kind or number are built anew in the same instance."""
         stretched = packing.model == "dp" and _longest_edge(packing) >= _EDGE_KEPT * self._edge_limit
@@ -121,6 +123,7 @@ class Session:
         self._place(packing)
         self._stale = True
 
+    @checked
     def command(self, line: str) -> None:
         """Run one LAMMPS command.
 
@@ -136,6 +139,7 @@ class Session:
         self._stale = False
         return self._evaluation()
 
+    @checked
     def minimize(self, force: float, *, style: str, steps: int, stretch: int | None = None) -> Evaluation:
         """LAMMPS `minimize` until the largest force component is below `force`.
 

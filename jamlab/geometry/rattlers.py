@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 LEAST_CONTACTS = 3
 
 
-def find_rattlers(pairs: NDArray[np.int64], suspects: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def find_rattlers(
+    pairs: NDArray[np.int64], suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Remove particles with fewer than three contacts, again and again, until all others have three or more.
 
     Args:
         pairs: (m, 2) particles that touch.
         suspects: (n,) particles that may rattle; the others count as held.
+        least: contacts of a particle that is held.
 
     Returns:
         (n,) rattlers, and (m,) contacts that bear force, those between two particles that do not rattle.
@@ -23,7 +26,7 @@ def find_rattlers(pairs: NDArray[np.int64], suspects: NDArray[np.bool_]) -> tupl
     while True:
         bearing = ~rattlers[pairs].any(axis=1)
         degree = np.bincount(pairs[bearing].ravel(), minlength=len(suspects))
-        loose = (degree < LEAST_CONTACTS) & suspects & ~rattlers
+        loose = (degree < least) & suspects & ~rattlers
         if not loose.any():
             return rattlers, np.asarray(bearing)
         rattlers |= loose

@@ -83,11 +83,11 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
     Raises:
         InputError: if `spacing` is not a positive number; if points lie so that the cells do not fill the box.
     """
+    if not (np.isfinite(spacing) and spacing > 0):
+        raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
     if packing.diameters is not None:
         owner, points, radius = np.arange(packing.n), packing.positions, 0.5 * packing.diameters
     else:
-        if not (np.isfinite(spacing) and spacing > 0):
-            raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
         owner, points = _sample_outlines(packing, spacing * np.sqrt(packing.area / packing.n))
         radius = np.zeros(len(points))
     walls = _find_power_walls(points, radius, packing.box)

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError
-from jamlab.geometry.contact_network import Contacts, Meetings, contacts, without_rattlers
+from jamlab.geometry.contact_network import Contacts, Meetings, contacts
+from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.force_laws import rim_law
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
@@ -23,7 +25,7 @@ class ForceNetwork:
     """Particles that bear force, what presses on what among them, and their energy.
 
     Attributes:
-        packing: without its rattlers.
+        packing: without its rattlers; droplets that two contacts squeeze are among them for z, and remain here.
         held: (n_sites,) bool, positions of the whole packing that remain.
         meetings: disks that touch, or vertices and edges, numbered as in `packing`.
         terms: energy terms, numbered as in `packing`.
@@ -76,9 +78,29 @@ def force_network(packing: Packing, *, prestress: bool = True, network: Contacts
     network = network or contacts(packing)
     if network.rattlers.all():
         raise ConvergenceError("every particle rattles: the packing is not jammed and has no elastic modulus")
-    held = ~network.rattlers[packing.particle]
-    bearing, meetings = without_rattlers(packing, network), _renumber(network.meetings, held)
+    loose = _without_load(packing, network)
+    held = ~loose[packing.particle]
+    bearing, meetings = packing.select(~loose), _renumber(network.meetings, held)
     return ForceNetwork(bearing, held, meetings, energy_terms(bearing, meetings, prestress=prestress))
+
+
+def _without_load(packing: Packing, network: Contacts) -> NDArray[np.bool_]:
+    """(n,) rattlers, but for the droplets that bear a load between two contacts.
+
+    Two forces hold a disk on one line only, and it gives way to the side; the flats of a droplet hold it. Without it
+    its neighbors would be out of balance. A load below the imbalance that is allowed is left out as before.
+    """
+    if not isinstance(network.meetings, VertexContacts):
+        return network.rattlers
+    squeezed = network.rattlers & ~find_rattlers(network.pairs, network.rattlers, least=2)[0]
+    if not squeezed.any():
+        return network.rattlers
+    load = np.zeros(packing.n)
+    push = np.abs(rim_law(packing, network.meetings.distance)[1])
+    for site in (network.meetings.vertex, network.meetings.tail):
+        np.maximum.at(load, packing.particle[site], push)
+    pressure = 0.5 * float(np.trace(stress(packing, energy_terms(packing, network.meetings))))
+    return network.rattlers & ~(squeezed & (load > LARGEST_IMBALANCE * pressure * mean_size(packing)))
 
 
 def _renumber(meetings: Meetings, held: NDArray[np.bool_]) -> Meetings:

@@ -7,6 +7,7 @@ box is a parallelogram with periodic boundaries; all lengths and energies are in
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from jamlab.checks import check_choice, check_positive, checked, finite_array, is_number
+from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
@@ -24,9 +25,12 @@ Array = NDArray[np.float64]
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 
 
+@checked_class
 @dataclass(frozen=True, eq=False)
 class Packing:
     """Disks or deformable polygons in a periodic parallelogram.
+
+    Arrays are its own and read-only: change a copy and give it to `with_state`.
 
     Attributes:
         model: "sp" (soft disks) or "dp" (deformable polygons).
@@ -82,6 +86,18 @@ class Packing:
             self._check_disks()
         else:
             self._check_polygons()
+        self._lock()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._lock()  # pickle drops the flag
+
+    def _lock(self) -> None:
+        """Make the arrays read-only: `converged` would go on being said of what they no longer hold."""
+        rest_areas = self.params["a0"] if self.model == "dp" else None
+        for array in (self.box, self.positions, self.diameters, self.offsets, rest_areas):
+            if array is not None:
+                array.flags.writeable = False
 
     def __repr__(self) -> str:
         facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
@@ -123,7 +139,7 @@ class Packing:
         if self.diameters is not None:
             raise InputError("diameters belong to model sp, not to dp")
         offsets = np.asarray(self.offsets if self.offsets is not None else [])
-        if len(offsets) and not np.issubdtype(offsets.dtype, np.integer):
+        if offsets.size and not np.issubdtype(offsets.dtype, np.integer):
             raise InputError(f"offsets must be whole numbers, one per polygon and one more; got {self.offsets!r}")
         offsets = offsets.astype(np.int64)
         if offsets.ndim != 1 or len(offsets) < 2 or offsets[0] != 0 or offsets[-1] != len(self.positions):
@@ -226,25 +242,33 @@ class Packing:
         """DP (n,): the polygons without rim as shapely geometries."""
         return _outlines(self.positions, self._polygon_offsets)
 
-    def with_state(self, **changes: Any) -> Packing:
+    @checked
+    def with_state(self, *, provenance: Mapping[str, Any] | None = None, **changes: Any) -> Packing:
         """Copy with some attributes replaced; `provenance` entries are merged into the old ones.
 
         A copy with other particles, another box or another force law is at no known minimum: `max_force` and
         `converged` are cleared there and in the provenance, unless they are among the changes.
         """
-        provenance = dict(self.provenance)
+        entries = dict(self.provenance)
         if not _STATE.isdisjoint(changes):
             changes = {"max_force": None, "converged": False, **changes}
             for name in ("max_force", "converged"):
-                provenance.pop(name, None)
-        return replace(self, **{**changes, "provenance": provenance | changes.get("provenance", {})})
+                entries.pop(name, None)
+        return replace(self, **changes, provenance={**entries, **(provenance or {})})
 
+    @checked
     def select(self, particles: NDArray[np.bool_]) -> Packing:
         """Keep some of the particles.
 
         Args:
             particles: (n,) bool, at least one of them True.
+
+        Raises:
+            InputError: another number of truth values, or none that is True.
         """
+        particles = np.asarray(particles)
+        if particles.shape != (self.n,) or not particles.any():
+            raise InputError(f"particles {particles.shape}: give {self.n} truth values, one or more of them True")
         changes: dict[str, Any] = {"positions": self.positions[particles[self.particle]]}
         if self.diameters is not None:
             changes["diameters"] = self.diameters[particles]
@@ -253,6 +277,7 @@ class Packing:
             changes["params"] = {**self.params, "a0": self.params["a0"][particles]}
         return self.with_state(**changes)
 
+    @checked
     def difference(self, other: Packing) -> str | None:
         """Name what, besides box and positions, two packings differ in; None: same particles, same law."""
         for name in ("model", "units", "diameters", "offsets"):

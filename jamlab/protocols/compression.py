@@ -24,6 +24,7 @@ from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, forc
 
 Array = NDArray[np.float64]
 
+MOST_STATES = 1_000_000  # of a sweep: weeks of computing for any packing
 LARGEST_TOLERANCE = 1e-3  # contact forces of disks are 2e-2 eps over length at rho = 0.89, and less below
 
 
@@ -113,6 +114,8 @@ def compress(
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
     """Packing fractions of a sweep, without the start: log-spaced from `nearest` on, linear beyond, see `compress`."""
     way = abs(to - start)
+    if way > MOST_STATES * step:
+        raise InputError(f"step = {step:g}: {way / step:.1g} states up to {to:g}, take {way / MOST_STATES:.1g} or more")
     distances: Array = np.empty(0)
     if nearest is not None:
         growth = 10 ** (1 / (per_decade or int(defaults("sweep")["per_decade"])))

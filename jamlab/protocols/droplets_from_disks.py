@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from jamlab.checks import checked
+from jamlab.checks import check_seed, checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
@@ -60,6 +60,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     """
     if packing.model != "sp":
         raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")
+    check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     began = time.perf_counter()
     start = inscribe(packing, seed=seed, **parameters)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from jamlab.checks import checked
+from jamlab.checks import MOST_PARTICLES, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.law_parameters import CONTACT_FORMS, MODELS
@@ -93,6 +93,8 @@ def choose(
             tolerance that nothing meets; the message says what the best one does.
     """
     _check(rho, tolerance, model)
+    if not 1 <= n <= MOST_PARTICLES:
+        raise InputError(f"n = {n}: must be a number of particles from 1 to {MOST_PARTICLES}")
     table = read_table() if table is None else table
     if not {"rows"} <= table.keys():
         raise InputError(f"table: has {sorted(map(str, table))} and no rows; take one that `read_table` returned")

@@ -63,13 +63,13 @@ def shear_modulus(
         asked = np.asarray(angle, dtype=np.float64)
     except (TypeError, ValueError):
         asked = np.array(np.nan)
-    if asked.ndim > 1 or not np.isfinite(asked).all():
+    if asked.ndim > 1 or not asked.size or not np.isfinite(asked).all():
         raise InputError(f"angle = {angle!r}: give one direction in radian or a row of them")
+    first = _first_strain(packing, strain)
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     if method == "finite-strain":
-        strain = _first_strain(packing, strain)
         with Session(packing) as session:
-            moduli = np.array([_sheared(session, packing, float(a), strain) for a in angles])
+            moduli = np.array([_sheared(session, packing, float(a), first) for a in angles])
     else:
         tensor = elastic_tensor(packing)
         moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
@@ -90,10 +90,10 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
         ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
     """
     _check_method(method)
+    first = _first_strain(packing, strain)
     if method == "finite-strain":
-        strain = _first_strain(packing, strain)
         with Session(packing) as session:
-            return _compressed(session, packing, strain)
+            return _compressed(session, packing, first)
     tensor = elastic_tensor(packing)
     pressure = 0.5 * float(np.trace(stress(packing)))
     return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure)

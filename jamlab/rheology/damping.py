@@ -19,6 +19,7 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 ARMS = ("radius", "contact")
+LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,11 @@ class ContactDamping:
     arms: str = "radius"
 
     def __post_init__(self) -> None:
-        if not (is_number(self.beta) and self.beta >= 0):
-            raise InputError(f"beta = {self.beta!r}: must be a number, 0 or more")
+        if not (is_number(self.beta) and 0 <= self.beta <= LARGEST_BETA):
+            raise InputError(
+                f"beta = {self.beta!r}: must be a number from 0 to {LARGEST_BETA:g}; beyond, the damping of approach "
+                "is lost in the rounding of that of sliding"
+            )
         _check_time(self.tau)
         check_choice("arms", self.arms, ARMS)
 

@@ -15,11 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
 
 Array = NDArray[np.float64]
 
 SEED = 1
+MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 
+@checked
 def bootstrap(
     groups: Sequence[ArrayLike],
     statistic: Callable[[list[Array]], ArrayLike],
@@ -64,8 +67,11 @@ def bootstrap(
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):
         raise InputError("bootstrap got an empty group: it needs one packing at least in each")
-    if resamples < 1 or not 0 < level < 1:
-        raise InputError(f"resamples = {resamples}, level = {level}: need at least 1, and a level between 0 and 1")
+    if not 1 <= resamples <= MOST_RESAMPLES or not 0 < level < 1:
+        raise InputError(
+            f"resamples = {resamples}, level = {level}: need 1 to {MOST_RESAMPLES}, and a level between 0 and 1"
+        )
+    check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
     rng = np.random.default_rng(seed)
     drawn = np.full((resamples, *value.shape), np.nan)

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares, minimize_scalar
 
+from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError
 
 Array = NDArray[np.float64]
 
 _CORRECTIONS = (0.1, 4.0)  # range searched for the exponent of a finite-size correction; published ones: 0.7 to 2
+_STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset bear in float64
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class PowerLaw:
         return np.asarray((np.asarray(x, dtype=np.float64)[..., None] ** self.exponents) @ self.coefficients)
 
 
+@checked
 def power_law(
     x: ArrayLike,
     y: ArrayLike,
@@ -69,8 +72,13 @@ def power_law(
         InputError: shapes that differ, no term, fewer usable points than unknowns.
         ConvergenceError: the fit of the free exponents did not converge.
     """
-    if not exponents:
+    if len(exponents) == 0:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
+    for e in exponents:
+        if e is not None and not abs(e) <= _STEEPEST:
+            raise InputError(
+                f"exponents = {exponents!r}: must lie between -{_STEEPEST:g} and {_STEEPEST:g}, or be None"
+            )
     x, y = _same_length(x, y)
     unit = y if error is None else _same_length(x, error)[1]
     kept = (x >= low) & (x <= high) & (x > 0) & (unit > 0) & np.isfinite(x + y + unit)
@@ -120,6 +128,7 @@ def _fit_exponents(x: Array, y: Array, unit: Array, powers: Array, free: list[in
     return fill_in(found.x)
 
 
+@checked
 def widest_window(
     x: ArrayLike,
     y: ArrayLike,
@@ -173,6 +182,7 @@ class FiniteSize:
         return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
 
 
+@checked
 def finite_size(
     n: ArrayLike, y: ArrayLike, error: ArrayLike | None = None, *, exponent: float | None = None
 ) -> FiniteSize:
@@ -192,6 +202,8 @@ def finite_size(
         raise InputError(f"{len(np.unique(n))} sizes: give three or more, or two and the exponent")
     if spread.shape != y.shape or not (np.all(n > 0) and np.all(spread > 0) and np.all(np.isfinite(spread))):
         raise InputError("sizes and errors must be positive, one error for each value")
+    if exponent is not None:
+        check_number("exponent", exponent, _STEEPEST)
     weight = 1 / spread
 
     def solve(e: float) -> tuple[Array, float]:

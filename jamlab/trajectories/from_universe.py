@@ -139,6 +139,8 @@ def from_universe(
     Raises:
         InputError: no box, no radii, bonds that close no rings, atoms out of the plane, or no packing; names the frame.
     """
+    if step == 0:
+        raise InputError("step = 0: must be a whole number other than 0, such as 10 for every tenth frame")
     frames = UniverseFrames(u, radii, units, params, box, relaxed)
     return [frames.packing() for _ in frames.trajectory[start:stop:step]]
 

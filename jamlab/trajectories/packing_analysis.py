@@ -8,7 +8,7 @@ from MDAnalysis.analysis.base import AnalysisBase
 from MDAnalysis.analysis.results import ResultsGroup
 from numpy.typing import ArrayLike
 
-from jamlab.checks import check_choice
+from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.measure import QUANTITIES, measure
 from jamlab.trajectories.foreign_law_and_sizes import Radii
@@ -40,10 +40,11 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
         """Names for `run(backend=...)`."""
         return ("serial", "multiprocessing", "dask")
 
+    @checked
     def __init__(
         self,
         u: Any,
-        quantities: Iterable[str] = ("rho", "z"),
+        quantities: str | Iterable[str] = ("rho", "z"),
         *,
         radii: Radii = None,
         units: str | None = None,

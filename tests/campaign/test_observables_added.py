@@ -208,8 +208,9 @@ def test_what_own_observables_may_not_return(tmp_path, function, message):
 def test_own_observables_that_are_not_there_stop_a_run_before_it_begins(tmp_path, observable, message):
     (tmp_path / "own_numbers.py").write_text(OWN)
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SHORT, observables=[observable]))
-    with pytest.raises(InputError, match=message):
-        campaign.run(1)
+    for begin in (campaign.plan, lambda: campaign.run(1)):
+        with pytest.raises(InputError, match=message):
+            begin()
     assert campaign.status().left == 2
 
 

@@ -194,6 +194,8 @@ BAD = [
     (("compress", "{packed}", "--to", "2.5", "--by", "phi"), "2.5"),
     (("compress", "{packed}", "--to", "0.9", "--by", "mass"), "mass"),
     (("compress", "absent.h5", "--to", "0.9"), "absent.h5"),
+    (("compress", "{packed}", "--to", "0.9", "--step", "1e-15"), "step = 1e-15: "),
+    (("gstar", "{packed}", "--beta", "1e300"), "from 0 to 1e+12"),
     (("analyze", "foreign.h5"), "foreign.h5"),
     (("gstar", "{packed}", "--beta", "-1"), "-1"),
     (("jam", "--n", "8", "--out", "nowhere/x.h5"), "nowhere"),
@@ -288,3 +290,13 @@ def test_demo_small(tmp_path):
         limit = 1e-12 if model == "sp" else 1e-8
         assert all(p.max_force <= limit for p in packings)
         assert list(jamlab.read_observables(out / f"{model}.h5")["rho"]) == printed[model]["rho"]
+
+
+def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
+    """A state of which no minimisation is known, as in the dumps of decks, is not one that failed to converge."""
+    p = jamlab.read(packed[0])
+    unknown = p.with_state(positions=p.positions)
+    jamlab.write(tmp_path / "mixed.h5", [p, unknown, unknown.with_state(max_force=1e-3, converged=False)])
+    found = json.loads(call(tmp_path, "analyze", "mixed.h5", "--json").stdout)
+    assert found["converged"] == [True, None, False]
+    assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout

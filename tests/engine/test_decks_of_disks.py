@@ -47,6 +47,9 @@ def test_sp_shear_deck_gives_the_modulus_of_linear_response(tmp_path):
     jamlab.write_data(tmp_path / "packing.data", packing)
     text = run("in.sp.shear", tmp_path, data="packing.data", phi_target=0, strain=1e-7)
     assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(packing), rel=1e-3)
+    assert number("error", text) < 1e-3 * number("modulus G_xy", text)
+    text = run("in.sp.shear", tmp_path, code=2, data="packing.data", phi_target=0, strain=1e-14)
+    assert "\nNO MODULUS" in text and "relaxed shear modulus" not in text
 
 
 def test_sp_shear_deck_takes_several_steps(tmp_path, dense):

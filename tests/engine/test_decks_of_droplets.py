@@ -5,6 +5,7 @@ import pytest
 from deck_runs import frame, number, run
 
 import jamlab
+from jamlab.engine.deck_defaults import defaults
 from jamlab.packing.lammps_files import described
 from jamlab.protocols.random_start import droplet_cell, droplet_params, place_droplets
 
@@ -18,7 +19,9 @@ def test_dp_jams_and_shears(tmp_path):
     assert 1.01 < number("shape factor", text) < 1.05
     assert len(text.splitlines()) < 40
     assert "d_a0" in (tmp_path / "dp.onset.data").read_text()
-    law = {"force": 1e-4, "steps": 20000}
+    assert "dp.onset.data says converged=0: a force of" in text
+    assert not jamlab.read(tmp_path / "dp.onset.data").converged
+    law = {"steps": 20000}
     assert "modulus G_xy" in run("in.dp.shear", tmp_path, phi_target=0, gamma=0.4, **law)
     assert "REFUSED: gamma = 0.6, but dp.onset.data was made with gamma = 0.4" in run(
         "in.dp.shear", tmp_path, code=1, phi_target=0, gamma=0.6
@@ -33,8 +36,19 @@ def test_dp_shear_deck_follows_the_python_engine(tmp_path):
     """Stress of one DP packing under shear: plain lmp from a jamlab data file against the Python engine."""
     *_, packing = jamlab.compress(jamlab.jam("dp", 8, 3), 0.9, 0.1)
     jamlab.write_data(tmp_path / "packing.data", packing)
-    text = run("in.dp.shear", tmp_path, data="packing.data", phi_target=0, strain=1e-4, force=1e-8)
-    assert number("modulus G_xy", text) == pytest.approx(jamlab.shear_modulus(packing), abs=2e-3)
+    law = {"data": "packing.data", "phi_target": 0}
+    text = run("in.dp.shear", tmp_path, **law, strain=1e-4, force=1e-8)
+    exact, error = jamlab.shear_modulus(packing), number("error", text)
+    assert abs(number("modulus G_xy", text) - exact) <= error < 0.1 * exact
+    text = run("in.dp.shear", tmp_path, code=2, **law, strain=1e-9)
+    assert "\nNO MODULUS: forces up to 1e-7 leave G_xy" in text and "relaxed shear modulus" not in text
+
+
+def test_what_files_call_converged_is_what_jamlab_calls_a_minimum():
+    """A deck may stop at a larger force; the word is kept for the tolerance of the model."""
+    for model in ("sp", "dp"):
+        law = defaults(f"{model}.minimum")
+        assert law["at_rest"] == law["force"]
 
 
 def test_dp_data_of_another_law_takes_its_law_from_the_file(tmp_path):

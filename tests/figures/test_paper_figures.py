@@ -140,6 +140,25 @@ def test_verdicts(low, high, relation, agrees):
     assert c.verdict == ("agrees" if agrees else "differs: open")
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "paper", "relation", "undecided"),
+    [
+        (-0.56, 0.66, 0.55, "=", True),
+        (0.5, 1.2, 0.55, "=", True),
+        (-1.2, -0.4, -0.5, "=", True),
+        (0.01, 1.09, 0.55, "=", False),
+        (-0.4, 0.3, 0.55, "=", False),  # differs: it does not meet the value
+        (-0.1, 0.1, 0.0, "=", False),  # zero has no scale
+        (0.9, 2.3, 1.0, ">", True),
+        (1.2, 2.3, 1.0, ">", False),  # above the bound all along
+    ],
+)
+def test_an_interval_that_would_fit_anything_decides_nothing(low, high, paper, relation, undecided):
+    c = Claim("f", "q", 0.5 * (low + high), low, high, paper, 0.05, relation)
+    assert c.undecided is undecided and c.verdict.startswith("undecided: ") is undecided
+    assert not (c.undecided and c.agrees)
+
+
 def test_a_value_without_interval_is_not_measured_rather_than_right():
     one = Published(1.0)
     c = claim("f", "q", Interval(np.array(1.0), np.array(np.nan), np.array(np.nan)), one, how="one packing")

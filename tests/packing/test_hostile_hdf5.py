@@ -85,12 +85,12 @@ HOSTILE = {
     **{f"provenance {text[:20]}": (replace(HISTORY, [text]), "provenance|damaged") for text in (
         "null", "3", "[]", "NaN", '"a"', "{", "[" * 100_000, "9" * 5000)},
     "provenance of numbers": (replace(HISTORY, [3]), "provenance holds values of type"),
-    "ensemble 3": (replace(HISTORY, ['{"ensemble": 3}']), "unknown ensemble 3"),
-    "max_force text": (replace(HISTORY, ['{"max_force": "a"}']), "max_force is 'a'"),
+    "ensemble 3": (replace(HISTORY, ['{"ensemble": 3}']), "ensemble = 3"),
+    "max_force text": (replace(HISTORY, ['{"max_force": "a"}']), "max_force = 'a'"),
     **{f"version {value}": (attribute("/", "schema_version", value), "schema_version|schema version") for value in (
         np.inf, np.nan, "a", [1, 2], -1, 1.5, True, 10**18)},
     "schema of numbers": (attribute("/", "schema", [1, 2]), "not from jamlab"),
-    "model of numbers": (attribute("parameters", "model", [1, 2]), "unknown model"),
+    "model of numbers": (attribute("parameters", "model", [1, 2]), "model = .*must be text"),
     "1e12 positions": (declare(POSITIONS, 1, 10**12, 3), "position/value is declared with"),
     "1e12 frames": (declare(POSITIONS, 10**12, 5, 3), "position/value is declared with"),
     "1e12 onsets": (declare("parameters/onset", 10**12), "onset has shape"),

@@ -1,5 +1,8 @@
 """A packing refuses what is none, and derives geometry that is known in closed form."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -195,3 +198,17 @@ def test_with_state_merges_provenance():
     q = p.with_state(provenance={"converged": True}, onset=0.84)
     assert q.provenance == {"seed": 1, "converged": True} and q.onset == 0.84
     assert p.provenance == {"seed": 1, "converged": False} and p.onset is None
+
+
+@pytest.mark.parametrize("packing", [disks(), polygons()], ids=["sp", "dp"])
+@pytest.mark.parametrize("copied", [lambda p: p, copy.deepcopy, lambda p: pickle.loads(pickle.dumps(p))])
+def test_arrays_are_its_own_and_read_only(packing, copied):
+    packing = copied(packing)
+    arrays = [packing.box, packing.positions]
+    arrays += [packing.diameters] if packing.model == "sp" else [packing.offsets, packing.params["a0"]]
+    for array in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] += 1
+    given = np.array([[1.0, 1.0], [4.0, 3.0]])
+    disks(positions=given)
+    given[0] += 1.0  # what the packing was made from stays writable

@@ -269,3 +269,13 @@ def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length(scale):
     push = np.random.default_rng(0).normal(size=p.positions.shape) * 1e-8
     with pytest.raises(jamlab.ConvergenceError, match=r"not at an energy minimum.*relax it first"):
         jamlab.shear_modulus(scaled(p.with_state(positions=p.positions + push)))
+
+
+def test_a_droplet_squeezed_by_two_others_bears_load():
+    """For z it is a rattler, as a disk would be; taken out, its neighbors were out of balance and G was not defined."""
+    onset = jamlab.jam(model="dp", n=16, seed=3)
+    p = next(iter(jamlab.compress(onset, jamlab.packing_fraction(onset) + 0.003, 0.003)))
+    found = jamlab.contacts(p)
+    squeezed = found.rattlers & (np.bincount(found.pairs.ravel(), minlength=p.n) == 2)
+    assert squeezed.sum() == 1
+    assert jamlab.shear_modulus(p) == pytest.approx(jamlab.shear_modulus(p, method="finite-strain"), rel=1e-3)

@@ -239,3 +239,11 @@ def test_onset_needs_a_backbone():
     c = jamlab.contacts(p)
     assert_onset(p, "sp", 4, 1, 1e-12)
     assert c.backbone == 4 and c.count == c.isostatic + 3  # a crystal
+
+
+def test_six_disks_under_shear_are_no_saddle():
+    """Eight contacts of five disks balance by symmetry, one fewer than hold them: once returned as converged."""
+    p = jamlab.jam(n=6, seed=2, ensemble="shear-stabilized")
+    found = jamlab.contacts(p)
+    assert p.converged and found.count >= found.isostatic
+    assert jamlab.shear_modulus(p, average=True) > 0

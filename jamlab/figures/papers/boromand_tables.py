@@ -95,9 +95,10 @@ def _draw_ratios(out: Drawing, axes: Any) -> None:
     for row, c in enumerate(reversed(out.claims)):
         ratio = np.array([c.value, c.low, c.high]) / c.paper
         axes.barh(row, 2 * c.margin / abs(c.paper), left=1 - c.margin / abs(c.paper), color="#CCCCCC", height=0.7)
-        look: dict[str, Any] = {"color": BLUE if c.agrees else RED, "marker": "o" if c.agrees else "X"}
+        color, marker = (BLUE, "o") if c.agrees else ("#888888", "s") if c.undecided else (RED, "X")
+        look: dict[str, Any] = {"color": color, "marker": marker}
         out.curve(axes, c.quantity, [ratio[0]], [row], label=None, **look)
         axes.plot(ratio[1:], [row, row], color=look["color"], linewidth=1.6)
     axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
     axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
-    label(axes, "measured / paper  (blue: agrees, red cross: differs)", "", legend=False)
+    label(axes, "measured / paper  (blue: agrees, grey square: undecided, red cross: differs)", "", legend=False)

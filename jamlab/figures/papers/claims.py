@@ -41,18 +41,31 @@ class Claim:
         return bool(np.isfinite([self.value, self.low, self.high]).all())
 
     @property
+    def undecided(self) -> bool:
+        """Whether the interval meets the paper's value, and zero or twice that value as well: it would fit anything.
+
+        A value of zero has no such scale; its margin alone decides.
+        """
+        above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
+        wide = any(self.low <= other <= self.high for other in (0.0, 2 * self.paper))
+        return self.measured and self.paper != 0 and above and below and wide
+
+    @property
     def agrees(self) -> bool:
         """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
         above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
-        return self.measured and {"=": above and below, ">": above, "<": below}[self.relation]
+        meets = {"=": above and below, ">": above, "<": below}[self.relation]
+        return self.measured and meets and not self.undecided
 
     @property
     def verdict(self) -> str:
-        """One of: agrees; differs, with the reason or "open"; not measured, with the cause."""
+        """One of: agrees; undecided; differs, with the reason or "open"; not measured, with the cause."""
         if np.isfinite(self.value) and not self.measured:
             return "not measured: too few packings for an interval"
         if not self.measured:
             return f"not measured: {self.how or 'too few data'}"
+        if self.undecided:
+            return "undecided: the interval holds zero or twice the paper's value too, it takes more packings"
         return "agrees" if self.agrees else f"differs: {self.reason or 'open'}"
 
     @property

@@ -161,12 +161,13 @@ def _write_verdicts(
         lines = [(f.name, f.reason) for f in failures]
         parts.append(TextTable("Not drawn", ("figure", "reason"), lines, [True] * len(lines)))
     good = sum(c.agrees for c in claims)
-    missing = sum(not c.measured for c in claims)
+    missing, open_ = sum(not c.measured for c in claims), sum(c.undecided for c in claims)
     lead = (
         "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. "
-        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing} differ, {missing} could "
-        "not be measured. A number agrees if its 95 % bootstrap interval over packings meets the paper's value within "
-        "the paper's own margin: the error it states, half a unit of its last digit, or what its words allow. Red: "
-        "differs, with the reason if one is known, else open."
+        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing - open_} differ, {open_} "
+        f"are undecided, {missing} could not be measured. A number agrees if its 95 % bootstrap interval over packings "
+        "meets the paper's value within the paper's own margin: the error it states, half a unit of its last digit, or "
+        "what its words allow. It is undecided if the interval also holds zero or twice the paper's value. Red: does "
+        "not agree, with the reason if one is known, else open."
     )
     write_page(path, "Figures of both papers", lead, parts, pictures, facts | versions())

@@ -68,6 +68,7 @@ def void_statistics(*found: Voids) -> VoidStatistics:
     return VoidStatistics(kinds, number, share, means[0], means[1], spread, int((~closed).sum()))
 
 
+@checked
 def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
     """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio.
 
