@@ -1,7 +1,6 @@
 """Decks of deformable polygons run in plain lmp and give what the Python engine gives."""
 
 import numpy as np
-import pytest
 from deck_runs import frame, number, run
 
 import jamlab
