@@ -13,9 +13,7 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow_shear
-from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.law_parameters import ENSEMBLES
-from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax
 
 
@@ -52,7 +50,6 @@ class BoxShearSettings:
 
 
 BOX_SHEAR = BoxShearSettings()
-_KICK_SEED = 1  # the same kick every time: a packing is reproduced by its seed
 _SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
 
 
@@ -105,14 +102,9 @@ def relax_with_box_shear(
             tensor = elastic_tensor(packing)
         except ConvergenceError:
             # Nothing is held, so there is no stress to relax; or droplets rest on corners, where a minimum has no
-            # Hessian: a kick leads back to it.
-            if packing.model == "dp" or contacts(packing).rattlers.all():
-                return found
-            # Too few contacts hold the disks: their pre-stress makes a saddle, on which symmetric forces balance. A
-            # small kick shows the way down, to a minimum or to a loose state.
-            session.load(_kicked(packing, state.pressure))
-            found = relax(session, tolerance, near=True, least_pressure=least_pressure)
-            continue
+            # Hessian. Disks that too few contacts hold are balanced by symmetry alone: a saddle, no packing.
+            saddle = packing.model == "sp" and not contacts(packing).rattlers.all()
+            return Relaxed(state, found.tolerance, found.converged and not saddle, found.newton_steps)
         curvature = np.einsum("aij,ijkl,bkl->ab", _SHEARS, tensor.relaxed, _SHEARS) - 2 * state.pressure * np.eye(2)
         work = np.einsum("aij,ij->a", _SHEARS, state.stress)
         values, vectors = np.linalg.eigh(curvature)
@@ -137,11 +129,3 @@ def relax_with_box_shear(
             session.load(packing)
             radius = BOX_SHEAR.refused * min(radius, length)
     return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)
-
-
-def _kicked(packing: Packing, pressure: float) -> Packing:
-    """Every site moved at random, by about as much as stretches a contact across it by its overlap."""
-    size = mean_size(packing)
-    overlap = pressure / packing.params[packing.units] * (size**2 if packing.units == "eps" else 1.0)
-    kick = np.random.default_rng(_KICK_SEED).normal(size=packing.positions.shape)
-    return packing.with_state(positions=packing.positions + size * np.sqrt(overlap) * kick)

@@ -30,8 +30,6 @@ class OnsetSettings:
         jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
         least_root: part of sqrt(U) that remains at least in one decompression.
         stride: factor of a decompression that did not converge: come from elsewhere.
-        gain: of phi, in `step_fine`, by which a packing that fell apart must have found a denser basin.
-        idle_falls: so many in a row without it: it goes round in a circle.
     """
 
     search_tolerance: float = 1e-6
@@ -41,8 +39,6 @@ class OnsetSettings:
     jump: float = 0.1
     least_root: float = 0.03
     stride: float = 0.7
-    gain: float = 1e-3
-    idle_falls: int = 3
 
 
 ONSET = OnsetSettings()
@@ -108,7 +104,7 @@ class OnsetSearch:
     def by_bisection(self, packing: Packing, step: float) -> SearchState:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
         jammed: SearchState | None = None
-        longest, highest_fall, idle = step, 0.0, 0
+        longest = step
         while True:
             near = packing.phi >= self.protocol["phi_near"]
             step = min(step, self.protocol["step_near"] if near else longest)
@@ -127,13 +123,6 @@ class OnsetSearch:
                 if self._at_onset(end):
                     return end
                 # it fell apart in one go and found a denser basin: compress that one
-                idle = idle + 1 if end.phi < highest_fall + ONSET.gain * self.protocol["step_fine"] else 0
-                highest_fall = max(highest_fall, end.phi)
-                if idle == ONSET.idle_falls:
-                    raise ConvergenceError(
-                        f"no jamming onset near phi = {end.phi:.8f}: the packing jams and comes loose there again and "
-                        "again, no denser basin is found; try another seed"
-                    )
                 packing, jammed, step = end.packing, None, self.protocol["step_fine"]
             if packing.phi >= 1.0:
                 raise ConvergenceError(

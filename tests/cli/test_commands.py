@@ -145,7 +145,7 @@ def test_a_new_campaign_file_can_be_planned_and_is_never_replaced(tmp_path):
 
 
 def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
-    done = call(tmp_path, "jam", "--n", "16", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
+    done = call(tmp_path, "jam", "--n", "8", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
     assert done.exit_code == 0, done.stderr
     sweep = ("compress", "onset.h5", "--to", "0.86", "--by", "phi", "--nearest", "5e-3", "--error", "0.5", "--json")
     assert call(tmp_path, *sweep).exit_code == 0

@@ -20,6 +20,7 @@ variable dir index {decks}
 variable out index dp
 variable quiet string ""
 variable force index 1e-10
+variable at_rest index 1e-10
 include {decks}/dp.force
 include {decks}/dp.output
 group far id {vertex}
