@@ -233,6 +233,7 @@ def test_at_phi_refuses_more_than_two(sp_jammed):
         at_phi(sp_jammed, 2.1)
 
 
+@pytest.mark.slow
 def test_onset_needs_a_backbone():
     """Two disks that press on each other's images through the box are no packing: the search goes on from there."""
     p = jamlab.jam(n=4, seed=1, ensemble="shear-stabilized")
