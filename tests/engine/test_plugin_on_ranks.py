@@ -249,7 +249,15 @@ run 300
 """
 
 
-@pytest.mark.parametrize(("ranks", "speed"), [(1, 5.0), (4, 5.0), pytest.param(4, 500.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("ranks", "speed"),
+    [
+        (1, 5.0),
+        (2, 500.0),
+        pytest.param(4, 5.0, marks=pytest.mark.slow),
+        pytest.param(4, 500.0, marks=pytest.mark.slow),
+    ],
+)
 def test_an_edge_that_outgrows_the_cutoff_stops_all_ranks(random_polygons, tmp_path, ranks, speed):
     """One vertex is drawn out slowly, or thrown beyond all that its neighbour's rank can see."""
     p = random_polygons(0.0, "outline", 1)
