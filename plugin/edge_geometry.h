@@ -14,7 +14,7 @@ namespace LAMMPS_NS {
 using Position = double[3];    // LAMMPS holds its rows one after the other
 
 /* Between 0 and 1. Where the foot falls cannot be predicted, and compilers make branches
-   of min and max: twice the time of all contacts. */
+   of min and max: 26 instead of 21 ns per vertex for all contacts of form outline. */
 
 inline double clamped(double t)
 {

@@ -56,7 +56,6 @@ class FixPolygonOutline : public Fix {
   const Copy &copy(int i) const { return copies[i]; }
   int next(int i) const { return successor[i]; }      // local index in the same copy, -1 if absent
   int prev(int i) const { return predecessor[i]; }
-  bool outlined(int i) const { return links[i].kind == RING || links[i].kind == CHAIN; }
   bool fit_atoms() const;    // local and ghost atoms are as many as at the last refresh
 
  private:

@@ -8,7 +8,6 @@
 #include "neighbor.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 
