@@ -173,7 +173,9 @@ function drawForces(context, scene, pixel) {
 function moveScale({moves, size}) {
   const lengths = [];
   for (let k = 0; k < moves.length; k += 2) lengths.push(Math.hypot(moves[k], moves[k + 1]));
-  const long = lengths.sort((a, b) => a - b)[Math.floor(0.9 * (lengths.length - 1))];
+  lengths.sort((a, b) => a - b);
+  // where all but a few rest, these set the scale, not the noise of the others
+  const most = lengths[Math.floor(0.9 * (lengths.length - 1))], largest = lengths.at(-1), long = most > 1e-3 * largest ? most : largest;
   if (long < 1e-12 * size) return 0;
   const wanted = LONG_MOVE * size / long, power = 10 ** Math.floor(Math.log10(wanted));
   return power * (wanted >= 5 * power ? 5 : wanted >= 2 * power ? 2 : 1);
