@@ -35,4 +35,5 @@ def explore(
     if as_json:
         print_json({"out": str(out), "states": states, "bytes": size})
     else:
-        out_console.print(f"wrote {out}: {states} states, {size / 1e6:.2g} MB; open it in a browser", soft_wrap=True)
+        count = "1 state" if states == 1 else f"{states} states"
+        out_console.print(f"wrote {out}: {count}, {size / 1e6:.2g} MB; open it in a browser", soft_wrap=True)
