@@ -27,7 +27,7 @@ function key(colour, text, kind = 'patch', opacity = 1) {
 
 /** What is drawn, one entry each. */
 function legend(scene) {
-  const {state, head, shown, colours} = scene, {force, length} = head.units;
+  const {state, head, shown, colours} = scene, {force} = head.units;
   const particle = kind => key(colours[kind], kind === 'beside' ? 'particle' : kind, 'patch', colours.fill);
   const present = new Set(Array.from({length: head.n}, (_, m) => particleKind(m, scene)));
   const entries = ['large', 'small', 'beside', 'rattler'].filter(kind => present.has(kind)).map(particle);
@@ -39,7 +39,7 @@ function legend(scene) {
   if (shown.overlaps) entries.push(key(colours.overlap, head.radii === null ? 'overlap of rims' : 'overlap'));
   if (shown.cells) entries.push(key(wallColour(scene), head.radii === null ? 'set-Voronoi cells' : 'power cells', 'line'));
   if (shown.voids) entries.push(...voidKeys(state.voids, colours));
-  if (shown.displacements) entries.push(moveKey(state, length, colours));
+  if (shown.displacements) entries.push(moveKey(state, colours));
   return entries;
 }
 
@@ -52,12 +52,12 @@ function voidKeys({why, list, percolating}, colours) {
   return keys;
 }
 
-function moveKey(state, length, colours) {
+function moveKey(state, colours) {
   if (state.moves === null) return element('span', {}, 'displacements: no state before this one');
   const times = moveScale(state), {area, shear} = state.affine;
   if (times === 0) return element('span', {}, 'displacements since the state before: none but that of the box');
   const box = `without the affine part (box: area ${number(100 * area, 3)} %, shear ${number(shear, 3)}) and drift`;
-  return key(colours.move, `displacements since the state before × ${plain(times)} [${length}], ${box}; dashed: cut`, 'line');
+  return key(colours.move, `displacements since the state before, drawn × ${plain(times)}, ${box}; dashed: cut`, 'line');
 }
 
 /** The numbers of a state: name and value in turn. */

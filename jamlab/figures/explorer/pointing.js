@@ -7,8 +7,11 @@ function pick(scene, px, py, reach) {
   if (scene.shown.forces) {
     let best = null, least = near;
     state.contacts.forEach((contact, index) => {
+      const [left, bottom, right, top] = contact.bounds;
       for (const move of moves) {
-        const distance = distanceToContact(contact, x - move[0], y - move[1]);
+        const cx = x - move[0], cy = y - move[1];
+        if (cx < left - near || cx > right + near || cy < bottom - near || cy > top + near) continue;
+        const distance = distanceToContact(contact, cx, cy);
         if (distance < least) [best, least] = [{kind: 'contact', index, move}, distance];
       }
     });
