@@ -84,8 +84,12 @@ def test_slider_and_keys_move_the_picture(browser, page):
     assert "state 4 of 4" in browser.element("output").text
     press(browser, Keys.HOME)
     assert (current(browser), picture(browser)) == (0, pictures[0])
+    browser.run(f"{EXPLORER}.show(2)")
     press(browser, " ")
     browser.wait(lambda: current(browser) == 3 and browser.element("[data-action=play]").text == "▶")
+    browser.element("[data-toggle=voids]").click()
+    press(browser, " ")  # what has the focus is pressed, nothing is played
+    assert browser.run(f"return [{EXPLORER}.shown.voids, {EXPLORER}.playing]") == [False, False]
     assert browser.errors() == [] and browser.loaded() == []
 
 

@@ -50,13 +50,14 @@ function watchPointers(canvas, explorer) {
 }
 
 /** What a key does; the keys that are none of ours go on to the browser. */
-function keyAction(explorer, {key: name, shiftKey}) {
+function keyAction(explorer, {key: name, shiftKey, target}) {
+  if (name === ' ' && target.matches('button, [type=checkbox]')) return undefined; // it presses what has the focus
   const arrows = {ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]};
   if (shiftKey && name in arrows) return () => explorer.pan(...arrows[name].map(part => STRIDE * part));
   if (name.toLowerCase() in TOGGLES) return () => explorer.toggle(TOGGLES[name.toLowerCase()]);
   return {
-    ArrowLeft: () => explorer.step(-1), ArrowRight: () => explorer.step(1),
-    Home: () => explorer.show(0), End: () => explorer.show(Infinity), ' ': () => explorer.play(),
+    ArrowLeft: () => explorer.jump(explorer.current - 1), ArrowRight: () => explorer.jump(explorer.current + 1),
+    Home: () => explorer.jump(0), End: () => explorer.jump(Infinity), ' ': () => explorer.play(),
     '+': () => explorer.zoomBy(1.25), '=': () => explorer.zoomBy(1.25), '-': () => explorer.zoomBy(0.8),
     0: () => explorer.resetView(), Escape: () => explorer.leave(),
   }[name];
@@ -84,5 +85,5 @@ function watchButtons(section, explorer) {
     box.addEventListener('change', () => explorer.toggle(box.dataset.toggle, box.checked));
   }
   const slider = section.querySelector('[type=range]');
-  slider?.addEventListener('input', () => explorer.show(Number(slider.value)));
+  slider?.addEventListener('input', () => explorer.jump(Number(slider.value)));
 }

@@ -1,6 +1,6 @@
 // One explorer: its states, what of them is shown, and the parts of the page that show it.
 
-const STATES_PER_SECOND = 12;
+const STATES_PER_SECOND = 12, SHORTEST = 3; // s that playing takes at least
 const PRINTED = {width: 440, ratio: 4}; // pixels of the picture on paper, and canvas pixels of each, so that print is sharp
 
 class Explorer {
@@ -29,7 +29,7 @@ class Explorer {
 
   makeCurves() {
     const figures = [...this.section.querySelectorAll('.curve-figure')];
-    return figures.map((figure, k) => new Curve(figure, this.head.curves[k], this.head, state => this.show(state)));
+    return figures.map((figure, k) => new Curve(figure, this.head.curves[k], this.head, state => this.jump(state)));
   }
 
   watch() {
@@ -63,9 +63,9 @@ class Explorer {
     this.redraw();
   }
 
-  step(by) {
+  jump(wanted) {
     this.stop();
-    this.show(this.current + by);
+    this.show(wanted);
   }
 
   play() {
@@ -73,11 +73,12 @@ class Explorer {
     this.playing = true;
     this.parts.play.textContent = '⏸';
     const first = this.current < this.states.count - 1 ? this.current : 0;
+    const rate = Math.min(STATES_PER_SECOND, this.states.count / SHORTEST);
     let began;
     const go = now => {
       if (!this.playing) return;
       began ??= now;
-      const wanted = first + Math.floor((now - began) / 1000 * STATES_PER_SECOND);
+      const wanted = first + Math.floor((now - began) / 1000 * rate);
       if (wanted !== this.current) this.show(wanted);
       if (this.current < this.states.count - 1) requestAnimationFrame(go);
       else this.stop();
