@@ -82,15 +82,25 @@ def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
     A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
     polygon that meets its own image; the two opposite images are one contact.
     """
+    rows = np.unique(name_pairs(packing, contacts)[0], axis=0)
+    i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
+    centre = packing.centroids
+    return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
+
+
+def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
+    """Name the pair of polygons that each meeting belongs to, alike from both sides.
+
+    Returns:
+        (m, 4) int64: i <= j and the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool:
+        the vertex is one of j, not of i.
+    """
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
-    rows = np.unique(np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), axis=0)
-    i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
-    centre = packing.centroids
-    return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
+    return np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), swapped
 
 
 def _find_meetings(packing: Packing, reach: float) -> VertexContacts:
