@@ -222,7 +222,7 @@ def test_dark_and_printed(browser, page):
     assert browser.run(f"return {EXPLORER}.printing") is False
     browser.devtools("Emulation.setEmulatedMedia", media="print")
     hidden = (
-        "return ['.run', '.toggles', '.keys', '.zoom'].map(s => getComputedStyle(document.querySelector(s)).display)"
+        "return ['[type=range]', '.toggles', '.keys', '.zoom'].map(s => getComputedStyle(document.querySelector(s)).display)"
     )
     assert set(browser.run(hidden)) == {"none"}
     assert browser.run("return getComputedStyle(document.querySelector('.curves, .curve-figure')).display") == "block"
