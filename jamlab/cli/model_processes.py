@@ -8,12 +8,14 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
 from jamlab.campaign.worker_process import die_with
 from jamlab.errors import EngineError
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 T = TypeVar("T")
 Report = Callable[[str, float], None]
 
@@ -87,9 +89,20 @@ def _serve(run: Callable[[str, Report], T], model: str, sender: Connection, pare
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Start processes that Ctrl-C, which reaches the whole process group, does not end: the parent ends them."""
+    """Start processes that Ctrl-C, which reaches the whole process group, does not end: the parent ends them.
+
+    A signal that comes meanwhile is taken up afterwards, or the child, its parent gone, would print a traceback. The
+    mask is for the child; the handlers are for other threads of this process, which have no mask.
+    """
+    resource_tracker.ensure_running()  # its start, otherwise part of the first child's, takes the mask away
+    came: list[int] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    handlers = {number: signal.signal(number, lambda n, _: came.append(n)) for number in _SIGNALS}
     try:
         yield
     finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    for late in came:
+        signal.raise_signal(late)

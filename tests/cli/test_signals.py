@@ -93,6 +93,19 @@ def test_ctrl_c_reaches_children_too(tmp_path, name):
     check_end(tmp_path, name, signal.SIGINT, group=True)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", [0.02 * k for k in range(20)])
+def test_ctrl_c_while_children_start(tmp_path, moment):
+    """A child that is half started prints no traceback of its own."""
+    process = start(tmp_path, "demo")
+    while not psutil.Process(process.pid).children():
+        time.sleep(0.005)
+    time.sleep(moment)
+    os.killpg(process.pid, signal.SIGINT)
+    printed = process.communicate(timeout=10)[1]
+    assert printed.strip() == "interrupted: nothing was written", printed
+
+
 def test_ctrl_c_while_the_command_is_imported(tmp_path):
     process = start(tmp_path, "jam")
     mask, end = 1 << (signal.SIGTERM - 1), time.monotonic() + 30
