@@ -18,12 +18,13 @@ from jamlab.checks import check_bidisperse, check_number
 from jamlab.cli.model_processes import run_side_by_side
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures import html_page
-from jamlab.figures.packing_pictures import MODEL_STYLE, curve_figure, modulus_figure, packings_figure
+from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
 from jamlab.measure import table, why_no_modulus
 from jamlab.packing.atomic_file import check_target
 from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
+from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import Progress

@@ -40,8 +40,8 @@ def test_particles_repeat_in_every_periodic_image():
 
 def test_contact_lines_cross_the_boundary_from_both_sides():
     packing = jamlab.Packing("sp", BOX, [[0.2, 1.0], [3.6, 1.0]], {"eps": 1.0}, diameters=[1.0, 1.0])
-    ends = sorted(tuple(np.round(line[:, 0], 9)) for line in lines(drawn(packing)))
-    assert ends == [(0.2, -0.4), (3.6, 4.2)]
+    ends = {tuple(np.round(line[:, 0], 9)) for line in lines(drawn(packing))}
+    assert ends == {(-3.8, -4.4), (0.2, -0.4), (4.2, 3.6)}  # one contact in three columns of images
 
 
 def test_droplets_are_filled_to_their_rim():
