@@ -77,7 +77,7 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
     for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):
-        draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), name=name, color=colour)
+        draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
         draw_slopes(axes, s.omega, s.limit("g0"), s.limit("eta0"))
     label_modulus(axes, unit)
     axes.legend(fontsize=10 if len(spectra) < 3 else 7)

@@ -15,7 +15,7 @@ Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 
 
 def draw_modulus(
-    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, name: str = "", **style: Any
+    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, label: str = "", **style: Any
 ) -> None:
     """Draw G' (solid, filled) and G'' (dashed, open) over frequency.
 
@@ -23,7 +23,7 @@ def draw_modulus(
         axes: to draw into; made logarithmic.
         omega: (m,).
         storage, loss: (m,), or mean with the lower and upper end of a band.
-        name: what the legend says after G' and G''.
+        label: what the legend says after G' and G''.
         style: of both lines, matplotlib's Line2D.
     """
     colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
@@ -34,7 +34,7 @@ def draw_modulus(
         if symbol == "G''":
             look.setdefault("markerfacecolor", "white")
         mean, left_out = positive(mean)
-        axes.loglog(omega, mean, label=f"${symbol}_{{xy}}$  {name}{left_out}".rstrip(), **look)
+        axes.loglog(omega, mean, label=f"${symbol}_{{xy}}$" + (f"  {label}" if label else "") + left_out, **look)
         if np.any(high > low):
             bottom = np.maximum(low, 1e-3 * mean)
             axes.fill_between(omega, bottom, high, color=look["color"], alpha=0.25, linewidth=0)
@@ -43,7 +43,7 @@ def draw_modulus(
 def positive(values: Array) -> tuple[Array, str]:
     """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
     shown = values > 0
-    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) below 0 left out"
+    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) ≤ 0 left out"
 
 
 def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:

@@ -7,16 +7,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from jamlab.packing.packing_plot import draw_background
-from jamlab.plotting.axes import legend_below, merged
+from jamlab.plotting.axes import LABEL, label_axes, legend_below, merged
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import frame_cell, lattice_moves
 
 if TYPE_CHECKING:
+    from jamlab.geometry.voids.void_statistics import VoidStatistics
     from jamlab.geometry.voids.voids import Voids
 
 _ARC_STEP = 0.05  # radians, of drawn arcs
@@ -41,6 +43,17 @@ def draw_voids(axes: Axes, found: Voids, **style: Any) -> None:
     handles = _side_handles(found, closed)
     if handles:
         legend_below(axes, handles, "sides of voids")
+
+
+def draw_side_statistics(axes: Axes, statistics: VoidStatistics, **style: Any) -> None:
+    """Draw P_l as bars over l; see `VoidStatistics.plot`."""
+    colours = [SIDE_COLOURS.get(int(s), OTHER) for s in statistics.sides]
+    look = merged(Rectangle, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)
+    axes.bar(statistics.sides, statistics.probability, **look)
+    label_axes(axes, "sides $l$ of a void", "share of voids $P_l$")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    apart = f", {statistics.percolating} more percolate" if statistics.percolating else ""
+    axes.set_title(f"{statistics.number.sum()} voids{apart}", fontsize=LABEL)
 
 
 def _side_handles(found: Voids, closed: NDArray[np.int64]) -> list[Any]:
