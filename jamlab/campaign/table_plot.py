@@ -75,7 +75,7 @@ def draw_means(
     if logarithmic:
         axes.set_xscale("log")
     label_axes(axes, _label(frame, along), _label(frame, value))
-    axes.legend(fontsize=LEGEND)
+    axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
 
 
 def choose_bins(values: Array) -> tuple[Array, bool]:
@@ -105,8 +105,9 @@ def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> str:
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
     missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside
-    text = f"\n{outside.sum()} state(s) outside the bins left out" if outside.any() else ""
-    return text + (f"\n{missing.sum()} state(s) without a value left out" if missing.any() else "")
+    counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
+    text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
+    return f"; states left out: {text}" if text else ""
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:

@@ -30,8 +30,7 @@ def draw_collapse(axes: Axes, found: Collapse, **style: Any) -> None:
             look.setdefault("markerfacecolor", fill)
             axes.loglog(found.omega / p**found.lam, values / p**found.mu, **look)
     label_axes(axes, r"$\omega\,\tau_1/p^\lambda$", in_unit(r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)", found.unit))
-    legend = axes.legend(title=found.exponents, fontsize=LEGEND, title_fontsize=LEGEND)
-    legend.set_loc("upper left")
+    axes.legend(title=found.exponents, fontsize=LEGEND, title_fontsize=LEGEND, loc="lower right")  # below all curves
 
 
 def draw_elements(axes: Axes, spectrum: RelaxationSpectrum, **style: Any) -> None:

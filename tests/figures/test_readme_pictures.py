@@ -1,0 +1,31 @@
+"""The pictures of the README: its script, with smaller packings, draws all six panels."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import pyplot
+
+import jamlab
+
+README = Path(__file__).parents[2] / "README.md"
+
+
+@pytest.fixture
+def script():
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    (found,) = (block for block in blocks if "pyplot" in block)
+    return found
+
+
+def test_script_of_the_readme_draws_six_panels(script, full, tmp_path, monkeypatch):
+    assert len([line for line in script.splitlines() if line.strip()]) + 2 < 15  # with numpy and jamlab, as above it
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(jamlab, "open_campaign", lambda path: full)
+    names = {"np": np, "jamlab": jamlab}
+    exec(script.replace("n=64", "n=16"), names)
+    panels = list(names["axes"].flat)
+    assert all(panel.has_data() for panel in panels)
+    assert (tmp_path / "six.png").read_bytes()[:4] == b"\x89PNG"
+    pyplot.close(names["figure"])
