@@ -68,8 +68,8 @@ def draw_means(
             axes.plot([], [], **look)
             continue
         drawn += len(means)
-        error = np.array([means[value] - means[f"{value}_low"], means[f"{value}_high"] - means[value]])
-        axes.errorbar(means[along], means[value], np.maximum(np.nan_to_num(error), 0.0), capsize=2.5, **look)
+        x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
+        axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
     if not drawn:
         raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
     if logarithmic:

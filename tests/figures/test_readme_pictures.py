@@ -24,7 +24,7 @@ def test_script_of_the_readme_draws_six_panels(script, full, tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(jamlab, "open_campaign", lambda path: full)
     names = {"np": np, "jamlab": jamlab}
-    exec(script.replace("n=64", "n=16"), names)
+    exec(script.replace("n=64", "n=32"), names)
     panels = list(names["axes"].flat)
     assert all(panel.has_data() for panel in panels)
     assert (tmp_path / "six.png").read_bytes()[:4] == b"\x89PNG"
