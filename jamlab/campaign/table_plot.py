@@ -44,12 +44,14 @@ _STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})
 
 
 def draw_means(
-    axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, **style: Any
+    axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
 ) -> None:
     """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
     for name in (value, along, by):
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if not len(frame):
+        raise InputError("no task has a row for this table yet: run the campaign first")
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")

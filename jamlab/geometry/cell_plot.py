@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def draw_cells(axes: Axes, cells: Tessellation, fraction: Array, **style: Any) -> None:
+def draw_cells(axes: Axes, cells: Tessellation, fraction: Array, /, **style: Any) -> None:
     """Draw the walls between particles coloured by local packing fraction; see `Tessellation.plot`."""
     packing = cells.packing
     scale = Normalize(np.nanmin(fraction), np.nanmax(fraction))
@@ -34,13 +34,13 @@ def draw_cells(axes: Axes, cells: Tessellation, fraction: Array, **style: Any) -
     frame_cell(axes, packing.box)
 
 
-def draw_order(axes: Axes, packing: Packing, local: Array, k: int, **style: Any) -> None:
+def draw_order(axes: Axes, packing: Packing, local: Array, k: int, /, **style: Any) -> None:
     """Draw particles coloured by their (n,) |psi_k|; see `OrientationalOrder.plot`."""
     draw_coloured(axes, packing, local, Normalize(0, 1), rf"bond-orientational order $|\psi_{{{k}}}|$", **style)
     frame_cell(axes, packing.box)
 
 
-def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize, label: str, **style: Any) -> None:
+def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize, label: str, /, **style: Any) -> None:
     """Fill particles by values (n,), white where there is none, and add the scale of colours beside the axes."""
     colours = matplotlib.colormaps["cividis"](scale(values))
     colours[~np.isfinite(values)] = 1.0

@@ -15,7 +15,7 @@ from jamlab.checks import is_number
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import UNIT_OF_FORCE
 from jamlab.packing.packing_plot import draw_background, home_moves
-from jamlab.plotting.axes import legend_below, merged
+from jamlab.plotting.axes import LEGEND, in_unit, label_axes, legend_below, merged
 from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
 from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 
@@ -32,7 +32,7 @@ def contact_lines(packing: Packing, network: Contacts) -> NDArray[np.float64]:
     return np.stack([starts, starts + network.r], axis=1)
 
 
-def draw_force_network(axes: Axes, network: Contacts, **style: Any) -> None:
+def draw_force_network(axes: Axes, network: Contacts, /, **style: Any) -> None:
     """Draw pale particles, grey rattlers and the contacts in all their images; see `Contacts.plot`."""
     packing = network.packing
     strength = np.hypot(*network.forces.T)
@@ -46,7 +46,7 @@ def draw_force_network(axes: Axes, network: Contacts, **style: Any) -> None:
         mean = float(strength.mean())
         line_everywhere(axes, contact_lines(packing, network), packing.box, linewidth=width * strength / mean, **look)
         label = f"mean force {mean:.3g} {UNIT_OF_FORCE[packing.model, packing.units]}"
-        handles.append(Line2D([], [], color=look["color"], linewidth=width, label=label))
+        handles.append(Line2D([], [], color=look.get("edgecolor", look.get("color")), linewidth=width, label=label))
     else:
         handles.append(Line2D([], [], linestyle="none", label="no contacts"))
     if network.rattlers.any():
@@ -55,3 +55,11 @@ def draw_force_network(axes: Axes, network: Contacts, **style: Any) -> None:
         handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))
     frame_cell(axes, packing.box)
     legend_below(axes, handles)
+
+
+def draw_lengths(axes: Axes, length: NDArray[np.float64], unit: str, /, **style: Any) -> None:
+    """Draw the distribution of contact lengths (m,); see `ContactLengths.plot`."""
+    plain = {"color": BLUE, "label": f"{len(length)} contacts, mean {length.mean():.3g}"}
+    axes.ecdf(length, **merged(Line2D, plain, style))
+    label_axes(axes, in_unit("contact length", unit), "share that is shorter")
+    axes.legend(fontsize=LEGEND)

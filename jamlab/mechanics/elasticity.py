@@ -67,7 +67,7 @@ class ElasticTensor:
         Raises:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.mechanics.modulus_plot import draw_directions
+        from jamlab.mechanics.linear_response_plot import draw_directions
         from jamlab.plotting.axes import axes_for
 
         angles = np.linspace(0, np.pi, 181)

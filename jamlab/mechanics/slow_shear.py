@@ -76,7 +76,7 @@ class SlowShear:
         Raises:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.mechanics.modulus_plot import draw_displacements
+        from jamlab.mechanics.linear_response_plot import draw_displacements
         from jamlab.plotting.axes import axes_for
 
         parts = {

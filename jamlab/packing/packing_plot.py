@@ -28,7 +28,7 @@ def size_colours(packing: Packing) -> NDArray[np.str_]:
     return np.where(sizes > sizes.mean(), LARGE, SMALL)
 
 
-def draw_particles(axes: Axes, packing: Packing, facecolor: Any, **style: Any) -> None:
+def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:
     """Fill every particle in all its images, droplets with their rims, and draw a line around each (DP: bare polygon).
 
     Args:

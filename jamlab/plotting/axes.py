@@ -56,6 +56,8 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
         style: of the caller.
     """
     own = normalize_kwargs(dict(style), artist)
+    if "colors" in own:  # LineCollection has this name besides
+        own["color"] = own.pop("colors")
     if "color" in own:  # of a collection: both, so neither default may stay
         defaults = {name: value for name, value in defaults.items() if name not in ("facecolor", "edgecolor")}
     return {**defaults, **own}
@@ -67,6 +69,7 @@ def label_axes(axes: Axes, x: str, y: str) -> None:
     axes.set_ylabel(y, fontsize=LABEL)
     axes.tick_params(labelsize=TICK)
     axes.grid(alpha=0.3, which="major")
+    axes.set_axisbelow(True)
 
 
 def in_unit(text: str, unit: str) -> str:

@@ -15,7 +15,7 @@ Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
 
 
 def draw_fit(
-    axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", **style: Any
+    axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", /, **style: Any
 ) -> None:
     """Draw a law (m,) and the points that it was fitted to.
 

@@ -15,7 +15,7 @@ Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 
 
 def draw_modulus(
-    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, label: str = "", **style: Any
+    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, /, label: str = "", **style: Any
 ) -> None:
     """Draw G' (solid, filled) and G'' (dashed, open) over frequency.
 

@@ -41,14 +41,14 @@ def circles(centres: Array, diameters: Array) -> list[Array]:
     return [x + 0.5 * d * circle for x, d in zip(centres, diameters, strict=True)]
 
 
-def fill_everywhere(axes: Axes, rings: Sequence[Array], box: Array, **style: Any) -> None:
+def fill_everywhere(axes: Axes, rings: Sequence[Array], box: Array, /, **style: Any) -> None:
     """Fill rings in the cell and all its images; style of matplotlib's PolyCollection, one colour a ring."""
     look = merged(PolyCollection, {}, style)
     for move in lattice_moves(box):
         axes.add_collection(PolyCollection([ring + move for ring in rings], **look))
 
 
-def line_everywhere(axes: Axes, lines: Sequence[Array] | Array, box: Array, **style: Any) -> None:
+def line_everywhere(axes: Axes, lines: Sequence[Array] | Array, box: Array, /, **style: Any) -> None:
     """Draw lines in the cell and all its images; style of matplotlib's LineCollection, one width a line."""
     look = merged(LineCollection, {}, style)
     for move in lattice_moves(box):

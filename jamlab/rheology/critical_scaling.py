@@ -90,7 +90,7 @@ class Collapse:
             InputError: it was made by hand without curves, `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
-        from jamlab.rheology.response_plot import draw_collapse
+        from jamlab.rheology.oscillation_plot import draw_collapse
 
         if not len(self.pressures):
             raise InputError("this Collapse holds no curves to draw: use that of jamlab.collapse(pressures, spectra)")

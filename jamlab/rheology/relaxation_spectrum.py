@@ -79,7 +79,7 @@ class RelaxationSpectrum:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
-        from jamlab.rheology.response_plot import draw_elements
+        from jamlab.rheology.oscillation_plot import draw_elements
 
         with axes_for(ax, style) as axes:
             draw_elements(axes, self, **style)

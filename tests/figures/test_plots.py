@@ -98,6 +98,14 @@ RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
         lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
         (r"distance along the flow $\delta$  [d]", r"correlation $C(\delta)$ of $u_y$"),
     ),
+    "contact lengths": (
+        lambda: jamlab.contact_lengths(state("droplets")),
+        ("contact length  [l]", "share that is shorter"),
+    ),
+    "modes": (
+        lambda: jamlab.lowest_modes(state("disks"), 20),
+        ("number of the mode", "eigenvalue of the Hessian  [k]"),
+    ),
     "collapse": (collapse, (r"$\omega\,\tau_1/p^\lambda$", r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)  [k]")),
     "power law": (fit, ("$x$", "$y$")),
     "finite size": (limit, ("number of particles $N$", "$y$")),
@@ -231,6 +239,24 @@ def test_force_on_a_droplet_is_the_slope_of_the_energy_of_contacts(form):
     )
 
 
+def test_modes_below_zero_are_counted_beyond_rounding():
+    vectors = np.zeros((4, 2, 2))
+    axes = jamlab.Modes(np.array([-0.1, -1e-17, 0.0, 0.2]), vectors).plot(Figure().subplots())
+    assert texts(axes) == ["4 lowest modes, 1 below zero"]
+    assert texts(result("modes").plot(Figure().subplots())) == ["20 lowest modes"]
+
+
+def test_style_goes_to_the_artist_by_any_of_its_names():
+    axes = state("disks").plot(Figure().subplots(), facecolor="red", ec="blue", lw=2)
+    fills = axes.collections[0]
+    assert [tuple(fills.get_facecolor()[0][:3]), tuple(fills.get_edgecolor()[0][:3])] == [(1, 0, 0), (0, 0, 1)]
+    for name in ("color", "colors"):
+        lines = jamlab.contacts(state("disks")).plot(Figure().subplots(), lw=6, **{name: "red"})
+        (drawn,) = {tuple(c.get_colors()[0][:3]) for c in lines.collections if isinstance(c, LineCollection)}
+        (mean, _) = lines.get_legend().legend_handles
+        assert drawn == (1, 0, 0) and (mean.get_color(), mean.get_linewidth()) == ("red", 6)
+
+
 def texts(axes):
     return [text.get_text() for text in axes.get_legend().get_texts()]
 
@@ -296,5 +322,8 @@ def test_bars_scales_and_fits_hold_what_they_say():
     assert fit().plot().get_yscale() == "log" and axes.get_yscale() == "linear"  # axes of one's own keep their scale
     with pytest.raises(jamlab.InputError, match="holds no values"):
         FiniteSize(1.0, 1.0, 1.0).plot()
+    apart = state("droplets").with_state(params={**state("droplets").params, "delta": 1e-6})
+    with pytest.raises(jamlab.InputError, match="no two droplets touch"):
+        jamlab.contact_lengths(apart).plot()
     with pytest.raises(jamlab.InputError, match="no packing to draw"):
         jamlab.OrientationalOrder(np.ones(2, dtype=complex), np.full(2, 6)).plot()

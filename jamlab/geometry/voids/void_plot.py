@@ -25,7 +25,7 @@ _ARC_STEP = 0.05  # radians, of drawn arcs
 _LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
-def draw_voids(axes: Axes, found: Voids, **style: Any) -> None:
+def draw_voids(axes: Axes, found: Voids, /, **style: Any) -> None:
     """Draw pale particles and the voids between them; see `Voids.plot`."""
     packing = found.packing
     draw_background(axes, packing)
@@ -45,7 +45,7 @@ def draw_voids(axes: Axes, found: Voids, **style: Any) -> None:
         legend_below(axes, handles, "sides of voids")
 
 
-def draw_side_statistics(axes: Axes, statistics: VoidStatistics, **style: Any) -> None:
+def draw_side_statistics(axes: Axes, statistics: VoidStatistics, /, **style: Any) -> None:
     """Draw P_l as bars over l; see `VoidStatistics.plot`."""
     colours = [SIDE_COLOURS.get(int(s), OTHER) for s in statistics.sides]
     look = merged(Rectangle, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from jamlab.rheology.relaxation_spectrum import RelaxationSpectrum
 
 
-def draw_collapse(axes: Axes, found: Collapse, **style: Any) -> None:
+def draw_collapse(axes: Axes, found: Collapse, /, **style: Any) -> None:
     """Draw the rescaled curves of every pressure; see `Collapse.plot`."""
     order = np.argsort(found.pressures)
     for colour, k in zip(ordered_colours(len(order)), order, strict=True):
@@ -33,7 +33,7 @@ def draw_collapse(axes: Axes, found: Collapse, **style: Any) -> None:
     axes.legend(title=found.exponents, fontsize=LEGEND, title_fontsize=LEGEND, loc="lower right")  # below all curves
 
 
-def draw_elements(axes: Axes, spectrum: RelaxationSpectrum, **style: Any) -> None:
+def draw_elements(axes: Axes, spectrum: RelaxationSpectrum, /, **style: Any) -> None:
     """Draw strength over rate of each Maxwell element; see `RelaxationSpectrum.plot`."""
     count = len(spectrum.rates)
     label = f"{count} Maxwell elements\n$G_0$ = {spectrum.g0:.3g}, $\\eta_\\infty$ = {spectrum.eta_inf:.3g}"
@@ -43,7 +43,7 @@ def draw_elements(axes: Axes, spectrum: RelaxationSpectrum, **style: Any) -> Non
     axes.legend(fontsize=LEGEND)
 
 
-def draw_correlation(axes: Axes, found: DisplacementCorrelation, **style: Any) -> None:
+def draw_correlation(axes: Axes, found: DisplacementCorrelation, /, **style: Any) -> None:
     """Draw C over distance, and where it is zero; see `DisplacementCorrelation.plot`."""
     try:
         label = f"first zero at {found.length:.3g} {found.unit}".rstrip()
