@@ -92,14 +92,6 @@ def test_several_curves_in_one_file(three, tmp_path):
         assert "mean over directions" in file["curve_1"].attrs["shear"]
 
 
-@pytest.mark.parametrize("kind", ["pdf", "svg"])
-def test_pictures_of_lines_are_the_same_every_time(three, tmp_path, kind):
-    for name in ("a", "b"):
-        save([three], jamlab.ContactDamping(), tmp_path / f"{name}.{kind}")
-    first = (tmp_path / f"a.{kind}").read_bytes()
-    assert first == (tmp_path / f"b.{kind}").read_bytes() and first.startswith({"pdf": b"%PDF", "svg": b"<?xml"}[kind])
-
-
 @pytest.mark.parametrize("points", [2, len(OMEGA)])
 def test_table_opens_as_pyrheo_and_rheojax_read_it(three, tmp_path, points):
     """pyRheo: columns by name, separated by tabs. rheojax: the separator that Sniffer finds, columns by pattern."""
