@@ -44,7 +44,8 @@ def draw_force_network(axes: Axes, network: Contacts, /, **style: Any) -> None:
     handles: list[Any] = []
     if len(strength):
         mean = float(strength.mean())
-        line_everywhere(axes, contact_lines(packing, network), packing.box, linewidth=width * strength / mean, **look)
+        widths = width * strength / mean if mean > 0 else strength  # disks in one place press in no direction
+        line_everywhere(axes, contact_lines(packing, network), packing.box, linewidth=widths, **look)
         label = f"mean force {mean:.3g} {UNIT_OF_FORCE[packing.model, packing.units]}"
         handles.append(Line2D([], [], color=look.get("edgecolor", look.get("color")), linewidth=width, label=label))
     else:

@@ -34,8 +34,8 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float] = CURV
         from matplotlib import pyplot
 
         figure, ax = pyplot.subplots(figsize=size, layout="constrained")
-    elif not isinstance(ax, Axes):
-        raise InputError(f"ax = {ax!r:.80} ({type(ax).__name__}): give matplotlib Axes, or None for a new figure")
+    elif not isinstance(ax, Axes) or ax.name != "rectilinear":  # polar and 3D axes cannot show these
+        raise InputError(f"ax = {ax!r:.80} ({type(ax).__name__}): give matplotlib Axes, plain, or None for new ones")
     try:
         yield ax
     except Exception as error:

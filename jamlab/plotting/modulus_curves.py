@@ -43,7 +43,7 @@ def draw_modulus(
 def positive(values: Array) -> tuple[Array, str]:
     """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
     shown = values > 0
-    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) ≤ 0 left out"
+    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) not above 0 left out"
 
 
 def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:

@@ -168,7 +168,7 @@ def test_every_plot_has_labels_and_legends_that_cover_no_point(name):
 @pytest.mark.parametrize("name", RESULTS)
 def test_axes_and_style_that_matplotlib_does_not_know_are_refused(name):
     thing = result(name)
-    for wrong in (pyplot, "ax", 1, Figure()):
+    for wrong in (pyplot, "ax", 1, Figure(), np.array([]), Figure().add_subplot(projection="polar")):
         with pytest.raises(jamlab.InputError, match="give matplotlib Axes"):
             thing.plot(wrong)
     before = set(pyplot.get_fignums())
@@ -268,6 +268,8 @@ def test_a_packing_without_contacts_and_one_of_rattlers_say_so():
     network = jamlab.contacts(pair)
     np.testing.assert_allclose(network.forces, [[-0.2, 0.0]])  # k = 2, overlap 0.1
     assert texts(network.plot(Figure().subplots())) == ["mean force 0.2 k d", "every particle rattles"]
+    heap = disks([[1.0, 1.0], [1.0, 1.0]], [1.0, 1.0], 4 * np.eye(2))
+    assert texts(jamlab.contacts(heap).plot(Figure().subplots())) == ["mean force 0 k d", "every particle rattles"]
     with pytest.raises(jamlab.InputError, match="give one number"):
         network.plot(Figure().subplots(), lw=[1, 2])
     assert texts(jamlab.voids(loose).plot(Figure().subplots())) == ["percolates"]
@@ -285,7 +287,10 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
     assert texts(axes) == ["$G'_{xy}$  β = 1", "$G''_{xy}$  β = 1"] and axes.get_xscale() == "log"
     lower = jamlab.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error)
     axes = lower.plot(Figure().subplots())
-    assert texts(axes) == ["$G'_{xy}$, 11 value(s) ≤ 0 left out", "$G''_{xy}$, 25 value(s) ≤ 0 left out"]
+    assert texts(axes) == [
+        "$G'_{xy}$, 11 value(s) not above 0 left out",
+        "$G''_{xy}$, 25 value(s) not above 0 left out",
+    ]
     assert np.isfinite(axes.lines[0].get_ydata()).sum() == 14 and "[" not in axes.get_ylabel()
 
 
