@@ -55,6 +55,7 @@ def draw_means(
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
+    _check_units(frame, by, {value, along} & _STRESSES)
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     drawn = 0
@@ -78,6 +79,24 @@ def draw_means(
         axes.set_xscale("log")
     label_axes(axes, _label(frame, along), _label(frame, value))
     axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
+
+
+def _check_units(frame: pd.DataFrame, by: str, stresses: set[str]) -> None:
+    """Refuse means of stresses in different units, as those of the two papers or of the two models are."""
+    if not stresses or not {"model", "units"} <= set(frame.columns):
+        return
+    for group, part in frame.groupby(by, dropna=False):
+        if len(units := _units(part)) > 1:
+            name = " and ".join(sorted(stresses))
+            raise InputError(
+                f"{by} = {group} has {name} in units {' and '.join(units)}: plot one sweep or model at a time"
+            )
+
+
+def _units(frame: pd.DataFrame) -> list[str]:
+    """Units of stress that occur."""
+    kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
+    return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
 
 
 def choose_bins(values: Array) -> tuple[Array, bool]:
@@ -113,8 +132,5 @@ def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> str:
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:
-    units = ""
-    if column in _STRESSES and {"model", "units"} <= set(frame.columns):
-        kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
-        units = " or ".join(dict.fromkeys(UNIT_OF_STRESS[model, unit] for model, unit in kinds))
-    return in_unit(LABELS.get(column, column), units)
+    known = column in _STRESSES and {"model", "units"} <= set(frame.columns)
+    return in_unit(LABELS.get(column, column), " or ".join(_units(frame)) if known else "")

@@ -48,6 +48,13 @@ def test_pressures_are_a_bin_each_and_other_columns_a_curve_each(full):
     assert "[k]" in axes.get_ylabel()
 
 
+def test_stresses_in_two_units_have_no_mean(full):
+    for options in ({}, {"by": "ensemble"}):
+        with pytest.raises(jamlab.InputError, match="has g in units ε"):
+            plotted(full, "g", along="rho", **options)
+    plotted(full, "z", along="rho")  # a number in any units
+
+
 def test_bins_hold_every_value():
     for values in (np.linspace(0.3, 0.9, 50), np.geomspace(1e-5, 1, 50), np.array([1.0, 2.0, np.nan])):
         edges, logarithmic = choose_bins(values)
