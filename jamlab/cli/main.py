@@ -19,6 +19,7 @@ from jamlab.cli.console import err_console
 from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
+from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import ending_on_signals
@@ -96,6 +97,7 @@ app.command(epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --o
 app.command(epilog="Example: jamlab pack --n 256 --pressure 1e-4 --out packing.h5")(pack)
 app.command(epilog="Example: jamlab analyze sweep.h5 --json")(analyze)
 app.command(epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png")(gstar)
+app.command(epilog="Example: jamlab explore sweep.h5 --out page.html")(explore)
 app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
 app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2")(calibrate)
 app.command(epilog="Example: jamlab decks --copy my-decks")(decks)

@@ -1,13 +1,13 @@
 """Show progress on stderr: bars with the time left on a terminal, otherwise plain lines now and then."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
 from jamlab.cli.console import err_console
@@ -105,6 +105,27 @@ def progress_bar(name: str, to: float, model: str = "sp") -> "Iterator[Progress]
     """Show one bar of the way to onset or of a sweep; yields its function."""
     with progress_bars({model: name}, to, alone=True) as progress:
         yield progress[model]
+
+
+@contextmanager
+def count_bar(name: str) -> "Iterator[Callable[[int, int], None]]":
+    """Count pieces of work that take about the same time each; yields a function of how many are done, and of all."""
+    columns = (TextColumn("{task.description}"), BarColumn(16), MofNCompleteColumn(), TimeElapsedColumn())
+    quiet = not err_console.is_terminal
+    with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
+        bar, began = bars.add_task(name, total=None), time.monotonic()
+        last = began
+
+        def show(done: int, total: int) -> None:
+            nonlocal last
+            now = time.monotonic()
+            bars.update(bar, completed=done, total=total)
+            if quiet and now - last > _LINE_INTERVAL:
+                last = now
+                left = _time_left(done / total, now - began)
+                err_console.print(f"{done} of {total} {name}{left}", soft_wrap=True, highlight=False)
+
+        yield show
 
 
 def _time_left(share: float, elapsed: float) -> str:

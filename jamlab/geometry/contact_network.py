@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.contact_forces import ContactForces, contact_forces
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.touching_disks import touching_disks
-from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, sum_over_pairs, vertex_contacts
-from jamlab.packing.force_laws import disk_law, rim_law
+from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -70,17 +70,9 @@ class Contacts:
         return 2 * self.backbone - 1
 
     @property
-    def forces(self) -> NDArray[np.float64]:
-        """(m, 2) force of each contact on particle i, by the force law of the packing; that on j is the opposite.
-
-        DP: sum over all meetings of vertices with edges of the two polygons.
-        """
-        packing, meetings = self.packing, self.meetings
-        if isinstance(meetings, Pairs):
-            distance = np.hypot(*self.r.T)
-            return disk_law(packing, self.pairs, distance)[1][:, None] * _directions(self.r, distance)
-        on_vertex = -rim_law(packing, meetings.distance)[1][:, None]
-        return sum_over_pairs(packing, meetings, on_vertex * _directions(meetings.separation, meetings.distance))
+    def forces(self) -> ContactForces:
+        """Force and gap of every contact, by the force law of the packing."""
+        return contact_forces(self.packing, self.meetings)
 
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
@@ -106,11 +98,6 @@ class Contacts:
         with axes_for(ax, style, CELL) as axes:
             draw_force_network(axes, self, **style)
         return axes
-
-
-def _directions(vectors: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(m, 2) unit vectors; zero where points coincide, which press in no direction."""
-    return np.divide(vectors, lengths[:, None], out=np.zeros_like(vectors), where=lengths[:, None] > 0)
 
 
 def find_meetings(packing: Packing) -> Meetings:

@@ -35,7 +35,7 @@ def contact_lines(packing: Packing, network: Contacts) -> NDArray[np.float64]:
 def draw_force_network(axes: Axes, network: Contacts, /, **style: Any) -> None:
     """Draw pale particles, grey rattlers and the contacts in all their images; see `Contacts.plot`."""
     packing = network.packing
-    strength = np.hypot(*network.forces.T)
+    strength = network.forces.size
     look = merged(LineCollection, {"color": BLUE, "linewidth": MEAN_WIDTH, "capstyle": "round"}, style)
     width = look.pop("linewidth")
     if not is_number(width):

@@ -82,22 +82,19 @@ def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
     A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
     polygon that meets its own image; the two opposite images are one contact.
     """
-    rows = np.unique(_name_pairs(packing, contacts)[0], axis=0)
+    rows = np.unique(name_pairs(packing, contacts)[0], axis=0)
     i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
     centre = packing.centroids
     return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
 
 
-def sum_over_pairs(packing: Packing, contacts: VertexContacts, on_vertex: Array) -> Array:
-    """Add up (m, 2) forces on vertices to those on polygon i, for each row of `pair_polygons`."""
-    names, swapped = _name_pairs(packing, contacts)
-    rows, row = np.unique(names, axis=0, return_inverse=True)
-    on_lower = np.where(swapped[:, None], -on_vertex, on_vertex)
-    return np.column_stack([np.bincount(row.ravel(), on_lower[:, axis], len(rows)) for axis in (0, 1)])
+def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
+    """Name the pair of polygons that each meeting belongs to, alike from both sides.
 
-
-def _name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
-    """(m, 4) i <= j and image of j, the pair of polygons of every meeting; and whether the vertex belongs to j."""
+    Returns:
+        (m, 4) int64: i <= j and the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool:
+        the vertex is one of j, not of i.
+    """
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)

@@ -17,7 +17,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
-from jamlab.packing.deformation import at_phi, deformed
+from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -145,11 +145,7 @@ def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Pack
         strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
         tensor: `elastic_tensor(packing)`.
     """
-    size = float(np.sqrt(-np.linalg.det(strain)))
-    if size == 0:
-        return packing
-    gradient = np.cosh(size) * np.eye(2) + np.sinh(size) / size * strain
-    moved, rotation = deformed(packing, gradient)
+    moved, rotation = deformed(packing, shear_gradient(strain))
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)
 

@@ -54,3 +54,9 @@ def simple_shear(strain: float, angle: float) -> Array:
     """(2, 2) deformation gradient 1 + strain a b^T with a = (cos, sin) of `angle` and b = a turned by 90 degrees."""
     a = np.array([np.cos(angle), np.sin(angle)])
     return np.asarray(np.eye(2) + strain * np.outer(a, [-a[1], a[0]]))
+
+
+def shear_gradient(strain: Array) -> Array:
+    """(2, 2) deformation gradient of a shear at constant area: exp of a symmetric traceless strain."""
+    size = float(np.sqrt(-np.linalg.det(strain)))
+    return np.asarray(np.cosh(size) * np.eye(2) + (np.sinh(size) / size if size else 1.0) * strain)

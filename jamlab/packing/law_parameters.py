@@ -9,6 +9,7 @@ MODELS = ("sp", "dp")
 UNITS = ("eps", "k")
 ENSEMBLES = ("fixed-box", "shear-stabilized")
 CONTACT_FORMS = ("outline", "segment", "segment/smooth")
+LARGEST = 1e50  # of a parameter: energies and stiffnesses then stay far from the ends of float64
 FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "eps"): ("eps",),
     ("sp", "k"): ("k",),
@@ -21,7 +22,7 @@ UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, unknown by name or no positive numbers.
+    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or beyond `LARGEST`.
 
     Raises:
         InputError: naming the parameter and its value.
@@ -36,3 +37,7 @@ def check_params(model: str, units: str, params: dict[str, Any]) -> None:
             check_choice("contact form", value, CONTACT_FORMS)
         elif name != "a0" and not (is_number(value) and (value > 0 or (value == 0 and name in ("eta", "gamma")))):
             raise InputError(f"params[{name!r}] is {value!r}: must be a positive number")
+        elif name not in ("contact", "a0") and value and not 1 / LARGEST <= value <= LARGEST:
+            raise InputError(
+                f"params[{name!r}] is {value!r}: must lie between {1 / LARGEST:g} and {LARGEST:g}; choose other units"
+            )

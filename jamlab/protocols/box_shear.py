@@ -7,14 +7,20 @@ negative. At a minimum over both shears of the box as well, G is positive in eve
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jamlab.checks import check_choice
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow_shear
+from jamlab.mechanics.elasticity import ElasticTensor, compression_modulus, elastic_tensor, follow_shear
+from jamlab.mechanics.force_network import mean_size
+from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,7 @@ class BoxShearSettings:
         grow, shrink: factors of the radius.
         refused: factor of the length of a step that led uphill: the next radius.
         softest: least curvature over the largest that a step is divided by.
+        first_curvature: of droplets that rest on corners, over eps per area: secants correct it.
     """
 
     stress_tolerance: float = 1e-8
@@ -47,6 +54,7 @@ class BoxShearSettings:
     shrink: float = 0.5
     refused: float = 0.25
     softest: float = 1e-12
+    first_curvature: float = 0.2
 
 
 BOX_SHEAR = BoxShearSettings()
@@ -88,37 +96,44 @@ def relax_with_box_shear(
         least_pressure: see `relax`.
 
     Returns:
-        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure. A packing that
-        comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
+        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure; droplets: or as
+        low as the forces left allow, largest force over particle size. A packing that comes loose has no stress to
+        relax: `converged` then speaks of its forces alone, and its pressure is rounding.
     """
     found = relax(session, tolerance, near=near, least_pressure=least_pressure)
-    radius = None
+    radius = curvature = None
+    last = np.inf
     for _ in range(BOX_SHEAR.steps):
         state, packing = found.evaluation, session.packing()
-        settled = shear_stress(state) <= BOX_SHEAR.stress_tolerance * state.pressure
+        stress = shear_stress(state)
+        # of droplets, whose forces end at 1e-10: what these make up falls no further
+        noise = state.max_force / mean_size(packing) if packing.model == "dp" else 0.0
+        settled = stress <= BOX_SHEAR.stress_tolerance * state.pressure or last <= stress <= noise
         if settled or not found.converged or state.pressure < least_pressure:
             return found
-        try:
-            tensor = elastic_tensor(packing)
-        except ConvergenceError:
-            # Nothing is held, so there is no stress to relax; or droplets rest on corners, where a minimum has no
-            # Hessian. Disks that too few contacts hold are balanced by symmetry alone: a saddle, no packing.
-            saddle = packing.model == "sp" and not contacts(packing).rattlers.all()
-            return Relaxed(state, found.tolerance, found.converged and not saddle, found.newton_steps)
-        curvature = np.einsum("aij,ijkl,bkl->ab", _SHEARS, tensor.relaxed, _SHEARS) - 2 * state.pressure * np.eye(2)
-        work = np.einsum("aij,ij->a", _SHEARS, state.stress)
-        values, vectors = np.linalg.eigh(curvature)
+        tensor = _tensor(packing)
+        if tensor is not None:
+            curvature = np.einsum("aij,ijkl,bkl->ab", _SHEARS, tensor.relaxed, _SHEARS) - 2 * state.pressure * np.eye(2)
+            stiffness = compression_modulus(tensor.relaxed, state.pressure)
+        elif contacts(packing).rattlers.all():
+            return found  # nothing is held, so there is no stress to relax
+        elif packing.model == "sp":  # too few contacts, balanced by symmetry alone: a saddle, no packing
+            return Relaxed(state, found.tolerance, False, found.newton_steps)
+        elif curvature is None:
+            stiffness = BOX_SHEAR.first_curvature * packing.params["eps"]
+            curvature = stiffness * np.eye(2)
+        work = _work(state)
         if radius is None:
-            radius = BOX_SHEAR.reach * state.pressure / compression_modulus(tensor.relaxed, state.pressure)
-        step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), BOX_SHEAR.softest * np.abs(values).max()))
-        length = float(np.hypot(*step))
-        step *= min(1.0, min(radius, BOX_SHEAR.longest_strain) / length)
-        session.load(follow_shear(packing, np.einsum("a,aij->ij", step, _SHEARS), tensor))
+            radius = BOX_SHEAR.reach * state.pressure / stiffness
+        step, length = _step(work, curvature, radius)
+        session.load(_sheared(packing, np.einsum("a,aij->ij", step, _SHEARS), tensor))
         trial = relax(session, tolerance, near=True, least_pressure=least_pressure)
-        gained = 0.5 * (work + np.einsum("aij,ij->a", _SHEARS, trial.evaluation.stress)) @ step
+        gained = 0.5 * (work + _work(trial.evaluation)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
+        curvature = _secant(curvature, step, work - _work(trial.evaluation))
         if trial.evaluation.pressure < least_pressure:
             return trial
+        last = stress
         if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
             found = trial
             if gained > BOX_SHEAR.good * predicted:
@@ -129,3 +144,37 @@ def relax_with_box_shear(
             session.load(packing)
             radius = BOX_SHEAR.refused * min(radius, length)
     return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)
+
+
+def _tensor(packing: Packing) -> ElasticTensor | None:
+    """Linear response; None where droplets rest on corners, where a minimum has no Hessian, or nothing is held."""
+    try:
+        return elastic_tensor(packing)
+    except ConvergenceError:
+        return None
+
+
+def _work(state: Evaluation) -> Array:
+    """(2,) stress conjugate to either shear, per area."""
+    return np.asarray(np.einsum("aij,ij->a", _SHEARS, state.stress))
+
+
+def _step(work: Array, curvature: Array, radius: float) -> tuple[Array, float]:
+    """(2,) Newton step within the trust radius, and the length it would have without."""
+    values, vectors = np.linalg.eigh(curvature)
+    step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), BOX_SHEAR.softest * np.abs(values).max()))
+    length = float(np.hypot(*step))
+    return step * min(1.0, min(radius, BOX_SHEAR.longest_strain) / length), length
+
+
+def _secant(curvature: Array, step: Array, fall: Array) -> Array:
+    """Curvature that explains the fall of the stress along the step: symmetric update of rank one."""
+    missed = fall - curvature @ step
+    along = missed @ step
+    if abs(along) <= BOX_SHEAR.softest * np.hypot(*missed) * np.hypot(*step):
+        return curvature
+    return np.asarray(curvature + np.outer(missed, missed) / along)
+
+
+def _sheared(packing: Packing, strain: Array, tensor: ElasticTensor | None) -> Packing:
+    return deformed(packing, shear_gradient(strain))[0] if tensor is None else follow_shear(packing, strain, tensor)

@@ -30,6 +30,7 @@ class OnsetSettings:
         jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
         least_root: part of sqrt(U) that remains at least in one decompression.
         stride: factor of a decompression that did not converge: come from elsewhere.
+        falls: jammed states at most that come loose on the way down; a box that shears may repeat itself for ever.
     """
 
     search_tolerance: float = 1e-6
@@ -39,6 +40,7 @@ class OnsetSettings:
     jump: float = 0.1
     least_root: float = 0.03
     stride: float = 0.7
+    falls: int = 8
 
 
 ONSET = OnsetSettings()
@@ -104,7 +106,7 @@ class OnsetSearch:
     def by_bisection(self, packing: Packing, step: float) -> SearchState:
         """Compress until jammed, by ever smaller steps from the last state without contacts; then decompress."""
         jammed: SearchState | None = None
-        longest = step
+        longest, falls = step, 0
         while True:
             near = packing.phi >= self.protocol["phi_near"]
             step = min(step, self.protocol["step_near"] if near else longest)
@@ -123,7 +125,13 @@ class OnsetSearch:
                 if self._at_onset(end):
                     return end
                 # it fell apart in one go and found a denser basin: compress that one
+                falls += 1
                 packing, jammed, step = end.packing, None, self.protocol["step_fine"]
+            if falls > ONSET.falls:
+                raise ConvergenceError(
+                    f"no jamming onset near phi = {packing.phi:.8f}: {falls} jammed states came loose on the way down "
+                    "to it; try another seed or a smaller step"
+                )
             if packing.phi >= 1.0:
                 raise ConvergenceError(
                     f"no jammed state up to phi = {packing.phi:.3f}: the last minimisation ended at contact energy "
@@ -131,11 +139,13 @@ class OnsetSearch:
                 )
 
     def _stabilize(self, jammed: SearchState) -> SearchState:
-        """The jammed state, relaxed to the end; compressed on where relaxing the box's shear takes its contacts."""
+        """The jammed state, relaxed to the end; compressed by growing steps where the shear of the box unjams it."""
         state = self._follow(jammed.packing, jammed.phi)
+        step = 0.5 * self.protocol["step_fine"]
         while not self._jammed(state) and state.phi < 1.0 and self.relax_state is not relax:
-            self.session.load(at_phi(state.packing, state.phi + 0.5 * self.protocol["step_fine"]))
-            state = self._measure(self.relax_state(self.session, self.tolerance))
+            self.session.load(at_phi(state.packing, state.phi + step))
+            state = self._relax(state.packing)
+            step = min(2 * step, self.protocol["step_near"])
         return state
 
     def _decompress(self, lowest: float, jammed: SearchState) -> SearchState:
@@ -186,7 +196,13 @@ class OnsetSearch:
             found = settle(self.session, ONSET.loose_tolerance)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
                 return self._measure(Relaxed(found, ONSET.loose_tolerance, False, 0))
-        return self._measure(self.relax_state(self.session, self.tolerance, near=True))
+        return self._relax(start, near=True)
+
+    def _relax(self, start: Packing, near: bool = False) -> SearchState:
+        """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
+        sheared = start.model == "dp" and self.relax_state is not relax
+        least = self.tolerance / (ONSET.bearing * mean_size(start)) if sheared else 0.0
+        return self._measure(self.relax_state(self.session, self.tolerance, near=near, least_pressure=least))
 
     def _measure(self, found: Relaxed) -> SearchState:
         reached = self.session.packing()

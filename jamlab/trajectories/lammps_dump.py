@@ -132,6 +132,8 @@ def _box(kind: str, lines: list[str]) -> tuple[Array, Array]:
         raise InputError(f"the box leans out of the plane, xz = {xz:g}, yz = {yz:g}: packings are two-dimensional")
     xlo, xhi = float(rows[0][0]) - min(0.0, xy), float(rows[0][1]) - max(0.0, xy)
     ylo, yhi = float(rows[1][0]), float(rows[1][1])
+    if not np.isfinite([xlo, xhi, ylo, yhi, xy]).all():
+        raise ValueError("its box has edges that are not finite")
     return np.array([xlo, ylo]), np.array([[xhi - xlo, 0.0], [xy, yhi - ylo]])
 
 

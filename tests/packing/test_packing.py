@@ -43,6 +43,7 @@ def without(name, values=LAW):
         ({"units": "k"}, "params of model sp in units k lack 'k'"),
         ({"params": {}}, "params of model sp in units eps lack 'eps'"),
         ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0: must be a positive number"),
+        ({"params": {"eps": 1e308}}, r"params\['eps'\] is 1e\+308: must lie between 1e-50 and 1e\+50"),
         ({"params": {"eps": np.nan}}, r"params\['eps'\] is nan"),
         ({"positions": [[1.0, np.nan], [4.0, 3.0]]}, r"positions\[0, 1\] is nan: all values must be finite"),
         ({"positions": [[1.0, 1.0], [np.inf, 3.0]]}, r"positions\[1, 0\] is inf"),

@@ -151,3 +151,24 @@ def test_paper_search_has_a_fixed_box():
     """The paper knows no other."""
     with pytest.raises(jamlab.InputError, match=r"'shear-stabilized'.*fixed box"):
         jamlab.jam("sp", 8, search="paper", ensemble="shear-stabilized")
+
+
+def test_droplets_on_corners_shear_loose():
+    """Their minimum has no Hessian; secants find the shear all the same, and it takes the contacts of this onset."""
+    packing = jamlab.jam("dp", 6, 2)
+    with pytest.raises(jamlab.ConvergenceError):
+        jamlab.elastic_tensor(packing)
+    assert residue(packing) > 0.1
+    with jamlab.Session(packing) as session:
+        found = relax_with_box_shear(session)
+    assert found.evaluation.pressure < 1e-4 * jamlab.evaluate(packing).pressure
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_onset_of_sheared_droplets_has_no_shear_stress(seed):
+    """Where the onset in a square box is loose once the box may shear, the next one up is found."""
+    packing = jamlab.jam("dp", 16, seed, ensemble="shear-stabilized")
+    pressure = jamlab.evaluate(packing).pressure
+    assert residue(packing) * pressure <= max(1e-8 * pressure, packing.max_force)
+    assert packing.onset > jamlab.jam("dp", 16, seed).onset

@@ -282,3 +282,15 @@ def test_a_box_that_is_not_finite_is_refused(tmp_path, line):
     path.write_text("\n".join(lines))
     with pytest.raises(jamlab.StorageError, match=r"p\.data.*not finite"):
         jamlab.read(path)
+
+
+@pytest.mark.parametrize("bound", ["-inf", "inf", "nan"])
+def test_a_dump_with_bounds_that_are_not_finite_is_refused(tmp_path, bound):
+    path = tmp_path / "p.dump"
+    jamlab.write_dump(path, [polygons(1, 0.3)])
+    lines = path.read_text().splitlines(keepends=True)
+    at = next(k for k, line in enumerate(lines) if line.startswith("ITEM: BOX BOUNDS")) + 1
+    lines[at] = " ".join([bound, *lines[at].split()[1:]]) + "\n"
+    path.write_text("".join(lines))
+    with pytest.raises(jamlab.StorageError, match=r"p\.dump.*not finite"):
+        jamlab.read_all(path)

@@ -1,0 +1,84 @@
+// Numbers as text, and the lines beside the picture: what is drawn, and what the state is.
+
+function number(value, digits = 4) {
+  if (value === null || Number.isNaN(value)) return 'none';
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(digits - 1) : value.toPrecision(digits);
+  return text.replaceAll('-', '−');
+}
+
+/** A number as short as it can be. */
+function plain(value) {
+  return String(Number(value.toPrecision(6))).replaceAll('-', '−');
+}
+
+function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function key(colour, text, kind = 'patch', opacity = 1) {
+  const swatch = element('i', {className: kind});
+  swatch.style.setProperty('--colour', colour);
+  swatch.style.opacity = opacity;
+  return element('span', {}, swatch, text);
+}
+
+/** What is drawn, one entry each. */
+function legend(scene) {
+  const {state, head, shown, colours} = scene, {force} = head.units;
+  const particle = kind => key(colours[kind], kind === 'beside' ? 'particle' : kind, 'patch', colours.fill);
+  const present = new Set(Array.from({length: head.n}, (_, m) => particleKind(m, scene)));
+  const entries = ['large', 'small', 'beside', 'rattler'].filter(kind => present.has(kind)).map(particle);
+  if (head.radii === null) entries.push(element('span', {}, 'line: bare polygon, fill: with its rim'));
+  if (shown.forces) {
+    entries.push(key(colours.force, `width: force, mean of the state ${number(state.meanForce, 3)} [${force}]`, 'line'));
+    if (state.contacts.some(({bearing}) => !bearing)) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
+  }
+  if (shown.overlaps) entries.push(key(colours.overlap, head.radii === null ? 'overlap of rims' : 'overlap'));
+  if (shown.cells) entries.push(key(wallColour(scene), head.radii === null ? 'set-Voronoi cells' : 'power cells', 'line'));
+  if (shown.voids) entries.push(...voidKeys(state.voids, colours));
+  if (shown.displacements) entries.push(moveKey(state, colours));
+  return entries;
+}
+
+function voidKeys({why, list, percolating}, colours) {
+  if (why) return [element('span', {}, `no voids: ${why}`)];
+  const present = [...new Set(list.map(({sides}) => sides))].sort((a, b) => a - b);
+  const keys = present.filter(sides => sides in colours.sides).map(sides => key(colours.sides[sides], `void of ${sides}`));
+  if (present.some(sides => !(sides in colours.sides))) keys.push(key(colours.otherSides, 'void of another number'));
+  if (percolating) keys.push(element('span', {}, `${percolating} that percolate${percolating > 1 ? '' : 's'} left blank`));
+  return keys;
+}
+
+function moveKey(state, colours) {
+  if (state.moves === null) return element('span', {}, 'displacements: no state before this one');
+  const times = moveScale(state), {area, shear} = state.affine;
+  if (times === 0) return element('span', {}, 'displacements since the state before: none but that of the box');
+  const box = `without the affine part (box: area ${number(100 * area, 3)} %, shear ${number(shear, 3)}) and drift`;
+  return key(colours.move, `displacements since the state before, drawn × ${plain(times)}, ${box}; dashed: cut`, 'line');
+}
+
+/** The numbers of a state: name and value in turn. */
+function facts(row, {units, along}) {
+  const found = [];
+  // G comes last: its reason for being absent takes a line of its own
+  if (along.name === 'strain') found.push(['strain γ', number(row.strain)]);
+  found.push(
+    ['ρ', number(row.rho)],
+    ['φ', number(row.phi)],
+    ['z', number(row.z)],
+    ['rattlers', row.rattlers === null ? 'uncertain' : String(row.rattlers)],
+    ['pressure', `${number(row.pressure)} [${units.stress}]`],
+    ['G', row.g === null ? `none: ${row.why}` : `${number(row.g)} [${units.stress}]`],
+  );
+  return found;
+}
+
+/** A warning if the state is no minimum that was asked for; "" if it is. */
+function warning({converged, max_force: left}, {units}) {
+  if (converged === true) return '';
+  if (converged === null) return 'not known to be at an energy minimum';
+  return `NOT CONVERGED${left === null ? '' : `: largest force left ${number(left, 2)} [${units.force}]`}`;
+}

@@ -1,0 +1,93 @@
+"""What stands beside the picture: rho, z, G and pressure of every state, and why a state has no G."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError
+from jamlab.figures.explorer.units import unit_labels
+from jamlab.measure import measure, why_no_modulus
+from jamlab.packing.observable_labels import LABELS
+from jamlab.packing.packing import Packing
+
+SHOWN = ("rho", "z", "rattlers", "pressure", "g")
+SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more than rounding
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity as the page shows it.
+
+    Attributes:
+        name: its key.
+        symbol: before a number.
+        label: of an axis, without unit.
+        unit: "" for a pure number.
+    """
+
+    name: str
+    symbol: str
+    label: str
+    unit: str = ""
+
+
+def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[str, NDArray[np.float64]]:
+    """Those of the observables that the page shows.
+
+    Raises:
+        InputError: one of them has not one number per frame.
+    """
+    columns = {name: np.asarray(observables[name], dtype=np.float64) for name in SHOWN if name in observables}
+    for name, values in columns.items():
+        if values.shape != (frames,):
+            raise InputError(f"observable {name!r} has shape {values.shape}: give a number for each of {frames} states")
+    return columns
+
+
+def observe(packing: Packing, known: Mapping[str, float]) -> dict[str, Any]:
+    """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None."""
+    row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
+    numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
+    return {
+        **numbers,
+        "phi": packing.phi,
+        "strain": strain(packing),
+        "why": why_no_modulus(packing) if numbers["g"] is None else "",
+        "converged": _mark(packing),
+        "max_force": packing.max_force,
+    }
+
+
+def strain(packing: Packing) -> float:
+    """Shear of the box, the tilt over the height."""
+    return float(packing.box[1, 0] / packing.box[1, 1])
+
+
+def along(packings: Sequence[Packing]) -> Quantity:
+    """What changes from state to state: rho, the strain at fixed phi, or nothing but the number of the state."""
+    phi = np.array([packing.phi for packing in packings])
+    if np.ptp(phi) > SHEARED * phi.max():
+        return Quantity("rho", "ρ", "true packing fraction ρ")
+    if np.ptp([strain(packing) for packing in packings]) > SHEARED:
+        return Quantity("strain", "γ", "shear strain γ of the box")
+    return Quantity("number", "state", "state")
+
+
+def curves(packing: Packing) -> list[Quantity]:
+    """The curves beside the picture."""
+    stress = unit_labels(packing)["stress"]
+    return [
+        Quantity("z", "z", "contacts per particle z, without rattlers"),
+        Quantity("g", "G", f"G: {LABELS['g']}", stress),
+        Quantity("pressure", "p", "pressure p", stress),
+    ]
+
+
+def _mark(packing: Packing) -> bool | None:
+    """Whether a state is what was asked for; None where no minimisation is known."""
+    if packing.max_force is None and not packing.converged:
+        return None
+    return packing.converged and packing.on_target

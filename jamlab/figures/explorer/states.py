@@ -1,0 +1,199 @@
+"""One state as packed arrays: outlines, contacts with forces, voids, cells, and displacements since the one before.
+
+Everything that the page draws or says of a state is computed here, by the functions of the library.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from jamlab.errors import BoundaryError
+from jamlab.figures.explorer.packed_arrays import Grid, encode
+from jamlab.geometry.contact_network import Contacts, contacts
+from jamlab.geometry.particle_shape import particle_areas, shape_factors
+from jamlab.geometry.rims import rim_overlaps, rims
+from jamlab.geometry.tessellation import tessellation
+from jamlab.geometry.voids.void_plot import void_paths
+from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.packing.packing import Packing
+from jamlab.packing.packing_plot import home_moves
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+COARSE = (
+    2e-3  # of sqrt(cell area / particles): a fifth of a pixel, by which drawn boundaries of voids and cells may be off
+)
+THIN = 0.1  # of the thickness of an overlap, by which its outline may be off
+JOINED = 1e-9  # of the same: ends of walls nearer than this are one corner
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Lines of several points each, one after the other.
+
+    Attributes:
+        points: (m, 2).
+        ends: (k,) int64, where in `points` each line ends.
+    """
+
+    points: Array
+    ends: Indices
+
+
+_NOTHING = Rings(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+
+
+def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
+    """Pack one state for the page; numbers are in the units of the packing.
+
+    Args:
+        packing: SP or DP.
+        before: the state before, of the same particles.
+
+    Returns:
+        A dictionary for JSON: `box`, limits of the coordinates, and arrays in base64.
+
+    Raises:
+        InputError: outlines of two polygons cross.
+    """
+    home = home_moves(packing)
+    sites, centres = packing.positions + home[packing.particle], packing.centroids + home
+    cells = tessellation(packing)
+    walls = _join_walls(packing, cells.lines)
+    found, paths, no_voids = _find_voids(packing)
+    lenses = _find_overlaps(packing, centres)
+    grid = Grid.around(packing.box, np.concatenate([sites, centres, walls.points, paths.points, lenses.points]))
+    network = contacts(packing)
+    state: dict[str, Any] = {
+        "box": packing.box.tolist(),
+        **grid.limits(),
+        "rim": 0.5 * packing.params["delta"] if packing.diameters is None else 0.0,
+        "sites": grid.encode(sites),
+        "contacts": _pack_contacts(packing, network, home),
+        "particles": _pack_particles(packing, network, cells.area),
+        "cells": {"points": grid.encode(walls.points), "ends": encode(walls.ends, "<u4")},
+        "voids": _pack_voids(found, paths, no_voids, grid),
+        "moves": None if before is None else encode(displacements(before, packing), "<f4"),
+        "affine": None if before is None else affine_part(before.box, packing.box),
+    }
+    if packing.diameters is None:
+        state["centres"] = grid.encode(centres)
+        state["overlaps"] = {"points": grid.encode(lenses.points), "ends": encode(lenses.ends, "<u4")}
+    return state
+
+
+def displacements(before: Packing, after: Packing) -> Array:
+    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median.
+
+    The median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median.
+
+    With lattice coordinates s = x B^-1 they are (s_after - s_before) B_after.
+    """
+    lattice = after.centroids @ np.linalg.inv(after.box) - before.centroids @ np.linalg.inv(before.box)
+    moved = (lattice - np.round(lattice)) @ after.box
+    return np.asarray(moved - np.median(moved, axis=0))
+
+
+def affine_part(before: Array, after: Array) -> dict[str, float]:
+    """What the box did: relative change of its area, and engineering shear strain since the state before."""
+    gradient = np.linalg.solve(before, after)  # x_after = x_before @ gradient
+    return {"area": float(np.linalg.det(gradient) - 1), "shear": float(gradient[1, 0] / gradient[1, 1])}
+
+
+def _pack_contacts(packing: Packing, network: Contacts, home: Array) -> dict[str, Any]:
+    """Contacts between particles that lie in the cell; `image` is that of j as the page draws it."""
+    i, j = network.pairs.T
+    cell = np.round(home @ np.linalg.inv(packing.box)).astype(np.int64)
+    image = network.shift + cell[i] - cell[j]
+    found = network.forces
+    return {
+        "pairs": encode(network.pairs, "<u2"),
+        "image": encode(image, "<i2"),
+        "force": encode(found.size, "<f4"),
+        "gap": encode(found.gap, "<f4"),
+        "bearing": encode(network.bearing, "u1"),
+    }
+
+
+def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[str, Any]:
+    """Numbers of every particle; z counts all contacts of a rattler, else those that bear force, as the mean z does."""
+    counted = network.bearing[:, None] | network.rattlers[network.pairs]
+    z = np.bincount(network.pairs[counted], minlength=packing.n)
+    return {
+        "shape": encode(shape_factors(packing), "<f4"),
+        "area": encode(particle_areas(packing), "<f4"),
+        "cell": encode(cells, "<f4"),
+        "z": encode(z, "<u2"),
+        "rattler": encode(network.rattlers, "u1"),
+    }
+
+
+def _pack_voids(found: Voids | None, paths: Rings, why: str, grid: Grid) -> dict[str, Any]:
+    if found is None:
+        return {"why": why}
+    closed = np.flatnonzero(found.percolating == 0)
+    return {
+        "points": grid.encode(paths.points),
+        "ends": encode(paths.ends, "<u4"),
+        "rings": encode(1 + found.islands[closed], "<u4"),
+        "sides": encode(found.sides[closed], "<u2"),
+        "area": encode(found.area[closed], "<f4"),
+        "percolating": int(np.sum(found.percolating > 0)),
+    }
+
+
+def _find_voids(packing: Packing) -> tuple[Voids | None, Rings, str]:
+    """Voids that do not percolate, with their rings; none and the reason where outlines cross."""
+    try:
+        found = voids(packing)
+    except BoundaryError as error:
+        return None, _NOTHING, str(error)
+    rings = [
+        shapely.linearrings(ring)
+        for path, percolating in zip(void_paths(found), found.percolating, strict=True)
+        if not percolating
+        for ring in np.split(path.vertices, np.flatnonzero(path.codes == path.CLOSEPOLY)[:-1] + 1)
+    ]
+    return found, _coarsen(np.array(rings, dtype=object), packing), ""
+
+
+def _find_overlaps(packing: Packing, centres: Array) -> Rings:
+    """Outlines of the places where the rims of two droplets overlap, each once; none for disks: two arcs, drawn so."""
+    if packing.diameters is not None:
+        return _NOTHING
+    found = rim_overlaps(packing, rims(packing))
+    once = found.owner <= found.other
+    parts, part = shapely.get_parts(found.regions[once], return_index=True)
+    area = shapely.area(parts)
+    parts, owner = parts[area > 0], found.owner[once][part][area > 0]
+    thickness = 2 * shapely.area(parts) / shapely.length(parts)
+    outlines = _lines(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
+    return Rings(outlines.points + np.repeat(centres[owner], np.diff(outlines.ends, prepend=0), axis=0), outlines.ends)
+
+
+def _join_walls(packing: Packing, pieces: Array) -> Rings:
+    """Walls of cells as lines from corner to corner, each in the cell."""
+    step = JOINED * np.sqrt(packing.area / packing.n)
+    ends = step * np.round(pieces / step)
+    walls = shapely.get_parts(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends))))
+    coarse = _coarsen(walls, packing)
+    line = np.repeat(np.arange(len(coarse.ends)), np.diff(coarse.ends, prepend=0))
+    middle = np.column_stack([np.bincount(line, x) for x in coarse.points.T]) / np.bincount(line)[:, None]
+    move = -np.floor(middle @ np.linalg.inv(packing.box)) @ packing.box
+    return Rings(coarse.points + move[line], coarse.ends)
+
+
+def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Rings:
+    """Leave out points that no eye would miss; a small ring keeps its shape."""
+    most = COARSE * np.sqrt(packing.area / packing.n)
+    size = shapely.length(lines)
+    return _lines(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
+
+
+def _lines(lines: NDArray[np.object_]) -> Rings:
+    points, line = shapely.get_coordinates(lines, return_index=True)
+    return Rings(points, np.cumsum(np.bincount(line, minlength=len(lines))))

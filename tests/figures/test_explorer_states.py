@@ -1,0 +1,191 @@
+"""What a page of the explorer holds: unpacked again, it is what the library computes."""
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import jamlab
+from jamlab.figures.explorer import one_sweep
+from jamlab.figures.explorer.packed_arrays import STEPS
+from jamlab.figures.explorer.states import affine_part, displacements, pack_state
+from jamlab.geometry.rims import rim_overlaps, rims
+from jamlab.packing.deformation import at_phi, deformed, sheared
+
+STATES = Path(__file__).parent / "states"
+KINDS = {"pairs": "<u2", "image": "<i2", "bearing": "u1", "rattler": "u1", "z": "<u2", "sides": "<u2"}
+
+
+@pytest.fixture(params=["disks", "droplets"])
+def packing(request):
+    """Stored states; the disks in the same lattice by a box that is tilted by its width."""
+    stored = jamlab.read(STATES / f"{request.param}.h5")
+    tilted = stored.box + np.outer([0.0, 1.0], stored.box[0])
+    return stored.with_state(box=tilted) if request.param == "disks" else stored
+
+
+def numbers(packed, name):
+    return np.frombuffer(base64.b64decode(packed[name]), KINDS.get(name, "<f4"))
+
+
+def points(state, text):
+    steps = np.frombuffer(base64.b64decode(text), "<u2").reshape(-1, 2)
+    low, high = np.array(state["low"]), np.array(state["high"])
+    return (low + steps * (high - low) / STEPS) @ np.array(state["box"])
+
+
+def lines(state, packed):
+    ends = np.frombuffer(base64.b64decode(packed["ends"]), "<u4")
+    return np.split(points(state, packed["points"]), ends[:-1])
+
+
+def step(state):
+    """Half of what two coordinates may differ by, and a little more for float32."""
+    return np.hypot(*(np.subtract(state["high"], state["low"]) @ np.abs(state["box"]))) / STEPS
+
+
+def head(page):
+    return json.loads(re.search(r'class="head">(.*?)</script>', page, re.DOTALL)[1])
+
+
+def test_particles_lie_in_the_cell_and_keep_their_shape(packing):
+    state = pack_state(packing, None)
+    sites = points(state, state["sites"])
+    moved = (sites - packing.positions) @ np.linalg.inv(packing.box)
+    np.testing.assert_allclose(moved, np.round(moved), atol=1e-3)
+    centres = points(state, state["centres"]) if "centres" in state else sites
+    lattice = centres @ np.linalg.inv(packing.box)
+    assert lattice.min() > -1e-3 and lattice.max() < 1 + 1e-3
+    np.testing.assert_allclose(
+        sites - centres[packing.particle], packing.positions - packing.centroids[packing.particle], atol=2 * step(state)
+    )
+    assert step(state) < 5e-4
+
+
+def test_contacts_join_particles_as_they_are_drawn(packing):
+    state, network = pack_state(packing, None), jamlab.contacts(packing)
+    packed, found = state["contacts"], network.forces
+    (i, j), image = numbers(packed, "pairs").reshape(-1, 2).T, numbers(packed, "image").reshape(-1, 2)
+    centres = points(state, state.get("centres", state["sites"]))
+    np.testing.assert_allclose(centres[j] + image @ packing.box - centres[i], network.r, atol=2 * step(state))
+    np.testing.assert_allclose(numbers(packed, "force"), found.size, rtol=1e-6)
+    np.testing.assert_allclose(numbers(packed, "gap"), found.gap, rtol=1e-6)
+    assert (numbers(packed, "bearing") == network.bearing).all()
+
+
+def test_numbers_of_particles_are_those_of_the_library(packing):
+    packed, network = pack_state(packing, None)["particles"], jamlab.contacts(packing)
+    np.testing.assert_allclose(numbers(packed, "shape"), jamlab.shape_factors(packing), rtol=1e-6)
+    np.testing.assert_allclose(numbers(packed, "area"), jamlab.particle_areas(packing), rtol=1e-6)
+    np.testing.assert_allclose(numbers(packed, "cell"), jamlab.tessellation(packing).area, rtol=1e-6)
+    assert (numbers(packed, "rattler") == network.rattlers).all()
+    assert numbers(packed, "z")[~network.rattlers].mean() == pytest.approx(network.z)
+
+
+def test_voids_and_cells_have_their_size(packing):
+    state, found, cells = pack_state(packing, None), jamlab.voids(packing), jamlab.tessellation(packing)
+    packed, closed = state["voids"], found.percolating == 0
+    rings = lines(state, packed)
+    first = np.cumsum(numbers(packed, "rings").view("<u4")) - numbers(packed, "rings").view("<u4")
+    areas = [shapely.Polygon(rings[k]).area for k in first]
+    solid = found.islands[closed] == 0
+    np.testing.assert_allclose(np.array(areas)[solid], found.area[closed][solid], rtol=0.03, atol=1e-4)
+    assert (numbers(packed, "sides") == found.sides[closed]).all()
+    drawn = sum(shapely.LineString(wall).length for wall in lines(state, state["cells"]))
+    assert drawn == pytest.approx(cells.wall_length.sum(), rel=0.01)
+
+
+def test_overlaps_of_droplets_have_their_size():
+    packing = jamlab.read(STATES / "droplets.h5")
+    state, found = pack_state(packing, None), rim_overlaps(packing, rims(packing))
+    drawn = sum(shapely.Polygon(lens).area for lens in lines(state, state["overlaps"]))
+    assert drawn == pytest.approx(0.5 * shapely.area(found.regions).sum(), rel=0.05)
+
+
+def test_outlines_that_cross_are_refused_with_the_number_of_the_state(tmp_path):
+    packing = jamlab.read(STATES / "droplets.h5")
+    onto_another = np.where(packing.particle == 0, 1.0, 0.0)[:, None] * (np.diff(packing.centroids[:2], axis=0) + 0.2)
+    crossed = packing.with_state(positions=packing.positions + onto_another)
+    with pytest.raises(jamlab.InputError, match="state 1: outlines of polygons"):
+        jamlab.write_page([packing, crossed], tmp_path / "page.html")
+
+
+def test_displacements_leave_out_the_box_the_drift_and_jumps_by_a_period(packing):
+    after = sheared(at_phi(packing, 0.99 * packing.phi), 0.02)
+    np.testing.assert_allclose(displacements(packing, after), 0, atol=1e-12)
+    own = np.where(packing.particle == 0, 1.0, 0.0)[:, None] * [0.03, -0.04]
+    jump = np.where(packing.particle == 1, 1.0, 0.0)[:, None] * after.box[1]
+    moved = displacements(packing, after.with_state(positions=after.positions + own + jump + [0.2, 0.1]))
+    np.testing.assert_allclose(moved[0], [0.03, -0.04], atol=1e-12)
+    np.testing.assert_allclose(moved[1:], 0, atol=1e-12)
+
+
+def test_the_affine_part_is_that_of_the_box(packing):
+    after, _ = deformed(packing, np.array([[1.01, 0.02], [0.0, 1.0]]))
+    found = affine_part(packing.box, after.box)
+    assert found == pytest.approx({"area": 0.01, "shear": 0.02})
+
+
+def test_page_takes_known_numbers_measures_others_and_says_why_there_is_no_modulus(tmp_path):
+    stored = jamlab.read(STATES / "droplets.h5")
+    sweep = [stored, at_phi(stored, 0.7)]
+    jamlab.write_page(sweep, tmp_path / "page.html", observables={"z": [4.25, np.nan], "psi": [1.0, 2.0]})
+    content = head((tmp_path / "page.html").read_text())
+    first, last = content["rows"]
+    assert (first["z"], last["z"]) == (4.25, None)
+    measured = jamlab.measure(stored, ["g", "pressure", "rho"])
+    assert {name: first[name] for name in measured} == pytest.approx(measured)
+    assert (first["why"], first["converged"]) == ("", True)
+    assert last["g"] is None and "no contact bears a load" in last["why"] and last["converged"] is None
+    assert content["along"]["name"] == "rho"
+    assert "mean over directions" in content["curves"][1]["label"] and content["curves"][1]["unit"] == "ε/l²"
+
+
+def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
+    stored = jamlab.read(STATES / "disks.h5")
+    sweep = [sheared(stored, 0.01 * k) for k in range(7)]
+    done = []
+    jamlab.write_page(iter(sweep), tmp_path / "page.html", every=3, progress=lambda k, n: done.append((k, n)))
+    page = (tmp_path / "page.html").read_text()
+    assert not re.search(r"\b(src|href)=|url\(|@import|//[a-z]+\.[a-z]", page.replace("http://www.w3.org/2000/svg", ""))
+    assert page.count('class="state">') == 3 and done == [(1, 3), (2, 3), (3, 3)]
+    content = head(page)
+    assert content["along"]["name"] == "strain"
+    start = stored.box[1, 0] / stored.box[1, 1]
+    assert [row["strain"] - start for row in content["rows"]] == pytest.approx([0.0, 0.03, 0.06])
+
+
+def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
+    disks, droplets = (jamlab.read(STATES / f"{name}.h5") for name in ("disks", "droplets"))
+    path = tmp_path / "page.html"
+    other = disks.with_state(units="eps", params={"eps": 1.0})
+    fewer = disks.select(np.arange(disks.n) > 0)
+    larger = disks.with_state(diameters=1.01 * disks.diameters)
+    for packings, message in (
+        ([], "no packings"),
+        ([disks, droplets], "packing 1 has model = dp, packing 0 has sp"),
+        ([disks, other], "units = eps"),
+        ([disks, fewer], "n = 23"),
+        ([disks, larger], "diameters: they are other particles"),
+    ):
+        with pytest.raises(jamlab.InputError, match=message):
+            jamlab.write_page(packings, path)
+    with pytest.raises(jamlab.InputError, match="every = 0"):
+        jamlab.write_page(disks, path, every=0)
+    with pytest.raises(jamlab.InputError, match="'z' has shape"):
+        jamlab.write_page(disks, path, observables={"z": [1.0, 2.0]})
+    with pytest.raises(jamlab.StorageError, match="no folder"):
+        jamlab.write_page(disks, tmp_path / "absent" / "page.html")
+    monkeypatch.setattr(one_sweep, "MOST_BYTES", 10_000)
+    with pytest.raises(jamlab.InputError, match=r"8 states .* take every (\d+)th frame") as refused:
+        jamlab.write_page([disks] * 8, path)
+    every = int(re.search(r"every=(\d+)", str(refused.value))[1])
+    monkeypatch.setattr(one_sweep, "MOST_BYTES", 10_000 * 8 // every * every)  # what is proposed fits
+    monkeypatch.setattr(one_sweep, "MOST_PARTICLES", 23)
+    with pytest.raises(jamlab.InputError, match="24 particles: a page shows 23 at most"):
+        jamlab.write_page(disks, path)
+    assert not path.exists()
