@@ -77,7 +77,8 @@ class Contacts:
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
 
-        The legend gives the width of the mean force. Rattlers are grey, other particles pale.
+        The legend gives the width of the mean force. Rattlers are grey, other particles pale; axes that show particles
+        already, as after `p.plot(ax)`, keep them.
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.contacts(p).plot()

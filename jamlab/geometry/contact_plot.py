@@ -40,7 +40,9 @@ def draw_force_network(axes: Axes, network: Contacts, /, **style: Any) -> None:
     width = look.pop("linewidth")
     if not is_number(width):
         raise InputError(f"linewidth = {width!r:.60}: give one number, the width of the mean force in points")
-    draw_background(axes, packing, np.where(network.rattlers, RATTLER, PARTICLE))
+    bare = not axes.collections
+    if bare:
+        draw_background(axes, packing, np.where(network.rattlers, RATTLER, PARTICLE))
     handles: list[Any] = []
     if len(strength):
         mean = float(strength.mean())
@@ -50,7 +52,7 @@ def draw_force_network(axes: Axes, network: Contacts, /, **style: Any) -> None:
         handles.append(Line2D([], [], color=look.get("edgecolor", look.get("color")), linewidth=width, label=label))
     else:
         handles.append(Line2D([], [], linestyle="none", label="no contacts"))
-    if network.rattlers.any():
+    if bare and network.rattlers.any():
         count = int(network.rattlers.sum())
         label = "every particle rattles" if count == packing.n else f"{count} rattler{'s' * (count > 1)}"
         handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))

@@ -209,6 +209,15 @@ def test_widths_are_proportional_to_forces_in_tilted_cells_too(random_disks, tou
     assert len(scales) > 50 and np.ptp(scales) < 1e-9 * np.mean(scales)
 
 
+def test_force_network_over_a_packing_keeps_its_colours():
+    packing = state("disks")
+    axes = packing.plot(Figure().subplots())
+    before = len(axes.collections)
+    network = jamlab.contacts(packing)
+    added = network.plot(axes).collections[before:]
+    assert all(isinstance(part, LineCollection) for part in added) and len(texts(axes)) == 1
+
+
 def test_modes_below_zero_are_counted_beyond_rounding():
     vectors = np.zeros((4, 2, 2))
     axes = jamlab.Modes(np.array([-0.1, -1e-17, 0.0, 0.2]), vectors).plot(Figure().subplots())
