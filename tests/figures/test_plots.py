@@ -5,6 +5,7 @@ import sys
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 from bare_pictures import bare, both, picture, state
 from matplotlib import pyplot
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 import jamlab
+from jamlab.campaign.table_plot import draw_means
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
 
@@ -149,6 +151,20 @@ def test_curves():
     for axes, name in zip(figure.subplots(1, len(CURVES)), CURVES, strict=True):
         result(name).plot(axes)
     return bare(figure, columns=len(CURVES))
+
+
+@picture
+def test_means_of_a_table():
+    """Two models over the distance from onset, two packings each: means with their standard errors."""
+    d = np.geomspace(1e-3, 0.1, 20)
+    rows = [
+        pd.DataFrame({"model": model, "n": 8, "seed": seed, "d_rho": d, "z": z_j + (3 + 0.4 * seed) * d**0.5})
+        for model, z_j in (("sp", 4.0), ("dp", 3.8))
+        for seed in (1, 2)
+    ]
+    figure = Figure(figsize=(4.0, 3.0), layout="constrained")
+    draw_means(figure.subplots(), pd.concat(rows, ignore_index=True), "z", "d_rho", "model", None)
+    return bare(figure)
 
 
 @pytest.mark.parametrize("name", RESULTS)
