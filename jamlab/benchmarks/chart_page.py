@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from jamlab.figures.html_page import TextTable, save_png, write_csv, write_page
+from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.packing.atomic_file import make_folder
 from jamlab.packing.versions import versions
 
@@ -21,11 +21,13 @@ class Chart:
     """One measurement as the page shows it.
 
     Attributes:
+        title: heading of its section.
         caption, figure: the picture.
         table: what was measured, for the reader.
         rows: the same as values, for the CSV file.
     """
 
+    title: str
     caption: str
     figure: Figure
     table: TextTable
@@ -62,14 +64,14 @@ def write_charts(
     make_folder(folder)
     began = time.perf_counter()
     rows: list[Mapping[str, Any]] = []
-    tables, pictures = [], {}
+    sections: list[Section] = []
     for key in charts:
         if progress is not None:
             progress(key)
         chart = measure(key)
         rows += chart.rows
-        tables.append(chart.table)
-        pictures[chart.caption] = save_png(chart.figure, folder / f"{key}.png")
+        png = save_png(chart.figure, folder / f"{key}.png")
+        sections.append(Section(chart.title, png, chart.caption, [chart.table]))
         write_csv(folder / f"{name}.csv", pd.DataFrame(rows))
     facts = {
         "wall time": f"{time.perf_counter() - began:.0f} s",
@@ -77,4 +79,4 @@ def write_charts(
         "machine": f"{platform.machine()}, {os.cpu_count()} cores, one used",
         **versions(),
     }
-    write_page(folder / f"{name}.html", title, lead, tables, pictures, facts)
+    write_report(folder / f"{name}.html", title, lead, sections, facts)

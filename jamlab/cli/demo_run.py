@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from jamlab.checks import check_bidisperse, check_number
 from jamlab.cli.model_processes import run_side_by_side
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
-from jamlab.figures import html_page
+from jamlab.figures.explorer.units import unit_labels
+from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
+from jamlab.figures.html_page import Section, TextTable, save_png, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
 from jamlab.measure import table, why_no_modulus
 from jamlab.packing.atomic_file import check_target
@@ -158,25 +160,40 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     pictures = _draw_pictures(sweeps, spectrum)
     if spectrum is None:
         facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
-    images = {caption: html_page.save_png(figure, out / name) for caption, (name, figure) in pictures.items()}
+    sections = [_explorer(sweep) for sweep in sweeps.values()]
+    for heading, (name, figure, caption) in pictures.items():
+        sections.append(Section(heading, save_png(figure, out / name), caption))
+    sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
     times = {f"wall time {model.upper()}": f"{sweep.seconds:.1f} s" for model, sweep in sweeps.items()}
     parameters = {k: v for k, v in sweeps["dp"].packings[-1].params.items() if k != "a0"}
-    html_page.write_page(
+    write_report(
         out / "index.html",
         "Jamming of disks and deformable polygons",
         _LEAD,
-        [html_page.TextTable(MODEL_STYLE[m]["label"], HEADINGS, table_rows(sweep)) for m, sweep in sweeps.items()],
-        images,
+        sections,
         facts
         | {"DP parameters": ", ".join(f"{k} = {v}" for k, v in parameters.items())}
         | times
         | versions()
         | {"Python": platform.python_version()},
+        explorer_assets(),
     )
 
 
-def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure]]:
-    """Caption -> name of the file, and figure."""
+def _explorer(sweep: ModelSweep) -> Section:
+    fragment = explorer_fragment(sweep.packings, observables=sweep.measured)
+    return Section(MODEL_STYLE[sweep.model]["label"], fragment=fragment)
+
+
+def _table(sweep: ModelSweep) -> TextTable:
+    units = unit_labels(sweep.packings[0])
+    in_brackets = {"pressure": units["stress"], "G": units["stress"], "max force": units["force"]}
+    columns = [f"{name} [{in_brackets[name]}]" if name in in_brackets else name for name in HEADINGS]
+    return TextTable(columns, table_rows(sweep), MODEL_STYLE[sweep.model]["label"])
+
+
+def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure, str]]:
+    """Heading -> name of the file, figure, caption."""
     densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(
@@ -189,9 +206,17 @@ def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> d
     left_out = [f"Not stable: {MODEL_STYLE[m]['label']}, {line}." for m, s in sweeps.items() for line in unstable(s)]
     moduli = " ".join(["Relaxed shear modulus by linear response, mean over directions.", *left_out])
     pictures = {
-        _PACKINGS: ("packings.png", packings_figure(densest, titles)),
-        "Contacts per particle without rattlers.": ("z.png", curve_figure(tables, "z", "contact number $z$")),
-        moduli: ("g.png", curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]")),
+        "Densest packings": ("packings.png", packings_figure(densest, titles), _PACKINGS),
+        "Contacts": (
+            "z.png",
+            curve_figure(tables, "z", "contact number $z$"),
+            "Contacts per particle, rattlers left out.",
+        ),
+        "Shear modulus": (
+            "g.png",
+            curve_figure(tables, "g", f"shear modulus $G$, mean over directions\n[{unit}]"),
+            moduli,
+        ),
     }
     if spectrum is not None:
         caption = (
@@ -200,7 +225,8 @@ def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> d
             f"directions, as in the table, is G = {spectrum.mean_g:.4f}."
         )
         name = f"SP, ρ = {tables['sp']['rho'][-1]:.3f}"
-        pictures[caption] = ("gstar.png", modulus_figure({name: spectrum}, r"$\epsilon/\sigma^2$"))
+        figure = modulus_figure({name: spectrum}, r"$\epsilon/\sigma^2$")
+        pictures["Complex shear modulus"] = ("gstar.png", figure, caption)
     return pictures
 
 

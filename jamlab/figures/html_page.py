@@ -1,6 +1,8 @@
-"""Write one self-contained HTML page of tables, pictures and facts, and the PNG and CSV files beside it."""
+"""Write one self-contained HTML page of sections, a picture with its tables each, and PNG and CSV files beside it."""
 
 import base64
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -8,13 +10,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, select_autoescape
+from markupsafe import Markup
 from matplotlib.figure import Figure
+from PIL import Image
 
 from jamlab.packing.atomic_file import atomic_file
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_NOTHING = Markup("")
+_WIDE = 1.7  # width over height of a picture
 _DPI = 130  # figures of two or more panels are wider than the page, and stay sharp when it scales them down
 
 
@@ -23,16 +29,60 @@ class TextTable:
     """A table as the reader sees it.
 
     Attributes:
-        heading: above the table.
-        columns: their names.
+        columns: their names, with units.
         rows: cells.
-        red: whether to mark each row; by default none.
+        heading: above the table; none by default.
+        marks: a word for each row, such as its verdict, by which the reader can filter; none by default.
+        words: columns of text: they are set left, and wrap.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    heading: str = ""
+    marks: Sequence[str] = ()
+    words: bool = False
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a page: picture first, then what was measured.
+
+    Attributes:
+        heading: also in the table of contents.
+        picture: PNG, held inside the page; none by default.
+        caption: of the picture.
+        tables: in their order.
+        fragment: HTML above all of them, such as an explorer.
     """
 
     heading: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    red: Sequence[bool] = ()
+    picture: bytes | None = None
+    caption: str = ""
+    tables: Sequence[TextTable] = ()
+    fragment: Markup = _NOTHING
+
+    @property
+    def anchor(self) -> str:
+        """Name of the section in links."""
+        return re.sub(r"[^a-z0-9]+", "-", self.heading.lower()).strip("-")
+
+    @property
+    def image(self) -> str:
+        """Picture as base64; "" without one."""
+        return base64.b64encode(self.picture or b"").decode("ascii")
+
+    @property
+    def wide(self) -> bool:
+        """Whether the picture holds panels side by side: a phone lets it slide instead of making it illegible."""
+        if self.picture is None:
+            return False
+        with Image.open(BytesIO(self.picture)) as image:
+            return image.width > _WIDE * image.height
+
+    @property
+    def marks(self) -> Counter[str]:
+        """How often each mark stands in the tables of the section."""
+        return Counter(mark for table in self.tables for mark in table.marks)
 
 
 def save_png(figure: Figure, path: Path) -> bytes:
@@ -50,30 +100,30 @@ def write_csv(path: Path, table: "pd.DataFrame") -> None:
         table.to_csv(temporary, index=False, float_format="%.8g")
 
 
-def write_page(
+def write_report(
     path: Path,
     title: str,
     lead: str,
-    tables: Sequence[TextTable],
-    pictures: Mapping[str, bytes],
+    sections: Sequence[Section],
     facts: Mapping[str, str],
+    assets: Markup = _NOTHING,
 ) -> None:
-    """Write the page.
+    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it.
 
     Args:
         path: HTML file to create or replace.
         title, lead: heading and first paragraph.
-        tables: in their order.
-        pictures: caption -> PNG, held inside the page.
+        sections: in their order.
         facts: name -> value, listed at the end as "How it was made".
+        assets: styles and scripts that fragments of the sections need.
 
     Raises:
         StorageError: the file cannot be written.
     """
     environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
-    images = {caption: base64.b64encode(png).decode("ascii") for caption, png in pictures.items()}
+    marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(
-        title=title, lead=lead, tables=tables, images=images, facts=facts
+        title=title, lead=lead, sections=sections, marks=marks, facts=facts, assets=assets
     )
     with atomic_file(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

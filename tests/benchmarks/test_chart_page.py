@@ -13,7 +13,7 @@ def measure(name):
     if name == "broken":
         raise RuntimeError("broken off")
     rows = [{"chart": name, "error": 1.23456789e-12, "note": "a, b"}, {"chart": name, "error": np.nan, "note": ""}]
-    return Chart(f"caption of {name}", Figure(), TextTable(name, ["x"], [["cell <&>"]]), rows)
+    return Chart(f"chart {name}", f"caption of {name}", Figure(), TextTable(["x"], [["cell <&>"]]), rows)
 
 
 def test_charts_are_written_in_their_order(tmp_path):

@@ -281,7 +281,7 @@ def test_demo_small(tmp_path):
     names = {"sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png", "index.html"}
     assert {p.name for p in out.iterdir()} == names
     page = (out / "index.html").read_text()
-    assert page.count("data:image/png;base64,") == 4 and 'src="http' not in page
+    assert page.count("data:image/png;base64,") == 4 and page.count("<canvas") == 2 and 'src="http' not in page
     printed = json.loads(done.stdout)
     for model in ("sp", "dp"):
         packings = jamlab.read_all(out / f"{model}.h5")

@@ -139,7 +139,7 @@ def test_page_takes_known_numbers_measures_others_and_says_why_there_is_no_modul
     assert (first["z"], last["z"]) == (4.25, None)
     measured = jamlab.measure(stored, ["g", "pressure", "rho"])
     assert {name: first[name] for name in measured} == pytest.approx(measured)
-    assert (first["why"], first["converged"]) == ("", True)
+    assert (first["why"], first["converged"], first["on_target"]) == ("", True, True)
     assert last["g"] is None and "no contact bears a load" in last["why"] and last["converged"] is None
     assert content["along"]["name"] == "rho"
     assert "mean over directions" in content["curves"][1]["label"] and content["curves"][1]["unit"] == "ε/l²"
@@ -189,3 +189,10 @@ def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
     with pytest.raises(jamlab.InputError, match="24 particles: a page shows 23 at most"):
         jamlab.write_page(disks, path)
     assert not path.exists()
+
+
+def test_a_value_that_the_file_lacks_is_said_to_be_lacking(tmp_path):
+    stored = jamlab.read(STATES / "droplets.h5")
+    jamlab.write_page(stored, tmp_path / "page.html", observables={"g": [np.nan]})
+    (row,) = head((tmp_path / "page.html").read_text())["rows"]
+    assert (row["g"], row["why"]) == (None, "the file holds no value")

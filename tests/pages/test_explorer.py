@@ -221,10 +221,9 @@ def test_dark_and_printed(browser, page):
     assert colour == "#ffffff" and sharpness > 2
     assert browser.run(f"return {EXPLORER}.printing") is False
     browser.devtools("Emulation.setEmulatedMedia", media="print")
-    hidden = (
-        "return ['.run', '.toggles', '.keys', '.zoom'].map(s => getComputedStyle(document.querySelector(s)).display)"
-    )
-    assert set(browser.run(hidden)) == {"none"}
+    controls = ["[type=range]", ".toggles", ".keys", ".zoom"]
+    shown = "return values.map(selector => getComputedStyle(document.querySelector(selector)).display)"
+    assert set(browser.run(shown, *controls)) == {"none"}
     assert browser.run("return getComputedStyle(document.querySelector('.curves, .curve-figure')).display") == "block"
 
 

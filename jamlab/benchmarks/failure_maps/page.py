@@ -45,9 +45,9 @@ def stability(
         chart = MAPS[name]
         found[name] = chart.measure(quick)
         lines = [[_text(o.x), _text(o.y), o.verdict, o.note] for o in found[name]]
-        table = TextTable(chart.title, [chart.x, chart.y, "verdict", "note"], lines)
+        table = TextTable([chart.x, chart.y, "verdict", "note"], lines, marks=[o.verdict for o in found[name]])
         rows = [{"map": name, **asdict(outcome)} for outcome in found[name]]
-        return Chart(f"{chart.title}. {chart.meaning}", stability_figure(chart, found[name]), table, rows)
+        return Chart(chart.title, chart.meaning, stability_figure(chart, found[name]), table, rows)
 
     title, names = "Where methods fail", maps or MAPS
     write_charts(out, "stability", title, _LEAD, measure, names, quick=quick, progress=progress)

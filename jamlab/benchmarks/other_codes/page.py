@@ -3,13 +3,13 @@
 import json
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pandas as pd
 
 from jamlab.benchmarks.other_codes.compare import Row, summary
-from jamlab.figures.html_page import TextTable, write_csv, write_page
+from jamlab.figures.html_page import Section, TextTable, write_csv, write_report
 from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.packing.versions import versions
 
@@ -20,7 +20,7 @@ def comparison_tables(rows: Sequence[Row], n: int, phi: float) -> list[TextTable
     def table(heading: str, columns: dict[str, str]) -> TextTable:
         """Columns of the rows, each with its format."""
         lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in rows]
-        return TextTable(heading, [name.replace("_", " ") for name in columns], lines)
+        return TextTable([name.replace("_", " ") for name in columns], lines, heading)
 
     small = ".1e"
     return [
@@ -54,7 +54,9 @@ def write_comparison(folder: Path, rows: Sequence[Row], n: int, phi: float) -> N
         "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
         "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
     )
-    write_page(folder / "index.html", "jamlab beside other codes", lead, comparison_tables(rows, n, phi), {}, facts)
+    tables = comparison_tables(rows, n, phi)
+    sections = [Section(table.heading, tables=[replace(table, heading="")]) for table in tables]
+    write_report(folder / "index.html", "jamlab beside other codes", lead, sections, facts)
 
 
 def _text(value: object, form: str) -> str:

@@ -48,10 +48,11 @@ def speed_accuracy(
         topic = TOPICS[name]
         with one_core():
             found[name] = topic.measure(quick)
-        caption = f"{topic.title}. Reference: {topic.reference}." + (f" {topic.verdict}" if topic.verdict else "")
+        caption = f"Reference: {topic.reference}." + (f" {topic.verdict}" if topic.verdict else "")
         on_front = [not beaten for beaten in dominated(found[name])]
         rows = [{"topic": name, **asdict(t), "on_front": f} for t, f in zip(found[name], on_front, strict=True)]
-        return Chart(caption, pareto_figure(topic, found[name]), _table(topic.title, found[name], on_front), rows)
+        table = _table(topic.error, found[name], on_front)
+        return Chart(topic.title, caption, pareto_figure(topic, found[name]), table, rows)
 
     title, names = "Speed against accuracy", topics or TOPICS
     write_charts(out, "speed-accuracy", title, _LEAD, measure, names, quick=quick, progress=progress)
@@ -68,9 +69,9 @@ def defaults_off_the_front(found: dict[str, list[Trial]]) -> list[str]:
     return lines
 
 
-def _table(title: str, trials: Sequence[Trial], on_front: Sequence[bool]) -> TextTable:
+def _table(error: str, trials: Sequence[Trial], on_front: Sequence[bool]) -> TextTable:
     """Trials as text, in their order."""
-    columns = ["panel", "method", "setting", "seconds", "error", "on the front", "note"]
+    columns = ["panel", "method", "setting", "time [s]", error, "on the front", "note"]
     rows = [
         [
             *(t.panel, t.method + (" (default)" if t.default else ""), t.setting),
@@ -78,4 +79,4 @@ def _table(title: str, trials: Sequence[Trial], on_front: Sequence[bool]) -> Tex
         ]
         for t, front in zip(trials, on_front, strict=True)
     ]
-    return TextTable(title, columns, rows)
+    return TextTable(columns, rows, marks=["on the front" if front else "beaten" for front in on_front])

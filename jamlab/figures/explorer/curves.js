@@ -15,7 +15,9 @@ function ticks(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
   const found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(10)));
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
+    found.push(Number((k * step).toPrecision(10)));
+  }
   return found;
 }
 
@@ -63,7 +65,8 @@ class Curve {
     }
     for (const tick of ticks(this.y0, this.y1, 5)) {
       const y = height - bottom - (tick - this.y0) / (this.y1 - this.y0) * inside.height;
-      this.svg.append(draw('line', {class: this.y0 < 0 && tick === 0 ? 'zero' : 'grid', x1: left, x2: width - right, y1: y, y2: y}));
+      const kind = this.y0 < 0 && tick === 0 ? 'zero' : 'grid';
+      this.svg.append(draw('line', {class: kind, x1: left, x2: width - right, y1: y, y2: y}));
       this.svg.append(draw('text', {x: left - 5, y: y + 4, 'text-anchor': 'end'}, plain(tick)));
     }
   }
@@ -78,10 +81,10 @@ class Curve {
     this.svg.append(draw('path', {class: 'curve', d: line}));
     const radius = this.ys.length > 150 ? 1.2 : 2.4;
     this.ys.forEach((y, k) => {
-      const [cx, cy] = this.place(k), {converged, why} = this.rows[k];
+      const [cx, cy] = this.place(k), {converged, on_target: met, why} = this.rows[k], sound = converged && met;
       const mark = y === null
         ? draw('path', {class: 'missing', d: `M${cx - 4} ${cy - 8}l8 8m0 -8l-8 8`})
-        : draw('circle', {class: converged ? 'state' : 'state doubtful', cx, cy, r: converged ? radius : radius + 1});
+        : draw('circle', {class: sound ? 'state' : 'state doubtful', cx, cy, r: sound ? radius : radius + 1});
       if (y === null) mark.append(draw('title', {}, `none${why ? `: ${why}` : ''}`));
       this.svg.append(mark);
     });

@@ -1,7 +1,7 @@
 // One explorer: its states, what of them is shown, and the parts of the page that show it.
 
 const STATES_PER_SECOND = 12, SHORTEST = 3; // s that playing takes at least
-const PRINTED = {width: 440, ratio: 4}; // pixels of the picture on paper, and canvas pixels of each, so that print is sharp
+const PRINTED = {width: 440, ratio: 4}; // pixels of the picture on paper, and canvas pixels of each: print is sharp
 
 class Explorer {
   constructor(section) {
@@ -10,8 +10,8 @@ class Explorer {
     this.head = JSON.parse(find('script.head').textContent);
     this.states = new PackedStates(section.querySelectorAll('script.state'), this.head);
     this.parts = {
-      canvas: find('canvas'), tip: find('.tip'), legend: find('.legend'), numbers: find('.numbers'), warning: find('.warning'),
-      slider: find('[type=range]'), output: find('output'), play: find('[data-action=play]'),
+      canvas: find('canvas'), tip: find('.tip'), legend: find('.legend'), numbers: find('.numbers'),
+      warning: find('.warning'), slider: find('[type=range]'), output: find('output'), play: find('[data-action=play]'),
     };
     this.context = this.parts.canvas.getContext('2d');
     this.view = new View(this.head.extent, this.states.at(0).box);
@@ -166,7 +166,8 @@ class Explorer {
     this.view.box = scene.state.box;
     drawScene(this.context, ratio, scene);
     place.replaceChildren(...legend(scene));
-    canvas.setAttribute('aria-label', `state ${this.current + 1}: ${facts(this.head.rows[this.current], this.head).map(fact => fact.join(' ')).join(', ')}`);
+    const said = facts(this.head.rows[this.current], this.head).map(fact => fact.join(' ')).join(', ');
+    canvas.setAttribute('aria-label', `state ${this.current + 1}: ${said}`);
   }
 }
 

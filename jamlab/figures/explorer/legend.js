@@ -33,11 +33,14 @@ function legend(scene) {
   const entries = ['large', 'small', 'beside', 'rattler'].filter(kind => present.has(kind)).map(particle);
   if (head.radii === null) entries.push(element('span', {}, 'line: bare polygon, fill: with its rim'));
   if (shown.forces) {
-    entries.push(key(colours.force, `width: force, mean of the state ${number(state.meanForce, 3)} [${force}]`, 'line'));
-    if (state.contacts.some(({bearing}) => !bearing)) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
+    const mean = `${number(state.meanForce, 3)} [${force}]`;
+    entries.push(key(colours.force, `width: force, mean of the state ${mean}`, 'line'));
+    const loose = state.contacts.some(({bearing}) => !bearing);
+    if (loose) entries.push(key(colours.force, 'contact of a rattler', 'dashes'));
   }
   if (shown.overlaps) entries.push(key(colours.overlap, head.radii === null ? 'overlap of rims' : 'overlap'));
-  if (shown.cells) entries.push(key(wallColour(scene), head.radii === null ? 'set-Voronoi cells' : 'power cells', 'line'));
+  const cells = head.radii === null ? 'set-Voronoi cells' : 'power cells';
+  if (shown.cells) entries.push(key(wallColour(scene), cells, 'line'));
   if (shown.voids) entries.push(...voidKeys(state.voids, colours));
   if (shown.displacements) entries.push(moveKey(state, colours));
   return entries;
@@ -46,9 +49,10 @@ function legend(scene) {
 function voidKeys({why, list, percolating}, colours) {
   if (why) return [element('span', {}, `no voids: ${why}`)];
   const present = [...new Set(list.map(({sides}) => sides))].sort((a, b) => a - b);
-  const keys = present.filter(sides => sides in colours.sides).map(sides => key(colours.sides[sides], `void of ${sides}`));
-  if (present.some(sides => !(sides in colours.sides))) keys.push(key(colours.otherSides, 'void of another number'));
-  if (percolating) keys.push(element('span', {}, `${percolating} that percolate${percolating > 1 ? '' : 's'} left blank`));
+  const coloured = present.filter(sides => sides in colours.sides);
+  const keys = coloured.map(sides => key(colours.sides[sides], `void of ${sides}`));
+  if (coloured.length < present.length) keys.push(key(colours.otherSides, 'void of another number'));
+  if (percolating) keys.push(element('span', {}, `blank: ${percolating} that percolate${percolating > 1 ? '' : 's'}`));
   return keys;
 }
 
@@ -57,7 +61,8 @@ function moveKey(state, colours) {
   const times = moveScale(state), {area, shear} = state.affine;
   if (times === 0) return element('span', {}, 'displacements since the state before: none but that of the box');
   const box = `without the affine part (box: area ${number(100 * area, 3)} %, shear ${number(shear, 3)}) and drift`;
-  return key(colours.move, `displacements since the state before, drawn × ${plain(times)}, ${box}; dashed: cut`, 'line');
+  const what = `displacements since the state before, drawn × ${plain(times)}, ${box}; dashed: cut`;
+  return key(colours.move, what, 'line');
 }
 
 /** The numbers of a state: name and value in turn. */
@@ -76,9 +81,9 @@ function facts(row, {units, along}) {
   return found;
 }
 
-/** A warning if the state is no minimum that was asked for; "" if it is. */
-function warning({converged, max_force: left}, {units}) {
-  if (converged === true) return '';
+/** A warning if the state is no minimum, or not the one that was asked for; else "". */
+function warning({converged, on_target: met, max_force: left}, {units}) {
+  if (converged === true) return met ? '' : 'not at the packing fraction that was asked for';
   if (converged === null) return 'not known to be at an energy minimum';
   return `NOT CONVERGED${left === null ? '' : `: largest force left ${number(left, 2)} [${units.force}]`}`;
 }

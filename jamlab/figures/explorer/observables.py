@@ -48,15 +48,19 @@ def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[st
 
 
 def observe(packing: Packing, known: Mapping[str, float]) -> dict[str, Any]:
-    """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None."""
+    """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None.
+
+    `converged` is None where no minimisation is known, as in a dump that does not say.
+    """
     row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
     numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
     return {
         **numbers,
         "phi": packing.phi,
         "strain": strain(packing),
-        "why": why_no_modulus(packing) if numbers["g"] is None else "",
-        "converged": _mark(packing),
+        "why": "" if numbers["g"] is not None else why_no_modulus(packing) or "the file holds no value",
+        "converged": None if packing.max_force is None and not packing.converged else packing.converged,
+        "on_target": packing.on_target,
         "max_force": packing.max_force,
     }
 
@@ -84,10 +88,3 @@ def curves(packing: Packing) -> list[Quantity]:
         Quantity("g", "G", f"G: {LABELS['g']}", stress),
         Quantity("pressure", "p", "pressure p", stress),
     ]
-
-
-def _mark(packing: Packing) -> bool | None:
-    """Whether a state is what was asked for; None where no minimisation is known."""
-    if packing.max_force is None and not packing.converged:
-        return None
-    return packing.converged and packing.on_target

@@ -48,8 +48,10 @@ function unpackVoids(packed, raw) {
   const sides = decode(packed.sides, Uint16Array), area = decode(packed.area, Float32Array);
   let first = 0;
   decode(packed.rings, Uint32Array).forEach((count, k) => {
-    const [around, ...islands] = lines.slice(first, first + count); // the first ring holds the others
-    list.push({sides: sides[k], area: area[k], rings: [around, ...islands].map(({points}) => points), bounds: around.bounds});
+    const own = lines.slice(first, first + count), rings = own.map(({points}) => points);
+    const bounds = own.map(line => line.bounds).reduce(([a, b, c, d], [e, f, g, h]) =>
+      [Math.min(a, e), Math.min(b, f), Math.max(c, g), Math.max(d, h)]);
+    list.push({sides: sides[k], area: area[k], rings, bounds});
     first += count;
   });
   return {why: '', list, percolating: packed.percolating};
@@ -83,8 +85,8 @@ function unpackState(raw, head) {
   const bearing = contacts.filter(contact => contact.bearing);
   const [[ax], [, by]] = raw.box;
   return {
-    box: raw.box, rim: raw.rim, sites, centres, particles, contacts, radius: boundingRadii(sites, centres, raw.rim, head),
-    size: Math.sqrt(ax * by / head.n),
+    box: raw.box, rim: raw.rim, sites, centres, particles, contacts, size: Math.sqrt(ax * by / head.n),
+    radius: boundingRadii(sites, centres, raw.rim, head),
     meanForce: bearing.reduce((sum, contact) => sum + contact.force, 0) / (bearing.length || 1),
     voids: unpackVoids(raw.voids, raw), walls: unpackLines(raw.cells, raw),
     overlaps: raw.overlaps === undefined ? null : unpackLines(raw.overlaps, raw),

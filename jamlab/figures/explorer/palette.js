@@ -1,7 +1,8 @@
 // Colours of pictures, from the palette of Okabe & Ito, which the colour-blind tell apart; print is always light.
 
 const SHARED = {
-  large: '#0072B2', small: '#CC79A7', rattler: '#BBBBBB', wall: '#D55E00', wallBesideVoids: '#0072B2', move: '#E69F00', pointed: '#E69F00',
+  large: '#0072B2', small: '#CC79A7', rattler: '#BBBBBB', wall: '#D55E00', wallBesideVoids: '#0072B2',
+  move: '#E69F00', pointed: '#E69F00',
   sides: {3: '#D55E00', 4: '#56B4E9', 5: '#F0E442', 6: '#CC79A7'}, otherSides: '#009E73',
 };
 const LIGHT = {

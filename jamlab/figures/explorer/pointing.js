@@ -64,7 +64,11 @@ function describe({state, head, shown}, {kind, index}) {
   const {length, area, force} = head.units, particles = state.particles;
   if (kind === 'contact') {
     const contact = state.contacts[index];
-    const lines = [`contact ${contact.i} – ${contact.j}`, `force ${number(contact.force)} [${force}]`, `gap ${number(contact.gap)} [${length}]`];
+    const lines = [
+      `contact ${contact.i} – ${contact.j}`,
+      `force ${number(contact.force)} [${force}]`,
+      `gap ${number(contact.gap)} [${length}]`,
+    ];
     return contact.bearing ? lines : [...lines, 'of a rattler: not counted in z'];
   }
   if (kind === 'void') {

@@ -1,7 +1,7 @@
 // The picture of one state: particles and what is switched on, in every periodic image that is seen.
 
 const WIDEST = 0.25, MEAN_WIDTH = 0.06, THINNEST = 0.7; // of force lines: in mean particle sizes, and in pixels
-const LONG_MOVE = 0.4, LONGEST_MOVE = 1.6; // arrows that one in ten exceeds, and where they are cut, in mean particle sizes
+const LONG_MOVE = 0.4, LONGEST_MOVE = 1.6; // of arrows, in particle sizes: one in ten is longer; where they are cut
 const SMALLEST = 4; // pixels of a particle below which its outline would cover it
 const ROOM = 200; // square pixels that a digit needs
 
@@ -62,7 +62,7 @@ function particleKind(m, {state, head, shown}) {
 }
 
 function drawParticles(context, scene, seen, pixel) {
-  const {state, head, colours} = scene, droplets = head.radii === null, lines = [];
+  const {state, head, colours} = scene, droplets = head.radii === null;
   // one path for each particle: canvases fill many small paths faster than a large one
   const outlines = seen.map(([m, dx, dy]) => {
     const path = new Path2D();
@@ -174,11 +174,17 @@ function moveScale({moves, size}) {
   const lengths = [];
   for (let k = 0; k < moves.length; k += 2) lengths.push(Math.hypot(moves[k], moves[k + 1]));
   lengths.sort((a, b) => a - b);
+  const most = lengths[Math.floor(0.9 * (lengths.length - 1))], largest = lengths.at(-1);
   // where all but a few rest, these set the scale, not the noise of the others
-  const most = lengths[Math.floor(0.9 * (lengths.length - 1))], largest = lengths.at(-1), long = most > 1e-3 * largest ? most : largest;
+  const long = most > 1e-3 * largest ? most : largest;
   if (long < 1e-12 * size) return 0;
-  const wanted = LONG_MOVE * size / long, power = 10 ** Math.floor(Math.log10(wanted));
-  return power * (wanted >= 5 * power ? 5 : wanted >= 2 * power ? 2 : 1);
+  return roundDown(LONG_MOVE * size / long);
+}
+
+/** The largest of 1, 2 and 5 times a power of ten that is not above a number. */
+function roundDown(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * (value >= 5 * power ? 5 : value >= 2 * power ? 2 : 1);
 }
 
 function drawMoves(context, {state, colours}, seen, pixel) {
@@ -249,8 +255,7 @@ function drawCell(context, {view, colours}, pixel) {
 }
 
 function drawScaleBar(context, {view, head, colours}) {
-  const wanted = 0.25 * view.pixels[0] / view.scale, power = 10 ** Math.floor(Math.log10(wanted));
-  const length = power * (wanted >= 5 * power ? 5 : wanted >= 2 * power ? 2 : 1), label = `${plain(length)} ${head.units.length}`;
+  const length = roundDown(0.25 * view.pixels[0] / view.scale), label = `${plain(length)} ${head.units.length}`;
   const x = 14, y = view.pixels[1] - 14, pixels = length * view.scale;
   context.font = '13px system-ui, sans-serif';
   context.textAlign = 'left';

@@ -24,16 +24,15 @@ from jamlab.packing.packing_plot import home_moves
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-COARSE = (
-    2e-3  # of sqrt(cell area / particles): a fifth of a pixel, by which drawn boundaries of voids and cells may be off
-)
-THIN = 0.1  # of the thickness of an overlap, by which its outline may be off
-JOINED = 1e-9  # of the same: ends of walls nearer than this are one corner
+# in sqrt(cell area / particles)
+COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel
+JOINED = 1e-9  # ends of walls nearer than this are one corner
+THIN = 0.1  # what the outline of an overlap may be off by, in its thickness
 
 
 @dataclass(frozen=True)
-class Rings:
-    """Lines of several points each, one after the other.
+class Lines:
+    """Lines or closed rings of several points each, one after the other.
 
     Attributes:
         points: (m, 2).
@@ -44,7 +43,7 @@ class Rings:
     ends: Indices
 
 
-_NOTHING = Rings(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
+_NOTHING = Lines(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
@@ -132,7 +131,7 @@ def _pack_particles(packing: Packing, network: Contacts, cells: Array) -> dict[s
     }
 
 
-def _pack_voids(found: Voids | None, paths: Rings, why: str, grid: Grid) -> dict[str, Any]:
+def _pack_voids(found: Voids | None, paths: Lines, why: str, grid: Grid) -> dict[str, Any]:
     if found is None:
         return {"why": why}
     closed = np.flatnonzero(found.percolating == 0)
@@ -146,7 +145,7 @@ def _pack_voids(found: Voids | None, paths: Rings, why: str, grid: Grid) -> dict
     }
 
 
-def _find_voids(packing: Packing) -> tuple[Voids | None, Rings, str]:
+def _find_voids(packing: Packing) -> tuple[Voids | None, Lines, str]:
     """Voids that do not percolate, with their rings; none and the reason where outlines cross."""
     try:
         found = voids(packing)
@@ -161,7 +160,7 @@ def _find_voids(packing: Packing) -> tuple[Voids | None, Rings, str]:
     return found, _coarsen(np.array(rings, dtype=object), packing), ""
 
 
-def _find_overlaps(packing: Packing, centres: Array) -> Rings:
+def _find_overlaps(packing: Packing, centres: Array) -> Lines:
     """Outlines of the places where the rims of two droplets overlap, each once; none for disks: two arcs, drawn so."""
     if packing.diameters is not None:
         return _NOTHING
@@ -171,11 +170,11 @@ def _find_overlaps(packing: Packing, centres: Array) -> Rings:
     area = shapely.area(parts)
     parts, owner = parts[area > 0], found.owner[once][part][area > 0]
     thickness = 2 * shapely.area(parts) / shapely.length(parts)
-    outlines = _lines(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
-    return Rings(outlines.points + np.repeat(centres[owner], np.diff(outlines.ends, prepend=0), axis=0), outlines.ends)
+    outlines = _points_of(shapely.simplify(shapely.get_exterior_ring(parts), THIN * thickness))
+    return Lines(outlines.points + np.repeat(centres[owner], np.diff(outlines.ends, prepend=0), axis=0), outlines.ends)
 
 
-def _join_walls(packing: Packing, pieces: Array) -> Rings:
+def _join_walls(packing: Packing, pieces: Array) -> Lines:
     """Walls of cells as lines from corner to corner, each in the cell."""
     step = JOINED * np.sqrt(packing.area / packing.n)
     ends = step * np.round(pieces / step)
@@ -184,16 +183,17 @@ def _join_walls(packing: Packing, pieces: Array) -> Rings:
     line = np.repeat(np.arange(len(coarse.ends)), np.diff(coarse.ends, prepend=0))
     middle = np.column_stack([np.bincount(line, x) for x in coarse.points.T]) / np.bincount(line)[:, None]
     move = -np.floor(middle @ np.linalg.inv(packing.box)) @ packing.box
-    return Rings(coarse.points + move[line], coarse.ends)
+    return Lines(coarse.points + move[line], coarse.ends)
 
 
-def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Rings:
+def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Lines:
     """Leave out points that no eye would miss; a small ring keeps its shape."""
     most = COARSE * np.sqrt(packing.area / packing.n)
     size = shapely.length(lines)
-    return _lines(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
+    return _points_of(shapely.simplify(lines, np.minimum(most, 0.01 * size)))
 
 
-def _lines(lines: NDArray[np.object_]) -> Rings:
+def _points_of(lines: NDArray[np.object_]) -> Lines:
+    """Points of shapely lines or rings."""
     points, line = shapely.get_coordinates(lines, return_index=True)
-    return Rings(points, np.cumsum(np.bincount(line, minlength=len(lines))))
+    return Lines(points, np.cumsum(np.bincount(line, minlength=len(lines))))

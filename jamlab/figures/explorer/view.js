@@ -70,7 +70,9 @@ class View {
     const corners = [[left, bottom], [right, bottom], [left, top], [right, top]].map(([x, y]) => this.toLattice(x, y));
     const [us, vs] = [corners.map(c => c[0]), corners.map(c => c[1])], moves = [];
     for (let u = Math.floor(Math.min(...us)); u <= Math.floor(Math.max(...us)); u++) {
-      for (let v = Math.floor(Math.min(...vs)); v <= Math.floor(Math.max(...vs)); v++) moves.push(this.fromLattice(u, v));
+      for (let v = Math.floor(Math.min(...vs)); v <= Math.floor(Math.max(...vs)); v++) {
+        moves.push(this.fromLattice(u, v));
+      }
     }
     return moves;
   }

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
-from jamlab.figures.html_page import TextTable, save_png, write_csv, write_page
+from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.figures.papers import (
     baumgarten_motion,
     baumgarten_spectra,
@@ -123,7 +123,7 @@ def write_all(
         InputError: no figure could be drawn.
     """
     make_folder(folder)
-    drawings, failures, pictures = [], [], {}
+    drawings, failures, sections = [], [], []
     for name in names:
         progress(name)
         try:
@@ -132,39 +132,40 @@ def write_all(
             failures.append(Failure(name, str(error)))
             continue
         _, png = write(drawing, folder)
-        pictures[f"{name}. {drawing.caption}"] = png
+        shown = [_verdicts(drawing.claims)] if drawing.claims else []
+        sections.append(Section(f"{name}: {titles()[name]}", png, drawing.caption, shown))
         drawings.append(drawing)
     if not drawings:
         raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
     claims = [c for d in drawings for c in d.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
-    _write_verdicts(folder / PAGE, claims, failures, pictures, tables.facts)
+    if failures:
+        lines = [(f.name, f.reason) for f in failures]
+        sections.append(Section("Not drawn", tables=[TextTable(("figure", "reason"), lines, words=True)]))
+    write_report(folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions())
     return drawings, failures
 
 
-def _write_verdicts(
-    path: Path, claims: list[Claim], failures: list[Failure], pictures: dict[str, bytes], facts: dict[str, str]
-) -> None:
-    """Write the page: verdicts, what could not be drawn, pictures."""
-    columns = ("figure", "quantity", "measured", "95 % interval", "paper", "verdict", "how")
+def _verdicts(claims: Sequence[Claim]) -> TextTable:
+    """The numbers of one figure beside those of the paper."""
+    columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
     rows = [
-        (c.figure, c.quantity, f"{c.value:.4g}", f"{c.low:.4g} to {c.high:.4g}", c.paper_text, c.verdict, c.how)
+        (c.quantity, f"{c.value:.4g}", f"{c.low:.4g} to {c.high:.4g}", c.paper_text, c.verdict, c.how)
         if c.measured
-        else (c.figure, c.quantity, "–", "–", c.paper_text, c.verdict, "")
+        else (c.quantity, "–", "–", c.paper_text, c.verdict, "")
         for c in claims
     ]
-    parts = [TextTable("Verdicts", columns, rows, [not c.agrees for c in claims])]
-    if failures:
-        lines = [(f.name, f.reason) for f in failures]
-        parts.append(TextTable("Not drawn", ("figure", "reason"), lines, [True] * len(lines)))
+    return TextTable(columns, rows, marks=[c.verdict.split(":")[0] for c in claims], words=True)
+
+
+def _lead(claims: Sequence[Claim]) -> str:
     good = sum(c.agrees for c in claims)
-    missing, open_ = sum(not c.measured for c in claims), sum(c.undecided for c in claims)
-    lead = (
+    missing, undecided = sum(not c.measured for c in claims), sum(c.undecided for c in claims)
+    return (
         "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. "
-        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing - open_} differ, {open_} "
-        f"are undecided, {missing} could not be measured. A number agrees if its 95 % bootstrap interval over packings "
-        "meets the paper's value within the paper's own margin: the error it states, half a unit of its last digit, or "
-        "what its words allow. It is undecided if the interval also holds zero or twice the paper's value. Red: does "
-        "not agree, with the reason if one is known, else open."
+        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing - undecided} differ, "
+        f"{undecided} are undecided, {missing} could not be measured. A number agrees if its 95 % bootstrap interval "
+        "over packings meets the paper's value within the paper's own margin: the error it states, half a unit of its "
+        "last digit, or what its words allow. It is undecided if the interval also holds zero or twice the paper's "
+        "value. Where a number differs, the reason stands beside it if one is known, else open."
     )
-    write_page(path, "Figures of both papers", lead, parts, pictures, facts | versions())

@@ -1,0 +1,90 @@
+"""Pages of figures, charts and the demo in a real browser: nothing cut on a phone, rows chosen by their verdict."""
+
+import pytest
+from commands import call
+from matplotlib.figure import Figure
+
+from jamlab.benchmarks.chart_page import Chart, write_charts
+from jamlab.figures.html_page import TextTable
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.tables import reference_tables
+
+
+@pytest.fixture(scope="module")
+def figures_page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("figures")
+    gallery.write_all(["boromand-9", "baumgarten-8", "tables"], reference_tables(), folder)
+    return folder / gallery.PAGE
+
+
+@pytest.fixture(scope="module")
+def charts_page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("charts")
+
+    def measure(name):
+        table = TextTable(["method", "a column with a long heading [1/s]"], [["a" * 60, "1"], ["b", "2"]], marks="xy")
+        return Chart(f"chart {name}", "caption", Figure(figsize=(12, 3)), table, [{"method": name}])
+
+    write_charts(folder, "all", "Title", "Lead.", measure, ["a", "b", "c"], quick=True)
+    return folder / "all.html"
+
+
+def shown(browser, selector):
+    """Texts of the elements that take room on the page."""
+    return browser.run(
+        "return [...document.querySelectorAll(values[0])].filter(e => e.getClientRects().length).map(e => e.innerText)",
+        selector,
+    )
+
+
+@pytest.mark.parametrize("width", [375, 1280])
+@pytest.mark.parametrize("page", ["figures_page", "charts_page"])
+def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
+    browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
+    assert browser.overhang() == 0
+    assert browser.errors() == [] and [name for name in browser.loaded() if not name.startswith("data:")] == []
+
+
+def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
+    browser.open(figures_page)
+    assert len(shown(browser, "section figure img")) == 3
+    for link in browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))"):
+        order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
+        assert order == ["H2", "FIGURE", "TABLE"]
+
+
+def test_rows_are_chosen_by_their_verdict(browser, figures_page):
+    browser.open(figures_page)
+    everything = shown(browser, "tr[data-mark]")
+    for label in browser.driver.find_elements("css selector", ".filter label.mark"):
+        mark, count = label.get_attribute("data-mark"), int(label.find_element("css selector", "b").text)
+        label.click()
+        rows = shown(browser, "tr[data-mark]")
+        assert len(rows) == count and all(mark in row for row in rows)
+        assert 0 < len(shown(browser, "section")) <= 3
+    browser.element(".filter label").click()
+    assert shown(browser, "tr[data-mark]") == everything
+
+
+def test_a_row_is_a_card_on_a_phone(browser, charts_page):
+    """Every cell carries the heading of its column, since there is no room for a row of headings."""
+    browser.open(charts_page, 375, 812, touch=True)
+    assert shown(browser, "thead") == []
+    label = browser.run("return getComputedStyle(document.querySelectorAll('td')[1], '::before').content")
+    assert label == '"a column with a long heading [1/s]"'
+
+
+def test_dark_mode_is_legible(browser, figures_page):
+    browser.open(figures_page, media={"prefers-color-scheme": "dark"})
+    colours = browser.run("const s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")
+    ink, paper = ([int(part) for part in c.removeprefix("rgb(").removesuffix(")").split(",")] for c in colours)
+    assert min(ink) - max(paper) > 180
+
+
+@pytest.mark.slow
+def test_demo_opens_with_two_explorers(browser, tmp_path):
+    assert call(tmp_path, "demo", "--n", "8", "--to", "0.88").exit_code == 0
+    for width in (375, 1280):
+        browser.open(tmp_path / "jamlab-demo" / "index.html", width, 812, touch=width == 375)
+        assert browser.errors() == [] and browser.overhang() == 0
+        assert len(shown(browser, ".explorer canvas")) == 2
