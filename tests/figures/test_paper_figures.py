@@ -13,6 +13,7 @@ import paper_tables
 import pytest
 from commands import call
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers import gallery
@@ -273,6 +274,36 @@ def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
     assert not failures and len(drawings) == len(gallery.FIGURES)
     measured = [c for d in drawings for c in d.claims if c.measured]
     assert len(measured) > 60
+    assert {d.name: covered(d.figure) for d in drawings} == {d.name: 0 for d in drawings}
+
+
+def covered(figure):
+    """How many points of curves, of lines between them and of bands lie under a legend or an inset."""
+    figure.canvas.draw()
+    count = 0
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        boxes = [legend.get_window_extent()] if legend else []
+        boxes += [inset.get_tightbbox() for inset in axes.child_axes]
+        paths = [(line.get_transform(), line.get_path(), line.get_linestyle() != "None") for line in axes.lines]
+        paths += [(band.get_transform(), path, True) for band in axes.collections for path in band.get_paths()]
+        for transform, path, joined in paths:
+            points = transform.transform(path.vertices)
+            points = points[np.isfinite(points).all(axis=1)]
+            if joined and len(points) > 1:
+                points = np.concatenate([points[:-1] + t * np.diff(points, axis=0) for t in np.linspace(0, 1, 20)])
+            count += sum(box.contains(*point) and axes.bbox.contains(*point) for box in boxes for point in points)
+    return count
+
+
+def test_what_a_legend_covers_is_counted():
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 1], label="a line")
+    axes.legend(loc="center")
+    assert covered(figure) > 0
+    axes.legend(loc="upper left")
+    assert covered(figure) == 0
 
 
 # files, report and command --------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average
-from jamlab.figures.papers.panels import Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.panels import BESIDE, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
@@ -122,7 +122,7 @@ def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Gr
     level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
     out.slope(scaled, 1.0, (low, 1e-1), 0.1 * level * low)
     out.slope(scaled, 0.5, (30.0, 3e4), 3.0 * level * 30**0.5 / 2, above=True)
-    label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="upper left")
+    label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **BESIDE)
 
 
 def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
@@ -150,7 +150,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     every = select_law(tables.spectra, "contact", prestress=True, beta=1.0)
     table = select_spectra(every)
     groups = group_by_pressure(table)
-    out, (a, b) = drawing("baumgarten-3", 1, 2, 5.6, 4.6)
+    out, (a, b) = drawing("baumgarten-3", 1, 2, 6.6, 4.6)
     scale(a)
     scale(b)
     _draw_collapse(out, a, b, groups)
@@ -158,7 +158,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     lowest = list(groups.values())[-1]
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
     _draw_largest(out, a, b, every)
-    label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left")
+    label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
     out.claims = _exponent_claims(out.name, groups, "contact damping", int(table["n"].iloc[0]))
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
@@ -183,7 +183,7 @@ def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) ->
 
 def figure_4(tables: EnsembleTables) -> Drawing:
     """Sliding that is damped less, or not at all."""
-    out, (a, b) = drawing("baumgarten-4", 1, 2, 5.8, 4.8)
+    out, (a, b) = drawing("baumgarten-4", 1, 2, 6.6, 4.8)
     scale(a)
     scale(b)
     table = select_spectra(select_law(tables.spectra, "contact"))
@@ -248,7 +248,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
             draw(out, axes, groups[p], text, sequence(index, len(betas)))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5, ncols=2)
     axes.set_ylim(axes.get_ylim()[0], 1e3 * axes.get_ylim()[1])
-    inset = axes.inset_axes((0.66, 0.1, 0.31, 0.32))
+    inset = axes.inset_axes((1.12, 0.55, 0.42, 0.4))
     inset.set_gid("b-inset")
     scale(inset)
     known = [beta for beta in ends if beta > 0]
@@ -271,7 +271,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     """Stokes drag: collapse for eta_F = 1, and what the viscosity of the fluid adds."""
     stokes = select_spectra(select_law(tables.spectra, "stokes", prestress=True))
     groups = group_by_pressure(select_law(stokes, "stokes", eta_f=1.0))
-    out, (a, b) = drawing("baumgarten-6", 1, 2, 5.8, 4.8)
+    out, (a, b) = drawing("baumgarten-6", 1, 2, 6.4, 4.8)
     scale(a)
     scale(b)
     _draw_collapse(out, None, a, groups)

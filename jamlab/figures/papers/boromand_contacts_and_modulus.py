@@ -234,7 +234,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
             out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
         name = model.upper()
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
-        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="lower right")
+        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="upper left")
         out.claims += _confluence_claims(out.name, model, last)
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing; packings that never reach z = 6 are "

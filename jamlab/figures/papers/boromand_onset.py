@@ -38,7 +38,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
         symbol = r"\phi_J" if model == "sp" else r"\rho_J"
         label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
-        axes.set_ylim(0, 1.5 * axes.get_ylim()[1])
+        axes.set_ylim(0, 2.1 * axes.get_ylim()[1])
         inset.tick_params(labelsize=7)
         inset.set_title("$f_J$", fontsize=8, pad=2)
         spread = bootstrap(groups[model], lambda g: [v.std(ddof=1) if len(v) > 1 else np.nan for v in g])

@@ -50,7 +50,13 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
-    label(b, r"true packing fraction $\rho$", r"shape factor $\mathcal{A}$ of 3-sided voids")
+    label(
+        b,
+        r"true packing fraction $\rho$",
+        r"shape factor $\mathcal{A}$ of 3-sided voids",
+        loc="upper right",
+        bbox_to_anchor=(1.0, 0.93),
+    )
     c.set_yscale("log")
     label(c, r"true packing fraction $\rho$", r"mean void area / particle area")
     out.caption = (

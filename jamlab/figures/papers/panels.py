@@ -141,6 +141,13 @@ class Drawing:
         axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
 
 
+BESIDE: dict[str, Any] = {
+    "loc": "upper left",
+    "bbox_to_anchor": (1.01, 1.0),
+    "borderaxespad": 0.0,
+}  # a legend, where curves fill a panel
+
+
 def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: float = 3.8) -> tuple[Drawing, list[Any]]:
     """Make an empty figure and its axes, named a, b, c, ... row by row."""
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
