@@ -14,6 +14,7 @@ from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
 from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
+from .geometry.contact_forces import ContactForces as ContactForces
 from .geometry.contact_lengths import ContactLengths as ContactLengths
 from .geometry.contact_lengths import contact_lengths as contact_lengths
 from .geometry.contact_network import Contacts as Contacts

@@ -15,7 +15,7 @@ from jamlab.checks import checked
 
 FUNCTIONS = [name for name in jamlab.__all__ if inspect.isfunction(getattr(jamlab, name))]
 CLASSES = ["Packing", "Session", "PackingAnalysis"]  # made by users; ContactDamping and StokesDrag check their numbers
-CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "finished", "packings"]
+CAMPAIGN = ["status", "plan", "run", "table", "aggregate", "plot", "finished", "packings"]
 STATISTICS = ["power_laws.power_law", "power_laws.widest_window", "power_laws.finite_size", "bootstrap.bootstrap"]
 STRANGE = [
     object(),
@@ -55,6 +55,7 @@ REQUIRED = {
     "x": [1.0, 2.0, 3.0],
     "y": [1.0, 2.0, 3.0],
     "values": ["z"],
+    "value": "z",
     "task": "0" * 32,
     "groups": [[1.0, 2.0]],
     "statistic": lambda groups: 1.0,

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -24,6 +24,7 @@ from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
     from jamlab.campaign.driver import CampaignRun
     from jamlab.campaign.plan import Estimate
@@ -204,14 +205,67 @@ class Campaign:
         """
         from jamlab.campaign.aggregate import aggregate
 
+        frame = self._rows(table, sweep, converged)
+        return aggregate(
+            frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
+        )
+
+    @checked
+    def plot(
+        self,
+        value: str,
+        along: str = "d_rho",
+        *,
+        by: str = "model",
+        table: str = "states",
+        sweep: str | None = None,
+        converged: bool = True,
+        bins: ArrayLike | None = None,
+        ax: Any = None,
+        **style: Any,
+    ) -> Axes:
+        """Draw means over packings with their standard errors, one curve per model.
+
+        The legend counts states that are not drawn. Standard errors are of whole packings, by bootstrap; a point of one
+        packing has none.
+
+        >>> ax = jamlab.open_campaign("campaign.toml").plot("z", along="d_rho")
+
+        Args:
+            value: column to average, see `table`.
+            along: column of the x axis; "d_rho" is rho - onset, "d_phi" phi - onset_phi.
+            by: column whose values get a curve each.
+            table: to take the columns from.
+            sweep: take the tasks of this sweep only.
+            converged: leave out rows that did not converge.
+            bins: edges in `along`, ascending; by default as many as there are values, or twelve that span them.
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of all curves.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: a table, sweep or column does not exist or holds nothing to draw, `ax` is no Axes, or matplotlib
+                refuses the style.
+            StorageError: a file is damaged.
+        """
+        from jamlab.campaign.table_plot import draw_means
+        from jamlab.plotting.axes import axes_for
+
+        frame = self._rows(table, sweep, converged)
+        with axes_for(ax, style) as axes:
+            draw_means(axes, frame, value, along, by, bins, **style)
+        return axes
+
+    def _rows(self, table: str, sweep: str | None, converged: bool) -> pd.DataFrame:
+        """A table with distances from onset, by default without rows that did not converge."""
         frame = self.table(table, sweep)
         if table == "states":
             frame = frame.assign(d_rho=frame["rho"] - frame["onset"], d_phi=frame["phi"] - frame["onset_phi"])
         if converged and "converged" in frame.columns:
             frame = frame[frame["converged"].astype(bool)]
-        return aggregate(
-            frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
-        )
+        return frame
 
     @checked
     def finished(self, sweep: str | None = None) -> list[str]:

@@ -23,7 +23,7 @@ def demo(
 ) -> None:
     """Take both models from a random start through jamming to rho = 0.95: tables, pictures, one HTML page."""
     from jamlab.cli.demo_run import G_NOTE, HEADINGS, run_demo, table_rows, unconverged, unstable
-    from jamlab.figures.packing_pictures import MODEL_STYLE
+    from jamlab.plotting.palette import MODEL_STYLE
 
     expect_output(out)
     with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}, to) as progress:

@@ -20,12 +20,13 @@ from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageErro
 from jamlab.figures.explorer.units import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
-from jamlab.figures.packing_pictures import MODEL_STYLE, curve_figure, modulus_figure, packings_figure
+from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
 from jamlab.measure import table, why_no_modulus
 from jamlab.packing.atomic_file import check_target
 from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
+from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import Progress

@@ -30,7 +30,7 @@ def gstar(
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
     points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
-    out: Annotated[Path | None, typer.Option(help="Picture (.png) or numbers (.h5) to write.")] = None,
+    out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv (omega, G', G'') or .h5 to write.")] = None,
     as_json: Json = False,
 ) -> None:
     """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe.
@@ -58,6 +58,8 @@ def gstar(
         expect_output(out)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
     packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]
+    if out is not None:
+        spectrum_output.check_one_kind(out, packings)
     omega = np.geomspace(omega_min, omega_max, points)
     found = mean_spectra(packings, omega, law, prestress, method)
     if out is not None:

@@ -1,4 +1,9 @@
-"""Write spectra to a picture or an HDF5 file."""
+"""Write spectra to a picture, a table or an HDF5 file; the ending of the name says which.
+
+The table (.csv) holds one curve in the form in which both pyRheo and rheojax read oscillation data: separated by tabs,
+frequency, storage and loss modulus under these names. The window of pyRheo takes nothing else; rheojax finds separator
+and columns by itself, but takes a further column whose name holds one of these for the column itself.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,48 +11,71 @@ from typing import Any
 
 import h5py
 import numpy as np
+import pandas as pd
 
 from jamlab.errors import InputError
-from jamlab.figures.html_page import save_png
 from jamlab.figures.packing_pictures import modulus_figure
+from jamlab.figures.picture_file import PICTURES, save_picture
 from jamlab.packing.atomic_file import atomic_file, check_target
+from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
-from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra
+from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra, group_packings
+
+HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 
 
 def check_output(path: Path) -> None:
     """Check that a path has a known suffix and can be written.
 
     Raises:
-        InputError: the suffix is neither .png nor .h5.
+        InputError: the suffix is neither that of a picture nor .csv or .h5.
         StorageError: see `jamlab.packing.atomic_file.check_target`.
     """
-    if path.suffix not in (".png", ".h5"):
-        raise InputError(f"cannot tell what to write to {path}: end its name in .png (picture) or .h5 (numbers)")
+    if path.suffix.lower() not in (*PICTURES, ".csv", ".h5"):
+        raise InputError(
+            f"cannot tell what to write to {path}: end its name in {', '.join(PICTURES)} (picture), "
+            ".csv (frequency, G' and G'') or .h5 (all numbers)"
+        )
     check_target(path)
 
 
+def check_one_kind(path: Path, packings: Sequence[Packing]) -> None:
+    """Refuse packings of several kinds, which have a curve each, where a table holds one curve.
+
+    Raises:
+        InputError: naming how many there are.
+    """
+    if path.suffix.lower() == ".csv" and (kinds := len(group_packings(packings))) > 1:
+        raise InputError(
+            f"{path} holds one curve, and these are packings of {kinds} kinds: give those of one kind, or write .h5"
+        )
+
+
 def save(curves: Sequence[Spectra], damping: Damping, path: Path) -> None:
-    """Write a picture (.png) or an HDF5 file (.h5), all or nothing.
+    """Write a picture (.png, .pdf, .svg), a table (.csv) or an HDF5 file (.h5), all or nothing.
+
+    CSV: frequency, mean storage and loss modulus of one curve, under `HEADERS`, separated by tabs.
 
     HDF5: omega (m,), storage, loss, error (packings, m), g0, g, eta0, eta_inf, converged (packings,); attributes
     damping, units, method, label, shear. Several curves: groups curve_1, curve_2, ... that hold the same. Times are in
     tau_1, moduli in the packing's unit of stress; all are for shear along x of the box but g, the mean over directions.
     """
-    if path.suffix == ".png":
+    kind = path.suffix.lower()
+    if kind in PICTURES:
         several = len(curves) > 1
         named = {spectra.label if several else str(damping): spectra for spectra in curves}
-        save_png(
-            modulus_figure(
-                named, " or ".join(dict.fromkeys(spectra.unit for spectra in curves)), str(damping) if several else ""
-            ),
-            path,
-        )
-        return
-    with atomic_file(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": repr(damping)})
-        for k, spectra in enumerate(curves, 1):
-            _fill(file if len(curves) == 1 else file.create_group(f"curve_{k}"), spectra)
+        unit = " or ".join(dict.fromkeys(spectra.unit for spectra in curves))
+        save_picture(modulus_figure(named, unit, str(damping) if several else ""), path)
+    elif kind == ".csv":
+        (curve,) = curves
+        columns = (curve.omega, curve.band("storage")[0], curve.band("loss")[0])
+        with atomic_file(path) as temporary:
+            pd.DataFrame(dict(zip(HEADERS, columns, strict=True))).to_csv(temporary, sep="\t", index=False)
+    else:
+        with atomic_file(path) as temporary, h5py.File(temporary, "w") as file:
+            file.attrs.update({"schema": "jamlab-spectra", "version": 1, "damping": repr(damping)})
+            for k, spectra in enumerate(curves, 1):
+                _fill(file if len(curves) == 1 else file.create_group(f"curve_{k}"), spectra)
 
 
 def _fill(group: Any, spectra: Spectra) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -11,9 +12,13 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Contacts
+from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 
@@ -26,12 +31,38 @@ class ContactLengths:
         pairs: (m, 2) int64, polygons i < j whose outlines come closer than delta.
         length: (m,) mean over both polygons of the length of outline nearer than delta to the other polygon, in units
             of length.
+        unit: of length, for labels.
     """
 
     pairs: NDArray[np.int64]
     length: NDArray[np.float64]
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the distribution of lengths, as the share that is shorter.
+
+        >>> ax = jamlab.contact_lengths(jamlab.jam(model="dp", n=16, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: there are no contacts, `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.contact_plot import draw_lengths
+        from jamlab.plotting.axes import axes_for
+
+        if not len(self.length):
+            raise InputError("no two droplets touch: there are no lengths to draw")
+        with axes_for(ax, style) as axes:
+            draw_lengths(axes, self.length, self.unit, **style)
+        return axes
 
 
 @checked
@@ -63,7 +94,7 @@ def contact_lengths(packing: Packing, network: Contacts | None = None) -> Contac
     sides = [_length_inside(rings[a], grown[b], s) for a, b, s in ((i, j, r), (j, i, -r))]
     length = 0.5 * (sides[0] + sides[1])
     touching = length > 0
-    return ContactLengths(pairs[touching], length[touching])
+    return ContactLengths(pairs[touching], length[touching], UNIT_OF_LENGTH[packing.model, packing.units])
 
 
 def _length_inside(

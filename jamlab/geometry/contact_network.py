@@ -1,18 +1,25 @@
 """The contact network: who touches whom, which particles rattle, and the coordination number z."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.geometry.contact_forces import ContactForces, contact_forces
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.touching_disks import touching_disks
 from jamlab.geometry.vertex_contacts import VertexContacts, pair_polygons, vertex_contacts
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Meetings = Pairs | VertexContacts  # what presses on what: disks on disks, or vertices on edges
 
@@ -29,6 +36,7 @@ class Contacts:
         r: (m, 2) float64, vector from the centroid of i to that of the image of j that it touches.
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
+        packing: the packing whose contacts they are.
     """
 
     pairs: NDArray[np.int64]
@@ -37,6 +45,7 @@ class Contacts:
     r: NDArray[np.float64]
     shift: NDArray[np.int64]
     meetings: Meetings
+    packing: Packing = field(repr=False, compare=False)
 
     __repr__ = short_repr
 
@@ -60,6 +69,37 @@ class Contacts:
         """N_c of a frictionless packing of disks at onset in a box of fixed shape, 2 N' - 1."""
         return 2 * self.backbone - 1
 
+    @property
+    def forces(self) -> ContactForces:
+        """Force and gap of every contact, by the force law of the packing."""
+        return contact_forces(self.packing, self.meetings)
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
+
+        The legend gives the width of the mean force. Rattlers are grey, other particles pale; axes that show particles
+        already, as after `p.plot(ax)`, keep them.
+
+        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
+        >>> ax = jamlab.contacts(p).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's LineCollection, such as color="black"; `linewidth` is that of the mean force, points.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.contact_plot import draw_force_network
+        from jamlab.plotting.axes import CELL, axes_for
+
+        with axes_for(ax, style, CELL) as axes:
+            draw_force_network(axes, self, **style)
+        return axes
+
 
 def find_meetings(packing: Packing) -> Meetings:
     """Find the disks that touch, or the vertices and edges that touch in the contact form of a DP packing."""
@@ -80,7 +120,7 @@ def contacts(packing: Packing) -> Contacts:
     near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)
     pairs = np.column_stack([near.i, near.j])
     rattlers, bearing = find_rattlers(pairs, np.ones(packing.n, dtype=bool))
-    return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings)
+    return Contacts(pairs, rattlers, bearing, near.r, near.shift, meetings, packing)
 
 
 @checked

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -27,10 +31,14 @@ class OrientationalOrder:
         neighbors: (n,) int64, number of Delaunay neighbours; the mean is 6 where the triangulation is unique.
         mean_local: mean of |psi_k|; 1 in a triangular lattice for k = 6.
         overall: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
+        k: symmetry.
+        packing: the packing whose order it is; None if made by hand.
     """
 
     local: NDArray[np.complex128]
     neighbors: Indices
+    k: int = 6
+    packing: Packing | None = field(default=None, repr=False, compare=False)
 
     __repr__ = short_repr
 
@@ -43,6 +51,30 @@ class OrientationalOrder:
     def overall(self) -> float:
         """|Mean of psi_k| over particles."""
         return float(np.abs(self.local.mean()))
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the particles, coloured by |psi_k| from 0 to 1.
+
+        >>> ax = jamlab.orientational_order(jamlab.jam(n=64, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's PolyCollection.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: it was made by hand without a packing, `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.cell_plot import draw_order
+        from jamlab.plotting.axes import CELL, axes_for
+
+        if self.packing is None:
+            raise InputError("this order has no packing to draw: use that of jamlab.orientational_order(packing)")
+        with axes_for(ax, style, CELL) as axes:
+            draw_order(axes, self.packing, np.abs(self.local), self.k, **style)
+        return axes
 
 
 @checked
@@ -66,7 +98,7 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
     waves = np.exp(1j * k * np.arctan2(bond[:, 1], bond[:, 0]))
     local = np.zeros(packing.n, dtype=np.complex128)
     np.add.at(local, i, waves)
-    return OrientationalOrder(local / neighbors, neighbors)
+    return OrientationalOrder(local / neighbors, neighbors, int(k), packing)
 
 
 def _find_bonds(points: Array, box: Array) -> tuple[Indices, Array]:

@@ -12,7 +12,8 @@ Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); F. M. Schaller et al., Ph
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -47,6 +51,7 @@ class Tessellation:
         sides: (n,) int64, neighbours of each cell; the mean is 6 where three cells meet in every corner.
         lines: (k, 2, 2) straight pieces of all walls, beside the particle of lower index as it is stored. SP: one for
             each wall. DP: one for each two points on either side.
+        packing: the packing whose particles they surround.
     """
 
     area: Array
@@ -55,8 +60,31 @@ class Tessellation:
     wall_length: Array
     sides: Indices
     lines: Array
+    packing: Packing = field(repr=False, compare=False)
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the walls of the cells; particles are coloured by their local packing fraction.
+
+        >>> ax = jamlab.tessellation(jamlab.jam(n=64, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's LineCollection that draws the walls, such as linewidth=2.
+
+        Returns:
+            The axes; the scale of colours has axes of its own.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.cell_plot import draw_cells
+        from jamlab.plotting.axes import CELL, axes_for
+
+        with axes_for(ax, style, CELL) as axes:
+            draw_cells(axes, self, covered_fraction(self), **style)
+        return axes
 
 
 @dataclass(frozen=True)
@@ -106,9 +134,13 @@ def local_packing_fraction(packing: Packing) -> Array:
     Args:
         packing: SP or DP.
     """
-    cells, covered = tessellation(packing).area, particle_areas(packing)
-    fraction = np.full(packing.n, np.nan)
-    np.divide(covered, cells, out=fraction, where=cells > 0)
+    return covered_fraction(tessellation(packing))
+
+
+def covered_fraction(cells: Tessellation) -> Array:
+    """(n,) local packing fraction of cells that are known already; see `local_packing_fraction`."""
+    fraction = np.full(len(cells.area), np.nan)
+    np.divide(particle_areas(cells.packing), cells.area, out=fraction, where=cells.area > 0)
     return fraction
 
 
@@ -181,7 +213,7 @@ def _merge_cells(packing: Packing, owner: Indices, area: Array, walls: _Walls) -
     name = np.column_stack([walls.i, walls.j, walls.shift])[k]
     twin = np.flatnonzero((name[1:] == name[:-1]).all(axis=1))  # every wall has two halves
     lines = np.stack([walls.corner[k[twin]], walls.corner[k[twin + 1]]], axis=1)
-    return Tessellation(area, names[once, 0], names[once, 1], length[once], sides, lines)
+    return Tessellation(area, names[once, 0], names[once, 1], length[once], sides, lines, packing)
 
 
 def _stands_for_both(i: Indices, j: Indices, shift: Indices) -> NDArray[np.bool_]:

@@ -6,7 +6,8 @@ C = (K_EE - K_uE^T K_uu^-1 K_uE)/A. One factorisation gives every modulus in eve
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,12 @@ from jamlab.mechanics.force_network import ForceNetwork, force_network
 from jamlab.mechanics.stiffness import Stiffness, stiffness
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -37,13 +42,40 @@ class ElasticTensor:
         affine: (2, 2, 2, 2) K_EE/A, all sites follow the strain.
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
         displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers.
+        unit: of the moduli, for labels.
     """
 
     affine: Array
     relaxed: Array
     displacements: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the shear modulus over the direction of shear, relaxed (solid) and affine (dashed); dotted: its mean.
+
+        >>> ax = jamlab.elastic_tensor(jamlab.pack(n=64, pressure=1e-2, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of both curves.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.mechanics.linear_response_plot import draw_directions
+        from jamlab.plotting.axes import axes_for
+
+        angles = np.linspace(0, np.pi, 181)
+        curves = {name: modulus_along(c, angles) for name, c in (("relaxed", self.relaxed), ("affine", self.affine))}
+        mean = float(modulus_along(self.relaxed, AVERAGING_ANGLES).mean())
+        with axes_for(ax, style) as axes:
+            draw_directions(axes, angles, curves, mean, self.unit, **style)
+        return axes
 
 
 @checked
@@ -66,7 +98,8 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNe
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
-    return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements)
+    unit = UNIT_OF_STRESS[packing.model, packing.units]
+    return ElasticTensor(k.ee / packing.area, (k.ee - response) / packing.area, displacements, unit)
 
 
 def modulus_along(c: Array, angles: Array) -> Array:

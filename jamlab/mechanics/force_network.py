@@ -10,8 +10,8 @@ from jamlab.geometry.contact_network import Contacts, Meetings, contacts
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.energy_terms import Terms, energy_terms
-from jamlab.mechanics.force_laws import rim_law
 from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.force_laws import rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 

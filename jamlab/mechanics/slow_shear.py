@@ -4,7 +4,10 @@ Near onset sliding and non-affine motion diverge as p^(-1/4) while approach vani
 eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +16,13 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
+from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -29,11 +36,13 @@ class SlowShear:
             included; positive where disks part.
         tangential: (m,) across it, counter-clockwise.
         nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
+        unit: of length, for labels.
     """
 
     normal: Array
     tangential: Array
     nonaffine: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
 
@@ -51,6 +60,33 @@ class SlowShear:
     def median_nonaffine(self) -> float:
         """Median length of the non-affine displacement, ~ p^(-1/4)."""
         return float(np.median(np.hypot(*self.nonaffine.T)))
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
+
+        >>> ax = jamlab.slow_shear(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of all three curves.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.mechanics.linear_response_plot import draw_displacements
+        from jamlab.plotting.axes import axes_for
+
+        parts = {
+            "approach": np.abs(self.normal),
+            "sliding": np.abs(self.tangential),
+            "non-affine": np.hypot(*self.nonaffine.T),
+        }
+        with axes_for(ax, style) as axes:
+            draw_displacements(axes, parts, self.unit, **style)
+        return axes
 
 
 @checked
@@ -79,4 +115,5 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
         normal=np.einsum("ij,ij->i", relative, normal),
         tangential=relative[:, 1] * normal[:, 0] - relative[:, 0] * normal[:, 1],
         nonaffine=u - u.mean(axis=0),
+        unit=UNIT_OF_LENGTH[packing.model, packing.units],
     )

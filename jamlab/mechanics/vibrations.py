@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,12 @@ from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.stiffness import hessian
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -48,12 +53,38 @@ class Modes:
     Attributes:
         eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
         vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
+        unit: of the eigenvalues, for labels.
     """
 
     eigenvalues: Array
     vectors: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the eigenvalues over the number of the mode; the legend counts those below zero, beyond rounding.
+
+        >>> ax = jamlab.lowest_modes(jamlab.pack(n=64, pressure=1e-3, seed=1), 40).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.mechanics.linear_response_plot import draw_modes
+        from jamlab.plotting.axes import axes_for
+
+        rounding = SETTINGS.zero * np.abs(self.eigenvalues).max()
+        below = int(np.sum(self.eigenvalues < -rounding))
+        with axes_for(ax, style) as axes:
+            draw_modes(axes, self.eigenvalues, below, self.unit, **style)
+        return axes
 
 
 @checked
@@ -78,7 +109,8 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
         values, vectors = values[:count], vectors[:, :count]
     else:
         values, vectors = _find_lowest(matrix, count)
-    return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2))
+    unit = UNIT_OF_STRESS[packing.model, packing.units]
+    return Modes(values, np.ascontiguousarray(vectors.T).reshape(count, -1, 2), unit)
 
 
 @checked

@@ -6,12 +6,13 @@ from zlib import crc32
 
 import numpy as np
 
+from jamlab.plotting.palette import LARGE, SMALL
+
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
 
 _WIDTH = 280  # pixels of the cell
 _MOST = 4000  # particles: beyond, a picture this small shows grey and makes a notebook heavy
-_COLOURS = ("#CC79A7", "#0072B2")  # small, large
 
 
 def draw_svg(packing: "Packing") -> str:
@@ -63,7 +64,7 @@ def _reach(packing: "Packing") -> np.ndarray:
 
 def _shape(packing: "Packing", m: int, move: np.ndarray, scale: float, left: float, height: float) -> str:
     sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    colour = _COLOURS[int(sizes[m] > sizes.mean())]
+    colour = LARGE if sizes[m] > sizes.mean() else SMALL
     fill = f'fill="{colour}"'
     if packing.offsets is None:
         x, y = packing.positions[m] + move

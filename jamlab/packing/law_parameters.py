@@ -15,6 +15,10 @@ FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "k"): ("k",),
     ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
 }
+# of the two papers, for labels: ε and the mean diameter σ, ε and l (droplets), k and the mean diameter d
+UNIT_OF_LENGTH = {("sp", "k"): "d", ("sp", "eps"): "σ", ("dp", "eps"): "l"}
+UNIT_OF_FORCE = {("sp", "k"): "k d", ("sp", "eps"): "ε/σ", ("dp", "eps"): "ε/l"}
+UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε/l²"}
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:

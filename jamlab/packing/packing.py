@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -19,6 +19,9 @@ from jamlab.checks import check_choice, check_positive, checked, checked_class, 
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -294,6 +297,33 @@ class Packing:
         from jamlab.packing.hdf5 import write
 
         write(path, [self])
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the particles in their periodic cell: large ones blue, small ones pink; droplets with their rims.
+
+        `jamlab.contacts(p).plot(ax)` draws the force network over it.
+
+        >>> ax = jamlab.jam(n=64, seed=1).plot()
+        >>> ax.figure.savefig("packing.png")
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's PolyCollection, such as alpha=1.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.packing.packing_plot import draw_particles, size_colours
+        from jamlab.plotting.axes import CELL, axes_for
+        from jamlab.plotting.periodic_cell import frame_cell
+
+        with axes_for(ax, style, CELL) as axes:
+            draw_particles(axes, self, size_colours(self), **style)
+            frame_cell(axes, self.box)
+        return axes
 
     @property
     def _polygon_offsets(self) -> NDArray[np.int64]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.checks import check_choice, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
@@ -19,6 +21,9 @@ from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -53,6 +58,7 @@ class ComplexModulus:
         error: (m,) estimate of the larger of the relative errors of G' and of G''.
         spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
             frequencies asked for (reduced); None for method "direct".
+        unit: of stress, for labels.
     """
 
     omega: Array
@@ -64,6 +70,7 @@ class ComplexModulus:
     method: str
     error: Array
     spectrum: RelaxationSpectrum | None = None
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
 
@@ -71,6 +78,32 @@ class ComplexModulus:
     def tau_star(self) -> float:
         """Time of the slowest relaxation that carries stress, tau* = eta_0/G_0 (Baumgarten & Tighe, below eq 22)."""
         return self.eta0 / self.g0
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw G' (solid, filled) and G'' (dashed, open) over frequency, on logarithmic axes.
+
+        The legend counts values that are not positive, which a logarithm cannot show.
+
+        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
+        >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).plot(label="p = 0.001")
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+
+        with axes_for(ax, style) as axes:
+            draw_modulus(axes, self.omega, self.storage, self.loss, **style)
+            label_modulus(axes, self.unit, legend=True)
+        return axes
 
 
 @checked
@@ -108,6 +141,7 @@ def complex_modulus(
         method = "dense" if motion.moving <= _SMALL else "reduced"
     solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
     modulus, error, elements = solve(motion, limits, frequencies)
+    unit = UNIT_OF_STRESS[packing.model, packing.units]
     return ComplexModulus(
         omega=frequencies,
         storage=modulus.real.copy(),
@@ -117,7 +151,8 @@ def complex_modulus(
         eta_inf=limits.eta_inf,
         method=method,
         error=error,
-        spectrum=elements,
+        spectrum=elements and replace(elements, unit=unit),
+        unit=unit,
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -34,6 +38,10 @@ class Collapse:
         mu_error, lam_error, exponent_error: half-widths; 0 without resamples, nan where the packings do not give one:
             a pressure needs two packings or more, and most resamples must have a fit.
         spread: root mean square distance of the rescaled curves from their mean, in ln G*.
+        pressures: (k,) of the curves.
+        omega: (m,) frequencies of the scaling regime, 1/tau_1.
+        storage, loss: (k, m) mean G', G'' at these frequencies.
+        unit: of stress, for labels.
     """
 
     mu: float
@@ -43,18 +51,52 @@ class Collapse:
     lam_error: float
     exponent_error: float
     spread: float
+    pressures: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    omega: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
+    storage: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False, compare=False)
+    loss: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False, compare=False)
+    unit: str = field(default="", repr=False, compare=False)
 
     def __str__(self) -> str:
-        names = {
-            "μ": (self.mu, self.mu_error),
-            "λ": (self.lam, self.lam_error),
-            "Δ": (self.exponent, self.exponent_error),
-        }
-        text = ", ".join(f"{name} = {_with_error(*value)}" for name, value in names.items())
-        text += f", spread {self.spread:.2g} in ln G*"
-        if np.isnan([error for _, error in names.values()]).any():
+        text = f"{self.exponents}, spread {self.spread:.2g} in ln G*"
+        if np.isnan([self.mu_error, self.lam_error, self.exponent_error]).any():
             text += "; no error: too few packings, give two or more of each pressure"
         return text
+
+    @property
+    def exponents(self) -> str:
+        """The exponents with their errors, in words."""
+        mu, lam = _with_error(self.mu, self.mu_error), _with_error(self.lam, self.lam_error)
+        return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.exponent, self.exponent_error)}"
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw G'/p^mu (filled) and G''/p^mu (open) over omega/p^lambda; exponents stand over the legend.
+
+        Pressures are taken as numbers in the unit of stress, and frequencies are those that take part in the fit.
+
+        >>> pressures = [1e-2, 1e-3, 1e-4]
+        >>> packings = [jamlab.pack(n=64, pressure=p, seed=1) for p in pressures]
+        >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-5, 1, 31), prestress=False)] for q in packings]
+        >>> ax = jamlab.collapse(pressures, spectra).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of all curves.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: it was made by hand without curves, `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.rheology.oscillation_plot import draw_collapse
+
+        if not len(self.pressures):
+            raise InputError("this Collapse holds no curves to draw: use that of jamlab.collapse(pressures, spectra)")
+        with axes_for(ax, style) as axes:
+            draw_collapse(axes, self, **style)
+        return axes
 
 
 def _with_error(value: float, error: float) -> str:
@@ -93,13 +135,17 @@ def collapse(
     kept = omega <= _HIGHEST
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = omega[kept]
-    best = _fit(x, p, [c.mean(axis=0) for c in curves])
+    means = [c.mean(axis=0) for c in curves]
+    best = _fit(x, p, means)
     errors = np.zeros(3)
     if resamples:
         drawn = bootstrap(curves, lambda c: _fit(x, p, [g.mean(axis=0) for g in c])[:3], resamples=resamples, seed=seed)
         errors = 0.5 * (drawn.high - drawn.low)
     mu_error, lam_error, exponent_error = (float(e) for e in errors)
-    return Collapse(best[0], best[1], best[2], mu_error, lam_error, exponent_error, best[3])
+    storage, loss = np.stack(means, axis=1)
+    return Collapse(
+        *best[:3], mu_error, lam_error, exponent_error, best[3], p, x, storage, loss, unit=spectra[0][0].unit
+    )
 
 
 def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float, float, float]:

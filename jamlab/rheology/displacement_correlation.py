@@ -6,7 +6,8 @@ falls. Sites are binned and pairs counted by fast Fourier transform: the cost gr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,16 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
+from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.slow_and_fast_limits import find_limits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,11 +38,13 @@ class DisplacementCorrelation:
         delta: (m,) distances along the flow, centres of bins, up to half the box.
         correlation: (m,) C; 1 if two sites move alike.
         pairs: (m,) pairs in each bin.
+        unit: of length, for labels.
     """
 
     delta: Array
     correlation: Array
     pairs: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
 
@@ -54,6 +61,29 @@ class DisplacementCorrelation:
         k = below[0]
         (x0, x1), (c0, c1) = self.delta[k - 1 : k + 1], self.correlation[k - 1 : k + 1]
         return float(x0 + (x1 - x0) * c0 / (c0 - c1))
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw C over the distance along the flow; the legend gives the distance at which it first falls through zero.
+
+        >>> p = jamlab.pack(n=256, pressure=1e-3, seed=1)
+        >>> ax = jamlab.displacement_correlation(p, omega=1e-3).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.rheology.oscillation_plot import draw_correlation
+
+        with axes_for(ax, style) as axes:
+            draw_correlation(axes, self, **style)
+        return axes
 
 
 @checked
@@ -110,7 +140,8 @@ def displacement_correlation(
         ConvergenceError: the packing is not jammed or not stable.
     """
     network, u = oscillating_displacements(packing, omega, damping, prestress)
-    return correlation_along_x(network.positions, u[:, 1].real, packing.box, lane=lane, width=width)
+    found = correlation_along_x(network.positions, u[:, 1].real, packing.box, lane=lane, width=width)
+    return replace(found, unit=UNIT_OF_LENGTH[packing.model, packing.units])
 
 
 def correlation_along_x(

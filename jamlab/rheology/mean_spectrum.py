@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import stress
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
@@ -24,7 +25,6 @@ Array = NDArray[np.float64]
 
 COLUMNS = ("storage", "loss", "error")
 LIMITS = ("g0", "eta0", "eta_inf")
-UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε/l²"}
 _PARTICLES = {"sp": "disks", "dp": "droplets"}
 _SAME_PRESSURE = 1e-3  # relative: `pack` meets a pressure to 1e-6
 

@@ -8,7 +8,8 @@ contacts move by different amounts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,9 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Array = NDArray[np.float64]
 
 
@@ -34,6 +38,7 @@ class NonlinearModulus:
         storage, loss: (m,) G', G''; they depend on the stress.
         tau: (m,) equivalent time tau_alpha, tau_1.
         error: (m,) estimate of the relative error of the linear solution, not of the method.
+        unit: of stress, for labels.
     """
 
     omega: Array
@@ -41,8 +46,33 @@ class NonlinearModulus:
     loss: Array
     tau: Array
     error: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw G' (solid, filled) and G'' (dashed, open) over frequency, as `ComplexModulus.plot` does.
+
+        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
+        >>> ax = jamlab.nonlinear_modulus(p, np.logspace(-6, 2, 41), 0.5, 1e-5).plot(label="α = 1/2")
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+
+        with axes_for(ax, style) as axes:
+            draw_modulus(axes, self.omega, self.storage, self.loss, **style)
+            label_modulus(axes, self.unit, legend=True)
+        return axes
 
 
 @checked
@@ -123,4 +153,4 @@ def nonlinear_modulus(
     length = float(np.mean(packing.diameters)) if packing.diameters is not None else 1.0
     tau = equivalent_time(frequencies, stress * length, alpha, stiffness=stiffness)
     linear = complex_modulus(packing, frequencies * tau, ContactDamping(), prestress, method)
-    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error)
+    return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error, linear.unit)

@@ -7,7 +7,8 @@ G'' is ever a small difference of large numbers, however low or high the frequen
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -34,12 +38,14 @@ class RelaxationSpectrum:
         eta_inf: viscosity of infinitely fast flow.
         rates: (m,) lambda_i, ascending, 1/tau_1.
         strengths: (m,) g_i > 0, unit of stress.
+        unit: of stress, for labels.
     """
 
     g0: float
     eta_inf: float
     rates: Array
     strengths: Array
+    unit: str = field(default="", repr=False)
 
     __repr__ = short_repr
 
@@ -55,6 +61,29 @@ class RelaxationSpectrum:
         storage = self.g0 + np.sum(weight * y**2, axis=1)
         loss = self.eta_inf * omega + np.sum(weight * y, axis=1)
         return np.asarray(storage + 1j * loss)
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the strength of every Maxwell element over its rate; spring and dashpot stand in the legend.
+
+        >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
+        >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).spectrum.plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, such as marker="s".
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.rheology.oscillation_plot import draw_elements
+
+        with axes_for(ax, style) as axes:
+            draw_elements(axes, self, **style)
+        return axes
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,8 @@ def bootstrap(
         )
     check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
+    if max(map(len, arrays)) < 2:  # one packing says nothing about its spread
+        return Interval(value, np.full_like(value, np.nan), np.full_like(value, np.nan))
     rng = np.random.default_rng(seed)
     drawn = np.full((resamples, *value.shape), np.nan)
     for k in range(resamples):
@@ -82,7 +84,6 @@ def bootstrap(
         except JamlabError:
             continue
     missing = np.isnan(drawn).sum(axis=0) > resamples // 2
-    missing |= max(map(len, arrays)) < 2  # one packing says nothing about its spread
     tail = 0.5 * (1 - level)
     ends = np.full((2, *value.shape), np.nan)
     if not missing.all():

@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,9 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -31,6 +35,8 @@ class PowerLaw:
         points: number of points fitted.
         spread: root mean square of the residuals, relative or in standard errors.
         worst: largest residual, in the same unit.
+        x, y: (points,) what was fitted; None of a law made by hand.
+        error: (points,) standard errors of y, or None.
     """
 
     coefficients: Array
@@ -40,10 +46,40 @@ class PowerLaw:
     points: int
     spread: float
     worst: float
+    x: Array | None = field(default=None, repr=False, compare=False)
+    y: Array | None = field(default=None, repr=False, compare=False)
+    error: Array | None = field(default=None, repr=False, compare=False)
 
     def __call__(self, x: ArrayLike) -> Array:
         """y at x, of the shape of x."""
         return np.asarray((np.asarray(x, dtype=np.float64)[..., None] ** self.exponents) @ self.coefficients)
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the points that were fitted and the law between the first and the last; its terms stand in the legend.
+
+        New axes are logarithmic where all values are positive; axes of one's own keep their scales and labels.
+
+        >>> d = np.array([0.01, 0.02, 0.04, 0.08])
+        >>> ax = power_law(d, 3.7 * d**0.5).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D that draws the law.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.fitted_curves import draw_fit
+
+        terms = [f"{c:.3g} $x^{{{e:.3g}}}$" for c, e in zip(self.coefficients, self.exponents, strict=True)]
+        x = np.geomspace(self.low, self.high, 200)
+        with axes_for(ax, style) as axes:
+            draw_fit(axes, x, self(x), " + ".join(terms), (self.x, self.y, self.error), ax is None, **style)
+        return axes
 
 
 @checked
@@ -99,7 +135,9 @@ def power_law(
         coefficients = _fit_coefficients(x, y, unit, powers)
     residual = ((x[:, None] ** powers) @ coefficients - y) / unit
     spread, worst = float(np.sqrt(np.mean(residual**2))), float(np.abs(residual).max())
-    return PowerLaw(coefficients, powers, float(x.min()), float(x.max()), len(x), spread, worst)
+    low, high = float(x.min()), float(x.max())
+    known = None if error is None else unit
+    return PowerLaw(coefficients, powers, low, high, len(x), spread, worst, x, y, known)
 
 
 def _fit_coefficients(x: Array, y: Array, unit: Array, powers: Array) -> Array:
@@ -171,15 +209,53 @@ def widest_window(
 
 @dataclass(frozen=True)
 class FiniteSize:
-    """y(N) = limit + amplitude N^-exponent."""
+    """y(N) = limit + amplitude N^-exponent.
+
+    Attributes:
+        limit, amplitude, exponent: of the law.
+        n, y: (m,) what was fitted; None of a law made by hand.
+        error: (m,) standard errors of y, or None.
+    """
 
     limit: float
     amplitude: float
     exponent: float
+    n: Array | None = field(default=None, repr=False, compare=False)
+    y: Array | None = field(default=None, repr=False, compare=False)
+    error: Array | None = field(default=None, repr=False, compare=False)
 
     def __call__(self, n: ArrayLike) -> Array:
         """y at sizes n."""
         return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the values over N, the law through them and, dotted, its limit.
+
+        >>> n = np.array([16.0, 32.0, 64.0])
+        >>> ax = finite_size(n, 0.84 - 0.3 / n).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D that draws the law.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: it was made by hand without values, `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.fitted_curves import draw_fit, draw_limit
+
+        if self.n is None:
+            raise InputError("this FiniteSize holds no values to draw: use that of finite_size(n, y)")
+        n = np.geomspace(self.n.min(), 4 * self.n.max(), 200)
+        label = f"{self.limit:.4g} {self.amplitude:+.3g} $N^{{-{self.exponent:.3g}}}$"
+        with axes_for(ax, style) as axes:
+            draw_limit(axes, self.limit)
+            points = (self.n, self.y, self.error)
+            draw_fit(axes, n, self(n), label, points, ax is None, "number of particles $N$", **style)
+        return axes
 
 
 @checked
@@ -214,7 +290,7 @@ def finite_size(
     if exponent is None:
         exponent = float(minimize_scalar(lambda e: solve(e)[1], bounds=_CORRECTIONS, method="bounded").x)
     limit, amplitude = solve(exponent)[0]
-    return FiniteSize(float(limit), float(amplitude), exponent)
+    return FiniteSize(float(limit), float(amplitude), exponent, n, y, None if error is None else spread)
 
 
 def _same_length(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:

@@ -14,7 +14,6 @@ from jamlab.figures.explorer import one_sweep
 from jamlab.figures.explorer.packed_arrays import STEPS
 from jamlab.figures.explorer.states import affine_part, displacements, pack_state
 from jamlab.geometry.rims import rim_overlaps, rims
-from jamlab.mechanics.contact_forces import contact_forces
 from jamlab.packing.deformation import at_phi, deformed, sheared
 
 STATES = Path(__file__).parent / "states"
@@ -69,7 +68,7 @@ def test_particles_lie_in_the_cell_and_keep_their_shape(packing):
 
 def test_contacts_join_particles_as_they_are_drawn(packing):
     state, network = pack_state(packing, None), jamlab.contacts(packing)
-    packed, found = state["contacts"], contact_forces(packing)
+    packed, found = state["contacts"], network.forces
     (i, j), image = numbers(packed, "pairs").reshape(-1, 2).T, numbers(packed, "image").reshape(-1, 2)
     centres = points(state, state.get("centres", state["sites"]))
     np.testing.assert_allclose(centres[j] + image @ packing.box - centres[i], network.r, atol=2 * step(state))

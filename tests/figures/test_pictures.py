@@ -9,14 +9,12 @@ pictures again, look at them, and commit them:
 """
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
+from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
-from matplotlib.text import Text
 
 import jamlab
 from jamlab.benchmarks.speed_accuracy.pareto_figure import pareto_figure
@@ -27,40 +25,6 @@ from jamlab.figures.papers import gallery
 from jamlab.figures.papers.tables import reference_tables
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
-
-HERE = Path(__file__).parent
-SHARP = {"lines.antialiased": False, "patch.antialiased": False, "text.hinting": "none"}
-picture = pytest.mark.mpl_image_compare(
-    baseline_dir="baseline", style=["default", SHARP], tolerance=2, savefig_kwargs={"dpi": 80}, deterministic=True
-)
-
-
-def bare(figure, columns=1):
-    """The figure without text, ticks and grid lines, its panels in a row."""
-    figure.set_layout_engine("none")
-    scales = [axes for axes in figure.axes if axes.get_label() == "<colorbar>"]
-    panels = [axes for axes in figure.axes if axes not in scales]
-    for group, left, width in ((panels, 0.06, 0.84), (scales, 0.93, 0.03)):
-        for k, axes in enumerate(group):
-            axes.set_position([(k + left) / columns, 0.14, width / columns, 0.8])
-    for text in figure.findobj(Text):
-        text.set(text="", fontsize=0.1)  # else the height of an empty line moves legends
-    for axes in figure.axes:
-        axes.xaxis.set_visible(False)
-        axes.yaxis.set_visible(False)
-    return figure
-
-
-def state(name):
-    return jamlab.read(HERE / "states" / f"{name}.h5")
-
-
-def both(draw, width=7.0, height=3.6):
-    """The two models side by side, small."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    for axes, name in zip(figure.subplots(1, 2), ("disks", "droplets"), strict=True):
-        draw(axes, state(name), name)
-    return bare(figure, columns=2)
 
 
 def paper_figure(name):

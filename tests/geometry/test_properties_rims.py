@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import random_packings
 import shapely
-from hypothesis import given
+from hypothesis import example, given
 
 import jamlab
 
@@ -39,6 +39,14 @@ def test_rho_is_the_area_of_the_union_of_outlines(packing):
     )
 
 
+def resting_on_its_own_image():
+    """A triangle whose tip lies in the rim of its own image's base: an edge hides the neighbour of its own image."""
+    corners = [[0.72, 0.85], [0.14, 0.3], [0.82, 0.39], [1.54, 0.92], [1.19, 0.26], [1.71, 0.27]]
+    law = {"gamma": 1.0, "ka": 500.0, "eps": 1.0, "delta": 0.375, "eta": 0.0, "contact": "outline", "a0": [0.3, 1.0]}
+    return jamlab.Packing("dp", [[2.0, 0.0], [0.0, 1.0]], corners, law, offsets=[0, 3, 6])
+
+
+@example(resting_on_its_own_image())
 @given(random_packings.polygons())
 def test_rho_shared_among_particles_and_left_to_voids(packing):
     rho = jamlab.packing_fraction(packing)

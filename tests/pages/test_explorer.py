@@ -9,7 +9,6 @@ import pytest
 
 import jamlab
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
-from jamlab.mechanics.contact_forces import contact_forces
 from jamlab.packing.deformation import at_phi
 
 STATES = Path(__file__).parents[1] / "figures" / "states"
@@ -95,7 +94,8 @@ def test_slider_and_keys_move_the_picture(browser, page):
 
 def test_pointing_at_a_contact_gives_the_force_of_the_library(browser, page, sweep):
     browser.open(page)
-    network, found = jamlab.contacts(sweep[0]), contact_forces(sweep[0])
+    network = jamlab.contacts(sweep[0])
+    found = network.forces
     ends = browser.run(f"return {EXPLORER}.states.at(0).contacts.map(contact => [contact.start, contact.end])")
     for k in np.argsort(found.size)[[0, len(found.size) // 2, -1]]:
         one, other = np.array(ends[k])

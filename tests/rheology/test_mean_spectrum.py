@@ -1,11 +1,16 @@
 """Spectra of several packings: mean and band, what is written, and what is refused."""
 
+import csv
+import re
+from dataclasses import replace
+
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.cli.spectrum_output import check_output, save
+from jamlab.cli.spectrum_output import check_one_kind, check_output, save
 from jamlab.rheology.mean_spectrum import Spectra, group_packings, mean_spectra
 
 OMEGA = np.geomspace(1e-4, 10, 9)
@@ -87,8 +92,36 @@ def test_several_curves_in_one_file(three, tmp_path):
         assert "mean over directions" in file["curve_1"].attrs["shear"]
 
 
+@pytest.mark.parametrize("points", [2, len(OMEGA)])
+def test_table_opens_as_pyrheo_and_rheojax_read_it(three, tmp_path, points):
+    """pyRheo: columns by name, separated by tabs. rheojax: the separator that Sniffer finds, columns by pattern."""
+    path = tmp_path / "s.csv"
+    few = replace(three, members=tuple(replace(s, **_first(s, points)) for s in three.members))
+    save([few], jamlab.ContactDamping(), path)
+    found = pd.read_csv(path, delimiter="\t")
+    assert list(found.columns) == ["Angular Frequency", "Storage Modulus", "Loss Modulus"]
+    assert np.array_equal(found["Angular Frequency"], few.omega)
+    assert np.array_equal(found["Storage Modulus"], few.band("storage")[0])
+    assert np.array_equal(found["Loss Modulus"], few.band("loss")[0])
+    assert csv.Sniffer().sniff(path.read_text(), delimiters=[",", "\t", ";", "|", " "]).delimiter == "\t"
+    patterns = ("angular frequency", r"storage\s+modulus", r"loss\s+modulus")
+    assert [[bool(re.search(p, c.lower())) for c in found.columns] for p in patterns] == np.eye(3, dtype=bool).tolist()
+
+
+def _first(spectrum, points):
+    return {name: getattr(spectrum, name)[:points] for name in ("omega", "storage", "loss", "error")}
+
+
+def test_a_table_of_several_kinds_is_refused(tmp_path):
+    same, other = jamlab.pack(16, 1e-2, 1), jamlab.pack(16, 2e-2, 1)
+    check_one_kind(tmp_path / "s.csv", [same, same])
+    check_one_kind(tmp_path / "s.h5", [same, other])
+    with pytest.raises(jamlab.InputError, match="packings of 2 kinds"):
+        check_one_kind(tmp_path / "s.csv", [same, other])
+
+
 def test_unknown_endings_and_places_are_refused(tmp_path):
-    with pytest.raises(jamlab.InputError, match=r"s\.txt.*\.png"):
+    with pytest.raises(jamlab.InputError, match=r"s\.txt.*\.png, \.pdf, \.svg .*\.csv .*\.h5"):
         check_output(tmp_path / "s.txt")
     with pytest.raises(jamlab.StorageError, match="nowhere"):
         check_output(tmp_path / "nowhere" / "s.h5")

@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from jamlab.errors import BoundaryError
 from jamlab.figures.explorer.packed_arrays import Grid, encode
-from jamlab.figures.geometry_pictures import void_paths
-from jamlab.figures.packing_pictures import home_moves
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
+from jamlab.geometry.voids.void_plot import void_paths
 from jamlab.geometry.voids.voids import Voids, voids
-from jamlab.mechanics.contact_forces import contact_forces
 from jamlab.packing.packing import Packing
+from jamlab.packing.packing_plot import home_moves
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -109,7 +108,7 @@ def _pack_contacts(packing: Packing, network: Contacts, home: Array) -> dict[str
     i, j = network.pairs.T
     cell = np.round(home @ np.linalg.inv(packing.box)).astype(np.int64)
     image = network.shift + cell[i] - cell[j]
-    found = contact_forces(packing, network)
+    found = network.forces
     return {
         "pairs": encode(network.pairs, "<u2"),
         "image": encode(image, "<i2"),
@@ -154,7 +153,7 @@ def _find_voids(packing: Packing) -> tuple[Voids | None, Lines, str]:
         return None, _NOTHING, str(error)
     rings = [
         shapely.linearrings(ring)
-        for path, percolating in zip(void_paths(packing, found), found.percolating, strict=True)
+        for path, percolating in zip(void_paths(found), found.percolating, strict=True)
         if not percolating
         for ring in np.split(path.vertices, np.flatnonzero(path.codes == path.CLOSEPOLY)[:-1] + 1)
     ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, average
-from jamlab.figures.papers.panels import BESIDE, BLACK, BLUE, GREEN, RED, Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.panels import BESIDE, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
@@ -22,6 +22,7 @@ from jamlab.figures.papers.spectral_groups import (
     select_spectra,
 )
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap

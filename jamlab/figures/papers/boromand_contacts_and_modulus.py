@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
 from jamlab.figures.papers.ensembles import (
     RESAMPLES,
@@ -19,8 +18,9 @@ from jamlab.figures.papers.ensembles import (
     nearest_size,
     sizes,
 )
-from jamlab.figures.papers.panels import GREEN, PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR, select_below_confluence
 from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, has, log_edges, nearest_size
-from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
+from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
 

@@ -11,8 +11,9 @@ from jamlab.figures.papers.boromand_contacts_and_modulus import NEAR
 from jamlab.figures.papers.boromand_geometry import C_REASON, eq_11
 from jamlab.figures.papers.claims import DP_UNKNOWN, claim
 from jamlab.figures.papers.ensembles import Ensemble, ensemble, has, log_edges, near_onset, nearest_size
-from jamlab.figures.papers.panels import FIT, GREEN, PAPER, Drawing, drawing, label, model_style, scale
+from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.boromand_contacts_and_modulus import DP_CONTACTS, SERIES
 from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
 from jamlab.figures.papers.ensembles import ensemble, has, near_onset, nearest_size
-from jamlab.figures.papers.panels import BLUE, FIT, RED, Drawing, drawing, label
+from jamlab.figures.papers.panels import FIT, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.plotting.palette import BLUE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import power_law

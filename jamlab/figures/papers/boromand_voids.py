@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.geometry_pictures import SIDE_COLOURS
 from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
 from jamlab.figures.papers.ensembles import RESAMPLES, SHARE, has, nearest_size
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval, bootstrap
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
@@ -22,7 +21,8 @@ from jamlab.figures.papers import (
 from jamlab.figures.papers.claims import Claim
 from jamlab.figures.papers.panels import Drawing
 from jamlab.figures.papers.tables import EnsembleTables
-from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.figures.picture_file import save_picture
+from jamlab.packing.atomic_file import make_folder
 from jamlab.packing.versions import versions
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
@@ -99,10 +99,7 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
     paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
     png = save_png(drawing.figure, paths[0])
     drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
-    buffer = BytesIO()
-    drawing.figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
-    with atomic_file(paths[1]) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+    save_picture(drawing.figure, paths[1])
     write_csv(paths[2], drawing.table)
     return paths, png
 

@@ -11,14 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.figures.packing_pictures import MODEL_STYLE
 from jamlab.figures.papers.claims import Claim
-
-matplotlib.use("Agg")
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
 
 Array = NDArray[np.float64]
 
-BLUE, RED, GREEN, PINK, SKY, ORANGE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#222222"
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
 SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
@@ -144,7 +141,7 @@ class Drawing:
         axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
 
 
-BESIDE = {
+BESIDE: dict[str, Any] = {
     "loc": "upper left",
     "bbox_to_anchor": (1.01, 1.0),
     "borderaxespad": 0.0,

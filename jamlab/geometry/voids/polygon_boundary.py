@@ -27,11 +27,15 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class _Capsules:
-    """Edges and the capsules (of edges) near them: r leads from the tail of the edge to the tail of the capsule."""
+    """Edges and the capsules (of edges) near them: r leads from the tail of the edge to the tail of the capsule.
+
+    own: the capsule belongs to the same polygon, not to an image of it.
+    """
 
     edge: Indices
     capsule: Indices
     r: Array
+    own: NDArray[np.bool_]
 
 
 def trace_polygons(packing: Packing) -> Boundary:
@@ -72,7 +76,7 @@ def _find_capsules(packing: Packing, edges: EdgeRings) -> _Capsules:
     if crossed.any():
         m, n = edges.particle[i[crossed][0]], edges.particle[j[crossed][0]]
         raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
-    return _Capsules(i, j, r)
+    return _Capsules(i, j, r, own)
 
 
 def _find_near_edges(packing: Packing, edges: EdgeRings) -> tuple[Indices, Indices, Indices]:
@@ -99,8 +103,9 @@ def _cut_lines(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, A
     A capsule is the union of two disks around its ends and of a rectangle; the part of a line in it is one interval.
     """
     i, j, w = capsules.edge, capsules.capsule, edges.rim
-    # neighbours on the same polygon hide each other only at reflex corners
-    keep = ~((j == edges.after[i]) & (edges.turn[j] >= 0)) & ~((j == edges.before[i]) & (edges.turn[i] >= 0))
+    # neighbours on the same polygon hide each other only at reflex corners; on an image of it they are like any others
+    beside = ((j == edges.after[i]) & (edges.turn[j] >= 0)) | ((j == edges.before[i]) & (edges.turn[i] >= 0))
+    keep = ~(beside & capsules.own)
     i, j, r = i[keep], j[keep], capsules.r[keep]
     u, v = edges.along[i], edges.along[j]
     r = r - w * edges.normal[i]  # from the beginning of the moved edge to the tail of the capsule
@@ -140,7 +145,7 @@ def _cut_arcs(edges: EdgeRings, capsules: _Capsules) -> tuple[Indices, Array, Ar
     cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end.
     """
     i, j, w = capsules.edge, capsules.capsule, edges.rim
-    keep = (edges.turn[i] > 0) & (j != edges.before[i])
+    keep = (edges.turn[i] > 0) & ~((j == edges.before[i]) & capsules.own)
     i, j, r = i[keep], j[keep], capsules.r[keep]
     v, length = edges.along[j], edges.length[j]
     x, y = -np.einsum("ij,ij->i", r, v), -cross(v, r)  # of the corner

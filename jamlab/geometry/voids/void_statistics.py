@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -45,6 +49,28 @@ class VoidStatistics:
         """Mean shape factor of voids with three sides over that of a Plateau border, 4.8706; nan without such voids."""
         found = np.flatnonzero(self.sides == 3)
         return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw P_l as bars, in the colours that voids of l sides have in `Voids.plot`.
+
+        >>> ax = jamlab.void_statistics(jamlab.voids(jamlab.jam(n=64, seed=1))).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's bars, such as edgecolor="none".
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.voids.void_plot import draw_side_statistics
+        from jamlab.plotting.axes import axes_for
+
+        with axes_for(ax, style) as axes:
+            draw_side_statistics(axes, self, **style)
+        return axes
 
 
 @checked

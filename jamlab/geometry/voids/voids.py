@@ -12,8 +12,9 @@ areas of all loops of one void, modulo the cell, add up to the area of the void.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,9 @@ from jamlab.geometry.voids.torus_graph import find_components
 from jamlab.geometry.voids.void_rays import find_first_hits
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -52,6 +56,7 @@ class Voids:
         boundary: pieces and loops that bound the voids.
         void: (k,) int64, void that each piece of the boundary bounds; -1 for slivers of rounding size.
         image: (k, 2) int64, lattice translation that puts a piece in line with the other pieces of its void.
+        packing: the packing whose voids they are.
     """
 
     sides: Indices
@@ -63,6 +68,7 @@ class Voids:
     boundary: Boundary
     void: Indices
     image: Indices
+    packing: Packing = field(repr=False, compare=False)
 
     __repr__ = short_repr
 
@@ -70,6 +76,30 @@ class Voids:
     def shape(self) -> Array:
         """(m,) shape factor perimeter^2/(4 pi area); Plateau border of three equal disks: 4.8706."""
         return np.asarray(self.perimeter**2 / (4 * np.pi * self.area))
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the voids between pale particles, coloured by number of sides; large ones carry it as a digit.
+
+        A void that percolates is left white. Islands inside a void show the particles.
+
+        >>> ax = jamlab.voids(jamlab.jam(n=64, seed=1)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's PathCollection, such as edgecolor="none".
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.geometry.voids.void_plot import draw_voids
+        from jamlab.plotting.axes import CELL, axes_for
+
+        with axes_for(ax, style, CELL) as axes:
+            draw_voids(axes, self, **style)
+        return axes
 
 
 class LoopKind(IntEnum):
@@ -125,7 +155,7 @@ def voids(packing: Packing) -> Voids:
     sides = np.bincount(corners[_find_different(corners), 0], minlength=count)
     centroid = _find_centroids(boundary, packing.box, void, image, area)
     centroid[percolating > 0] = np.nan
-    return Voids(sides, area, perimeter, centroid, percolating, islands, boundary, void, image)
+    return Voids(sides, area, perimeter, centroid, percolating, islands, boundary, void, image, packing)
 
 
 def _find_different(rows: Indices) -> Indices:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs
-from jamlab.mechanics.force_laws import disk_law, rim_law
+from jamlab.packing.force_laws import disk_law, rim_law
+from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
@@ -36,21 +36,20 @@ class ContactForces:
         return np.asarray(np.hypot(*self.on_j.T))
 
 
-def contact_forces(packing: Packing, network: Contacts | None = None) -> ContactForces:
-    """Find the force and the gap of every contact, by the force law of the packing.
+def contact_forces(packing: Packing, meetings: Pairs | VertexContacts) -> ContactForces:
+    """Find the force and the gap of every contact, by the force law of the packing; see `Contacts.forces`.
 
     Args:
         packing: SP or DP.
-        network: its contacts, if they are known already.
+        meetings: its disks that touch, or its vertices and edges.
     """
-    network = network or contacts(packing)
-    if isinstance(network.meetings, VertexContacts):
-        return _between_droplets(packing, network.meetings)
+    if isinstance(meetings, VertexContacts):
+        return _between_droplets(packing, meetings)
     assert packing.diameters is not None
-    distance = np.hypot(*network.r.T)
-    push = -disk_law(packing, network.pairs, distance)[1]
-    gap = distance - 0.5 * packing.diameters[network.pairs].sum(axis=1)
-    return ContactForces((push / distance)[:, None] * network.r, gap)
+    pairs, distance = np.column_stack([meetings.i, meetings.j]), np.hypot(*meetings.r.T)
+    push = -disk_law(packing, pairs, distance)[1]
+    gap = distance - 0.5 * packing.diameters[pairs].sum(axis=1)
+    return ContactForces(_per_length(push, distance)[:, None] * meetings.r, gap)
 
 
 def _between_droplets(packing: Packing, meetings: VertexContacts) -> ContactForces:
@@ -58,11 +57,14 @@ def _between_droplets(packing: Packing, meetings: VertexContacts) -> ContactForc
     pairs, row = np.unique(names, axis=0, return_inverse=True)
     distance = meetings.distance
     push = -rim_law(packing, distance)[1]
-    # a vertex that lies on an edge has no direction to be pushed in, and no force in `energy_terms` either
-    per_length = np.divide(push, distance, out=np.zeros_like(push), where=distance > 0)
-    force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * per_length[:, None] * meetings.separation
+    force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * _per_length(push, distance)[:, None] * meetings.separation
     on_j = np.zeros((len(pairs), 2))
     np.add.at(on_j, row, force)
     closest = np.full(len(pairs), np.inf)
     np.minimum.at(closest, row, distance)
     return ContactForces(on_j, closest - packing.params["delta"])
+
+
+def _per_length(push: Array, distance: Array) -> Array:
+    """Force over distance; disks in one place, or a vertex on an edge, have no direction to be pushed in."""
+    return np.divide(push, distance, out=np.zeros_like(push), where=distance > 0)

@@ -6,7 +6,6 @@ from hypothesis import given
 from random_packings import disks, packings, polygons
 
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.contact_forces import contact_forces
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.stiffness import forces
 
@@ -14,7 +13,7 @@ from jamlab.mechanics.stiffness import forces
 @given(packings())
 def test_forces_on_a_particle_add_up_to_the_gradient_of_its_contact_energy(packing):
     network = contacts(packing)
-    found = contact_forces(packing)
+    found = network.forces
     total, wanted = np.zeros((2, packing.n, 2))
     np.add.at(total, network.pairs[:, 1], found.on_j)
     np.subtract.at(total, network.pairs[:, 0], found.on_j)
@@ -32,12 +31,13 @@ def test_gap_of_droplets_is_the_distance_of_their_outlines_less_delta(packing):
         for k, s in zip(j, network.shift, strict=True)
     ]
     distance = shapely.distance(outlines[i], np.array(images, dtype=object))
-    np.testing.assert_allclose(contact_forces(packing, network).gap, distance - packing.params["delta"], atol=1e-9)
+    np.testing.assert_allclose(network.forces.gap, distance - packing.params["delta"], atol=1e-9)
 
 
 @given(disks())
 def test_disks_push_each_other_apart_in_proportion_to_their_overlap(packing):
-    network, found = contacts(packing), contact_forces(packing)
+    network = contacts(packing)
+    found = network.forces
     assert (found.gap < 0).all()
     assert (np.einsum("ij,ij->i", found.on_j, network.r) >= 0).all()
     stiffness = packing.params.get("k") or packing.params["eps"] / packing.diameters[network.pairs].mean(axis=1) ** 2

@@ -1,0 +1,136 @@
+"""Draw a column of a campaign's table along another: means over packings with their standard errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.campaign.aggregate import aggregate
+from jamlab.errors import InputError
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
+from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.palette import COLOURS, MODEL_STYLE
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+
+ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
+_MOST_BINS = 12  # a column with no more values than that is not binned
+_WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
+_RESAMPLES = 400  # a standard error to 4 %
+LABELS = {
+    "z": "contact number $z$",
+    "rho": r"true packing fraction $\rho$",
+    "phi": r"nominal packing fraction $\phi$",
+    "d_rho": r"distance from onset $\rho - \rho_J$",
+    "d_phi": r"distance from onset $\phi - \phi_J$",
+    "pressure": "pressure $p$",
+    "target_pressure": "pressure $p$",
+    "g": "shear modulus $G$, mean over directions",
+    "g_x": "shear modulus $G_{xy}$",
+    "b": "bulk modulus $B$",
+    "shape": r"shape factor $\mathcal{A}$",
+    "shape_rim": r"shape factor with rim $\mathcal{A}$",
+    "void_sides": "mean sides of voids",
+    "void_shape": "mean shape factor of voids",
+}
+_STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})
+
+
+def draw_means(
+    axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
+) -> None:
+    """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
+    for name in (value, along, by):
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if not len(frame):
+        raise InputError("no task has a row for this table yet: run the campaign first")
+    for name in (value, along):
+        if frame[name].dtype.kind not in "biuf":
+            raise InputError(f"column {name!r} holds no numbers: plot one that does")
+    _check_units(frame, by, {value, along} & _STRESSES)
+    found = choose_bins(frame[along].to_numpy(np.float64))
+    edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
+    drawn = 0
+    for k, (group, part) in enumerate(frame.groupby(by, sort=True, dropna=False)):
+        means = aggregate(part, [value], (), along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
+        if len(means):
+            means = means[np.isfinite(means[value])]
+        plain = MODEL_STYLE.get(str(group)) if by == "model" else None
+        look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": f"{by} = {group}"}
+        look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
+        look["label"] = f"{look['label']}{_left_out(part, value, along, edges)}"
+        if not len(means):
+            axes.plot([], [], **look)
+            continue
+        drawn += len(means)
+        x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
+        axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
+    if not drawn:
+        raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
+    if logarithmic:
+        axes.set_xscale("log")
+    label_axes(axes, _label(frame, along), _label(frame, value))
+    axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
+
+
+def _check_units(frame: pd.DataFrame, by: str, stresses: set[str]) -> None:
+    """Refuse means of stresses in different units, as those of the two papers or of the two models are."""
+    if not stresses or not {"model", "units"} <= set(frame.columns):
+        return
+    for group, part in frame.groupby(by, dropna=False):
+        if len(units := _units(part)) > 1:
+            name = " and ".join(sorted(stresses))
+            raise InputError(
+                f"{by} = {group} has {name} in units {' and '.join(units)}: plot one sweep or model at a time"
+            )
+
+
+def _units(frame: pd.DataFrame) -> list[str]:
+    """Units of stress that occur."""
+    kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
+    return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
+
+
+def choose_bins(values: Array) -> tuple[Array, bool]:
+    """Edges of bins for a column, and whether they are equal in ratio.
+
+    A column of a few values, such as target pressures, gets a bin for each of them. Others get twelve bins, equal in
+    ratio where the positive values span more than a factor of 30; what lies at zero or below is then outside.
+    """
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return np.array([0.0, 1.0]), False
+    kinds = np.unique([float(f"{value:.5g}") for value in finite])  # a pressure is met to 1e-6
+    up = kinds[kinds > 0]
+    wide = len(up) > 1 and up[-1] > _WIDE * up[0]
+    if len(kinds) <= _MOST_BINS:
+        between = 0.5 * (kinds[1:] + kinds[:-1])
+        return np.concatenate([[-np.inf], between, [np.inf]]), wide and len(up) == len(kinds)
+    if wide:
+        return np.geomspace(up[0], up[-1], _MOST_BINS + 1) * np.r_[1 - 1e-4, np.ones(_MOST_BINS - 1), 1 + 1e-4], True
+    edges = np.linspace(finite.min(), finite.max(), _MOST_BINS + 1)
+    edges[-1] = np.nextafter(edges[-1], np.inf)
+    return edges, False
+
+
+def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> str:
+    """Say in the legend how many rows are not drawn, "" if none."""
+    x = part[along].to_numpy(np.float64)
+    outside = ~((x >= edges[0]) & (x < edges[-1]))
+    missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside
+    counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
+    text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
+    return f"; states left out: {text}" if text else ""
+
+
+def _label(frame: pd.DataFrame, column: str) -> str:
+    known = column in _STRESSES and {"model", "units"} <= set(frame.columns)
+    return in_unit(LABELS.get(column, column), " or ".join(_units(frame)) if known else "")

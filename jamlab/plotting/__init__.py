@@ -1,0 +1,1 @@
+"""Draw arrays with matplotlib: axes, colours, periodic cells, curves on logarithmic axes; knows no packing."""

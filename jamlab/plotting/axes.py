@@ -1,0 +1,89 @@
+"""Axes to draw into: those of the caller, or new ones; labels, and style that matplotlib does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.cbook import normalize_kwargs
+
+from jamlab.errors import InputError, JamlabError
+
+CURVES, CELL = (6.4, 4.6), (6.2, 6.4)  # inches of a new figure
+LABEL, TICK, LEGEND = 12, 11, 10  # points
+
+
+@contextmanager
+def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float] = CURVES) -> Iterator[Axes]:
+    """Give the axes of the caller, or those of a new figure of pyplot, as notebooks show them.
+
+    A new figure is closed again if nothing could be drawn.
+
+    Args:
+        ax: matplotlib Axes, or None.
+        style: what the caller gave for matplotlib's artist; named in the error if matplotlib refuses it.
+        size: of a new figure, inches.
+
+    Raises:
+        InputError: `ax` is something else, or matplotlib refuses the style.
+    """
+    figure = None
+    if ax is None:
+        from matplotlib import pyplot
+
+        figure, ax = pyplot.subplots(figsize=size, layout="constrained")
+    elif not isinstance(ax, Axes) or ax.name != "rectilinear":  # polar and 3D axes cannot show these
+        raise InputError(f"ax = {ax!r:.80} ({type(ax).__name__}): give matplotlib Axes, plain, or None for new ones")
+    try:
+        yield ax
+    except Exception as error:
+        if figure is not None:
+            pyplot.close(figure)
+        if style and isinstance(error, AttributeError | TypeError | ValueError) and not isinstance(error, JamlabError):
+            given = ", ".join(f"{name} = {value!r:.40}" for name, value in style.items())
+            raise InputError(f"matplotlib refuses the style {given}: {error}") from error
+        raise
+
+
+def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:
+    """Take the caller's style over the defaults; short names such as lw and c mean what they do in matplotlib.
+
+    Args:
+        artist: class of the artist that takes the style.
+        defaults: its style where the caller has none, by long names.
+        style: of the caller.
+    """
+    own = normalize_kwargs(dict(style), artist)
+    if "colors" in own:  # LineCollection has this name besides
+        own["color"] = own.pop("colors")
+    if "color" in own:  # of a collection: both, so neither default may stay
+        defaults = {name: value for name, value in defaults.items() if name not in ("facecolor", "edgecolor")}
+    return {**defaults, **own}
+
+
+def label_axes(axes: Axes, x: str, y: str) -> None:
+    """Name both axes, with their units, at a legible size, over a light grid."""
+    axes.set_xlabel(x, fontsize=LABEL)
+    axes.set_ylabel(y, fontsize=LABEL)
+    axes.tick_params(labelsize=TICK)
+    axes.grid(alpha=0.3, which="major")
+    axes.set_axisbelow(True)
+
+
+def in_unit(text: str, unit: str) -> str:
+    """Add a unit in brackets to a label; nothing where none is known."""
+    return f"{text}  [{unit}]" if unit else text
+
+
+def legend_below(axes: Axes, handles: list[Any], title: str = "", columns: int = 6) -> None:
+    """Put a legend below the axes, where a picture that fills them leaves room for none."""
+    axes.legend(
+        handles=handles,
+        title=title or None,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.01),
+        ncols=columns,
+        fontsize=9,
+    )

@@ -1,0 +1,69 @@
+"""Draw complex moduli over frequency on logarithmic axes; what a logarithm cannot show is counted in the legend."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.palette import COLOURS
+
+Array = NDArray[np.float64]
+Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
+
+
+def draw_modulus(
+    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, /, label: str = "", **style: Any
+) -> None:
+    """Draw G' (solid, filled) and G'' (dashed, open) over frequency.
+
+    Args:
+        axes: to draw into; made logarithmic.
+        omega: (m,).
+        storage, loss: (m,), or mean with the lower and upper end of a band.
+        label: what the legend says after G' and G''.
+        style: of both lines, matplotlib's Line2D.
+    """
+    colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
+    looks = (("G'", storage, {"linestyle": "-", "marker": "o"}), ("G''", loss, {"linestyle": "--", "marker": "s"}))
+    for symbol, values, look in looks:
+        mean, low, high = values if isinstance(values, tuple) else (values, values, values)
+        look = merged(Line2D, {"color": colour, "markersize": 4, **look}, style)
+        if symbol == "G''":
+            look.setdefault("markerfacecolor", "white")
+        mean, left_out = positive(mean)
+        axes.loglog(omega, mean, label=f"${symbol}_{{xy}}$" + (f"  {label}" if label else "") + left_out, **look)
+        if np.any(high > low):
+            bottom = np.maximum(low, 1e-3 * mean)
+            axes.fill_between(omega, bottom, high, color=look["color"], alpha=0.25, linewidth=0)
+
+
+def positive(values: Array) -> tuple[Array, str]:
+    """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
+    shown = values > 0
+    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) not above 0 left out"
+
+
+def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:
+    """Name frequency and modulus with their units, and add a legend if asked for."""
+    label_axes(axes, r"angular frequency $\omega\,\tau_1$", in_unit("complex shear modulus $G^*_{xy}$", unit))
+    if legend:
+        axes.legend(fontsize=LEGEND)
+
+
+def draw_slopes(axes: Axes, omega: Array, g0: float, eta0: float) -> None:
+    """Draw dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
+    if not (g0 > 0 and eta0 > 0):
+        return
+    turn = g0 / eta0
+    for low, high, slope, height, beside in ((1e-3, 0.3, 1.0, 0.4, (6, -13)), (3.0, 300.0, 0.5, 2.5, (-9, 5))):
+        x = turn * np.array([low, high])
+        x = np.clip(x, omega.min(), omega.max())
+        if x[0] >= x[1]:
+            continue
+        y = height * g0 * (x / turn) ** slope
+        axes.loglog(x, y, ":", color="#555555", linewidth=1.4)
+        middle = np.sqrt(x[0] * x[1]), np.sqrt(y[0] * y[1])
+        axes.annotate(f"{slope:g}", middle, textcoords="offset points", xytext=beside, color="#555555", fontsize=10)

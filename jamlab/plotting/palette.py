@@ -1,0 +1,23 @@
+"""Colours, all from the colour-blind-safe palette of Okabe & Ito, and what they stand for."""
+
+from typing import Any
+
+BLUE, RED, GREEN, PINK, SKY, ORANGE = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00"
+BLACK, GREY = "#222222", "#BBBBBB"
+COLOURS = (GREEN, RED, BLUE, PINK, ORANGE, SKY, BLACK)
+
+SMALL, LARGE, RATTLER = PINK, BLUE, GREY
+MODEL_STYLE: dict[str, dict[str, Any]] = {
+    "sp": {"color": RED, "marker": "v", "label": "soft particles (SP)"},
+    "dp": {"color": BLUE, "marker": "D", "label": "deformable polygons (DP)"},
+}
+SIDE_COLOURS = {3: RED, 4: SKY, 5: "#F0E442", 6: PINK}
+OTHER = GREEN  # voids with another number of sides
+PARTICLE, OUTLINE = "#E4E4E4", "#777777"  # of particles that are not what a picture is about
+
+
+def ordered_colours(count: int) -> list[Any]:
+    """Colours of an ordered series, such as pressures: from dark to light, none as light as paper."""
+    import matplotlib
+
+    return [matplotlib.colormaps["viridis"](0.9 * k / max(count - 1, 1)) for k in range(count)]

@@ -1,0 +1,67 @@
+"""Draw shapes and lines in a periodic parallelogram: every image that reaches into the picture, and the cell's outline.
+
+Pictures show the cell and a margin around it, so that what lies on the boundary is seen whole.
+"""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from numpy.typing import NDArray
+
+from jamlab.plotting.axes import merged
+
+Array = NDArray[np.float64]
+
+MARGIN = 0.35  # around the cell, in units of length: about a third of a particle
+_ARC = 48  # corners of a drawn disk: a circle to the eye at this size
+
+
+def lattice_moves(box: Array) -> Array:
+    """(m, 2) translations of the cell to itself, in the middle, and to all images that reach into the picture.
+
+    Nine in a box that is not tilted further than it is wide; a cell that leans more needs more images beside it.
+    """
+    aside = 1 + max(0, int(np.ceil((abs(box[1, 0]) + MARGIN) / box[0, 0] - 1)))
+    return np.asarray(np.array(list(product(range(-aside, aside + 1), (-1, 0, 1)))) @ box)
+
+
+def moves_home(points: Array, box: Array) -> Array:
+    """(n, 2) translations that bring each point into the cell."""
+    return np.asarray(-np.floor(points @ np.linalg.inv(box)) @ box)
+
+
+def circles(centres: Array, diameters: Array) -> list[Array]:
+    """Closed ring of each disk."""
+    turn = 2 * np.pi * np.arange(_ARC + 1) / _ARC
+    circle = np.column_stack([np.cos(turn), np.sin(turn)])
+    return [x + 0.5 * d * circle for x, d in zip(centres, diameters, strict=True)]
+
+
+def fill_everywhere(axes: Axes, rings: Sequence[Array], box: Array, /, **style: Any) -> None:
+    """Fill rings in the cell and all its images; style of matplotlib's PolyCollection, one colour a ring."""
+    look = merged(PolyCollection, {}, style)
+    for move in lattice_moves(box):
+        axes.add_collection(PolyCollection([ring + move for ring in rings], **look))
+
+
+def line_everywhere(axes: Axes, lines: Sequence[Array] | Array, box: Array, /, **style: Any) -> None:
+    """Draw lines in the cell and all its images; style of matplotlib's LineCollection, one width a line."""
+    look = merged(LineCollection, {}, style)
+    for move in lattice_moves(box):
+        axes.add_collection(LineCollection([line + move for line in lines], **look))
+
+
+def frame_cell(axes: Axes, box: Array) -> None:
+    """Draw the outline of the periodic cell, set limits with a margin around it, and remove ticks."""
+    corner = box.sum(axis=0)
+    cell = np.array([[0, 0], box[0], corner, box[1], [0, 0]])
+    axes.plot(*cell.T, color="black", linewidth=1.4)
+    axes.set_xlim(min(0, box[1, 0]) - MARGIN, max(corner[0], box[0, 0]) + MARGIN)
+    axes.set_ylim(-MARGIN, corner[1] + MARGIN)
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])

@@ -1,0 +1,81 @@
+"""Plots of a campaign's tables: points are means over packings, bars standard errors, and nothing vanishes unsaid."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import jamlab
+from jamlab.campaign.table_plot import choose_bins
+
+
+def plotted(campaign, *args, **kwargs):
+    axes = campaign.plot(*args, ax=Figure().subplots(), **kwargs)
+    return axes, [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_points_are_means_over_packings_with_their_standard_errors(full):
+    axes, entries = plotted(full, "pressure", along="rho", sweep="up", bins=[0.85, 0.87, 0.9])
+    states = full.table("states", sweep="up")
+    states = states[states["converged"].astype(bool)]
+    bars = axes.containers[0]
+    line = bars.lines[0].get_xydata()
+    for (x, y), low, high in zip(line, (0.85, 0.87), (0.87, 0.9), strict=True):
+        part = states[(states["rho"] >= low) & (states["rho"] < high)]
+        packings = part.groupby(["n", "seed"])["pressure"].mean().to_numpy()
+        assert (x, y) == pytest.approx((part["rho"].mean(), packings.mean()))
+        (bar,) = (b for b in bars.lines[2][0].get_segments() if b[0, 0] == pytest.approx(x))
+        error = np.sqrt(packings.var() / len(packings))  # of the mean, as whole packings are drawn
+        assert 0.5 * np.ptp(bar[:, 1]) == pytest.approx(error, rel=0.25)
+    assert axes.get_ylabel() == "pressure $p$  [ε/σ²]" and axes.get_xlabel() == r"true packing fraction $\rho$"
+    outside = int(((states["rho"] < 0.85) | (states["rho"] >= 0.9)).sum())
+    assert outside
+    assert entries == [f"soft particles (SP); states left out: {outside} outside the bins"]
+
+
+def test_a_curve_for_each_model_over_the_distance_from_onset(full):
+    axes, entries = plotted(full, "z", marker="*", lw=3)
+    assert {entry.split(" (")[0] for entry in entries} == {"soft particles", "deformable polygons"}
+    assert axes.get_xscale() == "log" and axes.get_xlabel() == r"distance from onset $\rho - \rho_J$"
+    line = axes.containers[-1].lines[0]
+    assert (line.get_marker(), line.get_linewidth()) == ("*", 3)
+    assert any("outside the bins" in entry for entry in entries)  # the onset itself, which a logarithm cannot show
+
+
+def test_pressures_are_a_bin_each_and_other_columns_a_curve_each(full):
+    axes, entries = plotted(full, "g", along="target_pressure", sweep="sheared", by="n")
+    np.testing.assert_allclose(axes.containers[0].lines[0].get_xdata(), [1e-3, 1e-2], rtol=1e-5)
+    assert entries == ["n = 32"] and axes.get_xscale() == "linear"
+    assert "[k]" in axes.get_ylabel()
+
+
+def test_stresses_in_two_units_have_no_mean(full):
+    for options in ({}, {"by": "ensemble"}):
+        with pytest.raises(jamlab.InputError, match="has g in units ε"):
+            plotted(full, "g", along="rho", **options)
+    plotted(full, "z", along="rho")  # a number in any units
+
+
+def test_bins_hold_every_value():
+    for values in (np.linspace(0.3, 0.9, 50), np.geomspace(1e-5, 1, 50), np.array([1.0, 2.0, np.nan])):
+        edges, logarithmic = choose_bins(values)
+        finite = values[np.isfinite(values)]
+        assert np.all((finite >= edges[0]) & (finite < edges[-1])) and np.all(np.diff(edges) > 0)
+        assert logarithmic == (np.ptp(np.log(finite)) > np.log(30))
+
+
+@pytest.mark.parametrize(
+    ("args", "text"),
+    [
+        (("zz",), "no column 'zz'"),
+        (("z", "zz"), "no column 'zz'"),
+        (("task",), "holds no numbers"),
+        (("contact_length", "target_pressure"), "no state has both contact_length and target_pressure"),
+    ],
+)
+def test_what_cannot_be_plotted_is_named(full, args, text):
+    with pytest.raises(jamlab.InputError, match=text):
+        plotted(full, *args, sweep="up")
+    with pytest.raises(jamlab.InputError, match="give matplotlib Axes"):
+        full.plot("z", ax="axes")
+    with pytest.raises(jamlab.InputError, match="colour = 'red'"):
+        plotted(full, "z", colour="red")

@@ -1,0 +1,329 @@
+"""Plots of results: pictures beside stored ones, and the numbers behind lines, widths and labels."""
+
+import subprocess
+import sys
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+from bare_pictures import bare, both, picture, state
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+
+import jamlab
+from jamlab.campaign.table_plot import draw_means
+from jamlab.packing.deformation import at_phi
+from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
+
+OMEGA = np.geomspace(1e-4, 1e2, 25)
+LIGHT = """
+import sys
+import jamlab
+p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
+network, voids = jamlab.contacts(p), jamlab.voids(p)
+assert "matplotlib" not in sys.modules
+import matplotlib
+matplotlib.use("svg")
+from matplotlib.figure import Figure
+import jamlab.figures.geometry_pictures
+for thing in (p, network, voids):
+    thing.plot(Figure().subplots())
+assert "matplotlib.pyplot" not in sys.modules and matplotlib.get_backend() == "svg"
+"""
+
+
+def disks(positions, diameters, box):
+    return jamlab.Packing("sp", np.asarray(box), np.atleast_2d(positions), {"k": 2.0}, "k", diameters)
+
+
+def made_up_spectra(mu=0.5, lam=1.0):
+    """Spectra of three pressures that collapse."""
+    pressures, omega = (1e-2, 1e-3, 1e-4), np.geomspace(1e-5, 1, 26)
+    found = []
+    for p in pressures:
+        g = p**mu * np.sqrt(1 + 1j * omega / p**lam)
+        zero = np.zeros_like(omega)
+        found.append([jamlab.ComplexModulus(omega, g.real, g.imag, p**mu, 1.0, 0.0, "made up", zero, None, "k")])
+    return pressures, found
+
+
+def collapse():
+    return jamlab.collapse(*made_up_spectra(), resamples=0)
+
+
+def fit():
+    d = np.array([0.01, 0.02, 0.04, 0.08, 0.16])
+    y = 3.7 * d**0.5 * np.array([1.0, 1.02, 0.99, 1.01, 1.0])
+    return power_law(d, y, error=0.03 * y)
+
+
+def limit():
+    n = np.array([16.0, 32.0, 64.0, 128.0])
+    return finite_size(n, 0.84 - 0.3 / n)
+
+
+def modulus():
+    return jamlab.complex_modulus(state("disks"), OMEGA, method="dense")
+
+
+RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
+    "contacts": (lambda: jamlab.contacts(state("disks")), ("", "")),
+    "packing": (lambda: state("droplets"), ("", "")),
+    "voids": (lambda: jamlab.voids(state("disks")), ("", "")),
+    "tessellation": (lambda: jamlab.tessellation(state("disks")), ("", "")),
+    "order": (lambda: jamlab.orientational_order(state("disks")), ("", "")),
+    "void statistics": (
+        lambda: jamlab.void_statistics(jamlab.voids(state("disks"))),
+        ("sides $l$ of a void", "share of voids $P_l$"),
+    ),
+    "elastic tensor": (
+        lambda: jamlab.elastic_tensor(state("disks")),
+        ("direction of shear, degrees from x", "shear modulus $G$  [k]"),
+    ),
+    "slow shear": (
+        lambda: jamlab.slow_shear(state("disks")),
+        ("displacement per strain  [d]", "share that is smaller"),
+    ),
+    "modulus": (modulus, (r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")),
+    "nonlinear": (
+        lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
+        (r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]"),
+    ),
+    "elements": (
+        lambda: modulus().spectrum,
+        (r"relaxation rate $\lambda_i\,\tau_1$", "strength $g_i$  [k]"),
+    ),
+    "correlation": (
+        lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
+        (r"distance along the flow $\delta$  [d]", r"correlation $C(\delta)$ of $u_y$"),
+    ),
+    "contact lengths": (
+        lambda: jamlab.contact_lengths(state("droplets")),
+        ("contact length  [l]", "share that is shorter"),
+    ),
+    "modes": (
+        lambda: jamlab.lowest_modes(state("disks"), 20),
+        ("number of the mode", "eigenvalue of the Hessian  [k]"),
+    ),
+    "collapse": (collapse, (r"$\omega\,\tau_1/p^\lambda$", r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)  [k]")),
+    "power law": (fit, ("$x$", "$y$")),
+    "finite size": (limit, ("number of particles $N$", "$y$")),
+}
+
+
+@cache
+def result(name):
+    return RESULTS[name][0]()
+
+
+CURVES = [name for name, (_, labels) in RESULTS.items() if labels[0]]
+
+
+@pytest.fixture(autouse=True)
+def no_figure_left():
+    yield
+    pyplot.close("all")
+
+
+@picture
+def test_force_networks():
+    """Lines as wide as forces, in every image; the rattler grey."""
+    return both(lambda axes, packing, title: jamlab.contacts(packing).plot(axes))
+
+
+@picture
+def test_particles_and_order():
+    """Disks in a tilted cell, coloured by size; droplets by their order."""
+    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    jamlab.Packing("sp", [[4.0, 0.0], [2.6, 4.0]], [[0.2, 0.3], [3.6, 1.1]], {"k": 1.0}, "k", [1.0, 1.6]).plot(left)
+    jamlab.orientational_order(state("droplets")).plot(right)
+    return bare(figure, columns=2)
+
+
+@picture
+def test_curves():
+    """One panel for each result that is a curve, in the order of `RESULTS`."""
+    figure = Figure(figsize=(2.6 * len(CURVES), 2.4), layout="constrained")
+    for axes, name in zip(figure.subplots(1, len(CURVES)), CURVES, strict=True):
+        result(name).plot(axes)
+    return bare(figure, columns=len(CURVES))
+
+
+@picture
+def test_means_of_a_table():
+    """Two models over the distance from onset, two packings each: means with their standard errors."""
+    d = np.geomspace(1e-3, 0.1, 20)
+    rows = [
+        pd.DataFrame({"model": model, "n": 8, "seed": seed, "d_rho": d, "z": z_j + (3 + 0.4 * seed) * d**0.5})
+        for model, z_j in (("sp", 4.0), ("dp", 3.8))
+        for seed in (1, 2)
+    ]
+    figure = Figure(figsize=(4.0, 3.0), layout="constrained")
+    draw_means(figure.subplots(), pd.concat(rows, ignore_index=True), "z", "d_rho", "model", None)
+    return bare(figure)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_plot_has_labels_and_legends_that_cover_no_point(name):
+    axes = result(name).plot()
+    assert pyplot.get_fignums() and axes.figure is pyplot.gcf()  # shown by a notebook
+    assert (axes.get_xlabel(), axes.get_ylabel()) == RESULTS[name][1]
+    if name not in CURVES:
+        return  # legends and scales of cells stand outside the axes
+    axes.figure.set_layout_engine("none")
+    axes.figure.draw_without_rendering()
+    for line in axes.lines:
+        places = line.get_transform().transform(line.get_xydata())
+        assert not any(legend.get_window_extent().count_contains(places) for legend in axes.findobj(Legend))
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_axes_and_style_that_matplotlib_does_not_know_are_refused(name):
+    thing = result(name)
+    for wrong in (pyplot, "ax", 1, Figure(), np.array([]), Figure().add_subplot(projection="polar")):
+        with pytest.raises(jamlab.InputError, match="give matplotlib Axes"):
+            thing.plot(wrong)
+    before = set(pyplot.get_fignums())
+    with pytest.raises(jamlab.InputError, match="colour = 'red'"):
+        thing.plot(colour="red")
+    assert set(pyplot.get_fignums()) == before  # no empty figure is left behind
+    assert thing.plot(Figure().subplots(), alpha=0.5) is not None
+
+
+def test_importing_stays_light_and_no_backend_is_forced():
+    done = subprocess.run([sys.executable, "-W", "error", "-c", LIGHT], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def widths_and_middles(axes):
+    """Widths, and middles of the lines of a force network."""
+    drawn = [part for part in axes.collections if isinstance(part, LineCollection)]
+    middles = np.concatenate([[line.mean(axis=0) for line in part.get_segments()] for part in drawn])
+    return np.concatenate([part.get_linewidths() for part in drawn]), middles
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3, -0.7, 1.6])
+def test_widths_are_proportional_to_forces_in_tilted_cells_too(random_disks, touching, tilt):
+    """Every contact found by a loop over images lies in the picture at all its places, as wide as its overlap."""
+    packing = at_phi(random_disks(tilt, units="k"), 1.1)
+    axes = jamlab.contacts(packing).plot(Figure().subplots())
+    widths, middles = widths_and_middles(axes)
+    low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+    scales = []
+    for i, j, r in touching(packing):
+        overlap = packing.diameters[[i, j]].mean() - np.hypot(*r)
+        images = np.array(np.meshgrid(np.arange(-5, 6), np.arange(-5, 6))).reshape(2, -1).T @ packing.box
+        places = packing.positions[i] + 0.5 * r + images
+        for place in places[((places > low) & (places < high)).all(axis=1)]:
+            distance = np.hypot(*(middles - place).T)
+            assert distance.min() < 1e-9
+            scales += list(widths[distance < 1e-9] / overlap)
+    assert len(scales) > 50 and np.ptp(scales) < 1e-9 * np.mean(scales)
+
+
+def test_force_network_over_a_packing_keeps_its_colours():
+    packing = state("disks")
+    axes = packing.plot(Figure().subplots())
+    before = len(axes.collections)
+    network = jamlab.contacts(packing)
+    added = network.plot(axes).collections[before:]
+    assert all(isinstance(part, LineCollection) for part in added) and len(texts(axes)) == 1
+
+
+def test_modes_below_zero_are_counted_beyond_rounding():
+    vectors = np.zeros((4, 2, 2))
+    axes = jamlab.Modes(np.array([-0.1, -1e-17, 0.0, 0.2]), vectors).plot(Figure().subplots())
+    assert texts(axes) == ["4 lowest modes, 1 below zero"]
+    assert texts(result("modes").plot(Figure().subplots())) == ["20 lowest modes"]
+
+
+def test_style_goes_to_the_artist_by_any_of_its_names():
+    axes = state("disks").plot(Figure().subplots(), facecolor="red", ec="blue", lw=2)
+    fills = axes.collections[0]
+    assert [tuple(fills.get_facecolor()[0][:3]), tuple(fills.get_edgecolor()[0][:3])] == [(1, 0, 0), (0, 0, 1)]
+    for name in ("color", "colors"):
+        lines = jamlab.contacts(state("disks")).plot(Figure().subplots(), lw=6, **{name: "red"})
+        (drawn,) = {tuple(c.get_colors()[0][:3]) for c in lines.collections if isinstance(c, LineCollection)}
+        (mean, _) = lines.get_legend().legend_handles
+        assert drawn == (1, 0, 0) and (mean.get_color(), mean.get_linewidth()) == ("red", 6)
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_a_packing_without_contacts_and_one_of_rattlers_say_so():
+    loose = disks([[1.0, 1.0], [3.0, 3.0]], [1.0, 1.0], 4 * np.eye(2))
+    assert texts(jamlab.contacts(loose).plot(Figure().subplots())) == ["no contacts", "every particle rattles"]
+    pair = disks([[1.0, 1.0], [1.9, 1.0]], [1.0, 1.0], 4 * np.eye(2))
+    network = jamlab.contacts(pair)
+    np.testing.assert_allclose(network.forces.on_j, [[0.2, 0.0]])  # k = 2, overlap 0.1
+    assert texts(network.plot(Figure().subplots())) == ["mean force 0.2 k d", "every particle rattles"]
+    heap = disks([[1.0, 1.0], [1.0, 1.0]], [1.0, 1.0], 4 * np.eye(2))
+    assert texts(jamlab.contacts(heap).plot(Figure().subplots())) == ["mean force 0 k d", "every particle rattles"]
+    with pytest.raises(jamlab.InputError, match="give one number"):
+        network.plot(Figure().subplots(), lw=[1, 2])
+    assert texts(jamlab.voids(loose).plot(Figure().subplots())) == ["percolates"]
+    assert (
+        jamlab.void_statistics(jamlab.voids(loose)).plot(Figure().subplots()).get_title() == "0 voids, 1 more percolate"
+    )
+
+
+def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
+    s = modulus()
+    axes = s.plot(Figure().subplots(), label="β = 1", color="black")
+    for line, values in zip(axes.lines, (s.storage, s.loss), strict=True):
+        np.testing.assert_array_equal(line.get_xydata(), np.column_stack([OMEGA, values]))
+        assert line.get_color() == "black"
+    assert texts(axes) == ["$G'_{xy}$  β = 1", "$G''_{xy}$  β = 1"] and axes.get_xscale() == "log"
+    lower = jamlab.ComplexModulus(OMEGA, s.storage - s.storage[10], -s.loss, -1.0, 1.0, 1.0, "made up", s.error)
+    axes = lower.plot(Figure().subplots())
+    assert texts(axes) == [
+        "$G'_{xy}$, 11 value(s) not above 0 left out",
+        "$G''_{xy}$, 25 value(s) not above 0 left out",
+    ]
+    assert np.isfinite(axes.lines[0].get_ydata()).sum() == 14 and "[" not in axes.get_ylabel()
+
+
+def test_second_spectrum_in_the_same_axes_has_another_colour():
+    axes = modulus().plot(Figure().subplots())
+    modulus().plot(axes)
+    assert len({line.get_color() for line in axes.lines}) == 2
+
+
+def test_collapsed_curves_fall_on_one_and_the_legend_has_the_exponents():
+    found = collapse()
+    axes = found.plot(Figure().subplots())
+    low, middle, high = (line.get_xydata() for line in axes.lines[::2])  # G' of ascending pressures
+    for x, y in np.concatenate([low, middle, high]):
+        assert y == pytest.approx(np.sqrt(1 + 1j * x).real, rel=1e-2)
+    assert axes.get_legend().get_title().get_text() == found.exponents == "μ = 0.5, λ = 1, Δ = 0.5"
+    assert texts(axes) == ["$p$ = 0.0001 k", "$p$ = 0.001 k", "$p$ = 0.01 k"]
+    with pytest.raises(jamlab.InputError, match="holds no curves"):
+        jamlab.Collapse(0.5, 1.0, 0.5, 0.02, 0.03, 0.01, 0.1).plot()
+
+
+def test_bars_scales_and_fits_hold_what_they_say():
+    found = jamlab.void_statistics(jamlab.voids(state("disks")))
+    bars = found.plot(Figure().subplots()).patches
+    assert [bar.get_height() for bar in bars] == list(found.probability)
+    tensor = jamlab.elastic_tensor(state("disks"))
+    relaxed, affine, _ = tensor.plot(Figure().subplots()).lines
+    assert relaxed.get_ydata()[0] == pytest.approx(jamlab.shear_modulus(state("disks"), average=False), rel=1e-6)
+    assert (affine.get_ydata() > relaxed.get_ydata()).all()
+    law = fit()
+    axes = law.plot(Figure().subplots())
+    np.testing.assert_allclose(axes.lines[-1].get_ydata()[[0, -1]], law([law.low, law.high]))
+    assert texts(axes)[0] == f"{law.coefficients[0]:.3g} $x^{{{law.exponents[0]:.3g}}}$" and "5 points" in texts(axes)
+    assert fit().plot().get_yscale() == "log" and axes.get_yscale() == "linear"  # axes of one's own keep their scale
+    with pytest.raises(jamlab.InputError, match="holds no values"):
+        FiniteSize(1.0, 1.0, 1.0).plot()
+    apart = state("droplets").with_state(params={**state("droplets").params, "delta": 1e-6})
+    with pytest.raises(jamlab.InputError, match="no two droplets touch"):
+        jamlab.contact_lengths(apart).plot()
+    with pytest.raises(jamlab.InputError, match="no packing to draw"):
+        jamlab.OrientationalOrder(np.ones(2, dtype=complex), np.full(2, 6)).plot()
