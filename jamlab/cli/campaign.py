@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from jamlab.cli.campaign_new import new
+from jamlab.cli.campaign_page import page
 from jamlab.cli.console import err_console, out_console, print_json, print_table
 from jamlab.cli.options import Json
 
@@ -74,6 +75,7 @@ def run(
 
 
 app.command(epilog="Example: jamlab campaign new campaign.toml")(new)
+app.command(epilog="Example: jamlab campaign page campaign.toml --to campaign.html")(page)
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
 
 

@@ -85,13 +85,19 @@ class Section:
         return Counter(mark for table in self.tables for mark in table.marks)
 
 
-def save_png(figure: Figure, path: Path) -> bytes:
-    """Write a figure as PNG and return its bytes."""
+def png(figure: Figure) -> bytes:
+    """Draw a figure as PNG."""
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=_DPI)
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(buffer.getvalue())
     return buffer.getvalue()
+
+
+def save_png(figure: Figure, path: Path) -> bytes:
+    """Write a figure as PNG and return its bytes."""
+    drawn = png(figure)
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(drawn)
+    return drawn
 
 
 def write_csv(path: Path, table: "pd.DataFrame") -> None:

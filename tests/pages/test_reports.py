@@ -5,6 +5,7 @@ from commands import call
 from matplotlib.figure import Figure
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
+from jamlab.figures.campaign_page import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.tables import reference_tables
@@ -29,6 +30,13 @@ def charts_page(tmp_path_factory):
     return folder / "all.html"
 
 
+@pytest.fixture(scope="module")
+def campaign_page(full, tmp_path_factory):
+    path = tmp_path_factory.mktemp("campaign") / "page.html"
+    write_campaign_page(full, path)
+    return path
+
+
 def shown(browser, selector):
     """Texts of the elements that take room on the page."""
     return browser.run(
@@ -38,7 +46,7 @@ def shown(browser, selector):
 
 
 @pytest.mark.parametrize("width", [375, 1280])
-@pytest.mark.parametrize("page", ["figures_page", "charts_page"])
+@pytest.mark.parametrize("page", ["figures_page", "charts_page", "campaign_page"])
 def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
     browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
     assert browser.overhang() == 0

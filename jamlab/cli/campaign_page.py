@@ -1,0 +1,26 @@
+"""`jamlab campaign page`: what a campaign has made so far, as one interactive page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jamlab.cli.console import print_note
+from jamlab.cli.interruption import expect_output
+from jamlab.cli.progress import count_bar
+
+
+def page(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML), or the folder of a campaign.")],
+    to: Annotated[Path, typer.Option(help="HTML file to write.")] = Path("campaign.html"),
+    out: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
+) -> None:
+    """Write a page of all sweeps: one packing of each to look through, means over packings, tasks done."""
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.figures.campaign_page import write_campaign_page
+
+    campaign = open_campaign(file, out)
+    expect_output(to)
+    with count_bar("sweeps") as progress:
+        write_campaign_page(campaign, to, progress)
+    print_note(f"wrote {to}; open it in a browser")

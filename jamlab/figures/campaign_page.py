@@ -1,0 +1,83 @@
+"""One HTML page of a campaign: for each sweep one packing to look through, means over packings, and what is done."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from jamlab.campaign.campaign import Campaign
+from jamlab.campaign.status import SweepStatus
+from jamlab.errors import InputError
+from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
+from jamlab.figures.html_page import Section, TextTable, png, write_report
+from jamlab.packing.atomic_file import check_target
+from jamlab.packing.packing import Packing
+from jamlab.packing.versions import versions
+
+MEANS = ("z", "g", "pressure")
+_ALONG = {"target_pressure": "target_pressure", "onset": "d_rho", "rho": "rho"}  # column that is known -> axis
+_MOST_STATES = 40  # of an explorer, so that a page of ten sweeps stays light
+_MOST_PARTICLES = 4096
+
+_LEAD = (
+    "One packing of every sweep to look through, the one with the lowest seed; then means over all packings of the "
+    "sweep, with standard errors of whole packings; then how many tasks are done."
+)
+_CAPTION = "Means over packings; the legend counts states that have no value or did not converge."
+
+
+def write_campaign_page(campaign: Campaign, path: Path, progress: Callable[[int, int], None] | None = None) -> None:
+    """Write the page from the tasks that are finished by now.
+
+    Args:
+        campaign: see `jamlab.open_campaign`.
+        path: HTML file to create or replace.
+        progress: called after each sweep with how many are done, and of how many.
+
+    Raises:
+        InputError: no task is finished.
+        StorageError: a file of the campaign is damaged, or the page cannot be written.
+    """
+    check_target(path)
+    if not campaign.finished():
+        raise InputError(f"no task of {campaign.name} is finished: run `jamlab campaign run {campaign.file}` first")
+    status = campaign.status()
+    names = list(dict.fromkeys(sweep.sweep for sweep in status.sweeps))
+    sections = []
+    for k, name in enumerate(names):
+        sections.append(_section(campaign, name, [s for s in status.sweeps if s.sweep == name]))
+        if progress is not None:
+            progress(k + 1, len(names))
+    facts = {"tasks finished": f"{status.finished} of {status.tasks}", "failed": str(status.failed), **versions()}
+    write_report(path, f"Campaign {campaign.name}", _LEAD, sections, facts, explorer_assets())
+
+
+def _section(campaign: Campaign, name: str, parts: list[SweepStatus]) -> Section:
+    rows = [[p.model, str(p.n), str(p.tasks), str(p.finished), str(p.failed), str(p.left)] for p in parts]
+    table = TextTable(["model", "n", "tasks", "finished", "failed", "left"], rows)
+    states = campaign.table("states", name) if campaign.finished(name) else None
+    if states is None or not len(states):
+        return Section(name, tables=[table])
+    fragment = _explorer(campaign.packings(states["task"].iloc[0]))
+    along = next(known for column, known in _ALONG.items() if np.isfinite(states[column]).any())
+    picture = _means(campaign, name, along, [column for column in MEANS if np.isfinite(states[column]).any()])
+    return Section(name, picture, _CAPTION if picture else "", [table], fragment)
+
+
+def _explorer(packings: list[Packing]) -> Markup:
+    """Every k-th state, so that a page of many sweeps stays light; nothing of packings too large to draw."""
+    if packings[0].n > _MOST_PARTICLES:
+        return Markup("<p>{} particles: too many to draw here, `jamlab explore` does.</p>").format(packings[0].n)
+    return explorer_fragment(packings, every=-(-len(packings) // _MOST_STATES))
+
+
+def _means(campaign: Campaign, name: str, along: str, columns: list[str]) -> bytes | None:
+    """Means side by side, one curve for each n."""
+    if not columns:
+        return None
+    figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")
+    for axes, column in zip(figure.subplots(1, len(columns), squeeze=False)[0], columns, strict=True):
+        campaign.plot(column, along=along, by="n", sweep=name, ax=axes)
+    return png(figure)
