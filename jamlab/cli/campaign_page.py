@@ -17,7 +17,7 @@ def page(
 ) -> None:
     """Write a page of all sweeps: one packing of each to look through, means over packings, tasks done."""
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.figures.campaign_page import write_campaign_page
+    from jamlab.cli.campaign_report import write_campaign_page
 
     campaign = open_campaign(file, out)
     expect_output(to)

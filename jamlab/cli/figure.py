@@ -61,13 +61,17 @@ def _write_reference(source: Path | None, out: Path, commit: str, as_json: bool)
 def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
     from jamlab.cli.figure_tables import open_tables
     from jamlab.figures.papers import gallery
+    from jamlab.figures.papers.example_packings import example_sections
 
     chosen = gallery.check_names(names)
     tables = open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)
     with err_console.status("drawing") as status:
         if whole:
-            drawings, failures = gallery.write_all(chosen, tables, out, lambda name: status.update(f"drawing {name}"))
+            opening = example_sections() if source is None else ()
+            drawings, failures = gallery.write_all(
+                chosen, tables, out, lambda name: status.update(f"drawing {name}"), opening
+            )
         else:
             drawings, failures = [gallery.draw(name, tables) for name in chosen], []
             for drawing in drawings:

@@ -5,16 +5,17 @@ from commands import call
 from matplotlib.figure import Figure
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
-from jamlab.figures.campaign_page import write_campaign_page
+from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.figures.papers import gallery
+from jamlab.figures.papers.example_packings import example_sections
 from jamlab.figures.papers.tables import reference_tables
 
 
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
-    gallery.write_all(["boromand-9", "baumgarten-8", "tables"], reference_tables(), folder)
+    gallery.write_all(["boromand-9", "baumgarten-8", "tables"], reference_tables(), folder, opening=example_sections())
     return folder / gallery.PAGE
 
 
@@ -56,7 +57,9 @@ def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
 def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
     browser.open(figures_page)
     assert len(shown(browser, "section figure img")) == 3
-    for link in browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))"):
+    links = browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))")
+    assert len(links) == 2 + 3
+    for link in links[2:]:
         order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
         assert order == ["H2", "FIGURE", "TABLE"]
 
@@ -69,7 +72,7 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
         label.click()
         rows = shown(browser, "tr[data-mark]")
         assert len(rows) == count and all(mark in row for row in rows)
-        assert 0 < len(shown(browser, "section")) <= 3
+        assert 0 < len(shown(browser, "main > section figure img")) <= 3
     browser.element(".filter label").click()
     assert shown(browser, "tr[data-mark]") == everything
 

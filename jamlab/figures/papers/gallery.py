@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
+from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.figures.papers import (
     baumgarten_motion,
@@ -105,7 +106,11 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
 
 
 def write_all(
-    names: Sequence[str], tables: EnsembleTables, folder: Path, progress: Callable[[str], None] = lambda name: None
+    names: Sequence[str],
+    tables: EnsembleTables,
+    folder: Path,
+    progress: Callable[[str], None] = lambda name: None,
+    opening: Sequence[Section] = (),
 ) -> tuple[list[Drawing], list[Failure]]:
     """Write figures, the table of verdicts and one self-contained HTML page.
 
@@ -114,6 +119,7 @@ def write_all(
         tables: to draw from.
         folder: made if it is not there.
         progress: called with each name before it is drawn.
+        opening: sections before those of the figures, such as those of `example_packings`.
 
     Returns:
         What was drawn, and what could not be.
@@ -123,7 +129,7 @@ def write_all(
         InputError: no figure could be drawn.
     """
     make_folder(folder)
-    drawings, failures, sections = [], [], []
+    drawings, failures, sections = [], [], list(opening)
     for name in names:
         progress(name)
         try:
@@ -142,7 +148,9 @@ def write_all(
     if failures:
         lines = [(f.name, f.reason) for f in failures]
         sections.append(Section("Not drawn", tables=[TextTable(("figure", "reason"), lines, words=True)]))
-    write_report(folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions())
+    write_report(
+        folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions(), explorer_assets()
+    )
     return drawings, failures
 
 

@@ -5,7 +5,7 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.figures.campaign_page import write_campaign_page
+from jamlab.cli.campaign_report import write_campaign_page
 
 
 def test_every_sweep_has_a_section(full, tmp_path):
