@@ -24,7 +24,6 @@ SHOWN = {
     "max_force": ("max_force", ".1e"),
 }
 G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
-_NEGATIVE = "G below 0: at this box shape the packing would shear by itself; ensemble shear-stabilized lets it"
 _MARKS = {True: "yes", False: "NO", None: "-"}
 _MODULI = ("g", "g_x", "b")
 
@@ -33,7 +32,7 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     """Measure packings, write them to `out` if it is given, and print what was measured."""
     from jamlab.measure import table, why_no_modulus
     from jamlab.packing.hdf5 import write
-    from jamlab.packing.observable_labels import LABELS
+    from jamlab.packing.observable_labels import LABELS, NEGATIVE_G
 
     measured = table(packings)
     if out is not None:
@@ -55,7 +54,7 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     if None in marks:
         print_note("converged -: the file does not say whether these states are minima; max_force is what is left")
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
-        print_note(_NEGATIVE)
+        print_note(f"G {NEGATIVE_G}")
     reasons = [why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g]
     print_not_stable(reasons)
     if out is not None:

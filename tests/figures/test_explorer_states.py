@@ -11,8 +11,10 @@ import shapely
 
 import jamlab
 from jamlab.figures.explorer import one_sweep
+from jamlab.figures.explorer.observables import observe
 from jamlab.figures.explorer.packed_arrays import STEPS
 from jamlab.figures.explorer.states import affine_part, displacements, pack_state
+from jamlab.figures.papers.example_packings import example_file
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
 
@@ -196,3 +198,9 @@ def test_a_value_that_the_file_lacks_is_said_to_be_lacking(tmp_path):
     jamlab.write_page(stored, tmp_path / "page.html", observables={"g": [np.nan]})
     (row,) = head((tmp_path / "page.html").read_text())["rows"]
     assert (row["g"], row["why"]) == (None, "the file holds no value")
+
+
+def test_a_modulus_below_zero_is_explained():
+    packing = jamlab.read(example_file("sp"), frame=6)
+    row = observe(packing, {})
+    assert row["g"] < 0 and "would shear by itself" in row["why"]

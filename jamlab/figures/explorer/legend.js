@@ -76,7 +76,7 @@ function facts(row, {units, along}) {
     ['z', number(row.z)],
     ['rattlers', row.rattlers === null ? 'uncertain' : String(row.rattlers)],
     ['pressure', `${number(row.pressure)} [${units.stress}]`],
-    ['G', row.g === null ? `none: ${row.why}` : `${number(row.g)} [${units.stress}]`],
+    ['G', row.g === null ? `none: ${row.why}` : `${number(row.g)} [${units.stress}] ${row.why}`],
   );
   return found;
 }

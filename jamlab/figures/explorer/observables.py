@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.errors import InputError
 from jamlab.figures.explorer.units import unit_labels
 from jamlab.measure import measure, why_no_modulus
-from jamlab.packing.observable_labels import LABELS
+from jamlab.packing.observable_labels import LABELS, NEGATIVE_G
 from jamlab.packing.packing import Packing
 
 SHOWN = ("rho", "z", "rattlers", "pressure", "g")
@@ -58,11 +58,18 @@ def observe(packing: Packing, known: Mapping[str, float]) -> dict[str, Any]:
         **numbers,
         "phi": packing.phi,
         "strain": strain(packing),
-        "why": "" if numbers["g"] is not None else why_no_modulus(packing) or "the file holds no value",
+        "why": _why(packing, numbers["g"]),
         "converged": None if packing.max_force is None and not packing.converged else packing.converged,
         "on_target": packing.on_target,
         "max_force": packing.max_force,
     }
+
+
+def _why(packing: Packing, g: float | None) -> str:
+    """Why a state has no G, or one below 0; "" for the others."""
+    if g is None:
+        return why_no_modulus(packing) or "the file holds no value"
+    return NEGATIVE_G if g < 0 else ""
 
 
 def strain(packing: Packing) -> float:
