@@ -6,6 +6,8 @@ it is installed, unless the environment variable JAMLAB_FACTORISATION says "scip
 
 import importlib.util
 import os
+import sys
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -89,8 +91,11 @@ class _Pardiso:
         from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
 
         self._failure: type[Exception] = PyPardisoError
+        # else every solver looks for the library anew, by subprocesses and a walk through all packages: up to seconds
+        installed = sorted(Path(sys.prefix, "lib").glob("libmkl_rt.so*"))
+        if installed:
+            os.environ.setdefault(_LIBRARY, str(installed[-1]))
         self._solver: Any = PyPardisoSolver(mtype=_CHOLESKY)
-        # else every solver looks for the library anew, by subprocesses and a walk through all packages: 0.1 s and more
         os.environ.setdefault(_LIBRARY, str(self._solver.libmkl._name))
         self._matrix: sparse.csr_array | None = None
         self._indptr = self._indices = np.zeros(0, dtype=np.int32)
