@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import jamlab
 
 STUB = Path(jamlab.__file__).with_suffix(".pyi")
@@ -50,6 +52,7 @@ def test_help_opens_with_words():
     assert jamlab.__version__.count(".") == 2
 
 
+@pytest.mark.slow
 def test_functions_stay_functions_after_every_module_was_imported():
     """A module named as a function, such as `measure`, must not take its place."""
     done = subprocess.run(

@@ -48,6 +48,7 @@ def test_reference_campaign_is_packed_and_valid():
     assert {"sp", "dp"} == {model for sweep in content.sweep for model in sweep.model}
 
 
+@pytest.mark.slow
 def test_example_of_a_campaign(tmp_path, capsys):
     example = runpy.run_path(str(EXAMPLES / "campaign.py"))
     example["walk"](tmp_path, workers=2, seeds=2)

@@ -63,7 +63,7 @@ from jamlab.errors import InputError
         ({"observables": ["spectra"], "omega": {"lowest": 1.0, "highest": 2.0, "points": 10**12}}, r"10000 or less"),
         ({"observables": ["spectra"], "omega": [1e150]}, r"omega\[1\] = 1e\+150: must be 1e\+100 or less"),
         ({"compress": {"to": 0.9, "step": 1e-300}}, r"step = 1e-300: must be 1e-05 or more"),
-        ({"model": "dp", "force_law": {"delta": 1e300}}, r"delta = 1e\+300: must lie between 1e-12 and 10"),
+        ({"model": "dp", "force_law": {"delta": 1e30}}, r"delta = 1e\+30: must lie between 1e-12 and 10"),
         ({"model": "dp", "force_law": {"gamma": 1e11}}, r"line tension shrinks a free droplet to a point"),
         *(
             ({"model": "dp", "force_law": {"nv_small": value}}, r"force_law: a polygon cannot have .* vertices")

@@ -115,6 +115,7 @@ def undisturbed(tmp_path_factory):
     return campaign.folder.path
 
 
+@pytest.mark.slow
 def test_killed_worker_and_killed_driver(tmp_path, undisturbed):
     path = write_file(tmp_path)
     driver = start_driver(path)

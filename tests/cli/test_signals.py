@@ -74,11 +74,8 @@ def check_end(folder, name, number, *, group=False):
     assert SAID.get(name, "nothing was written") in err.splitlines()[-1]
 
 
-@pytest.mark.parametrize(
-    ("name", "number"), [("demo", signal.SIGTERM), ("demo", signal.SIGKILL), ("campaign", signal.SIGTERM)]
-)
-def test_no_process_is_left(tmp_path, name, number):
-    check_end(tmp_path, name, number)
+def test_no_process_is_left(tmp_path):
+    check_end(tmp_path, "demo", signal.SIGTERM)
 
 
 @pytest.mark.slow
@@ -119,6 +116,7 @@ def test_ctrl_c_while_the_command_is_imported(tmp_path):
     assert (process.returncode, err) == (130, "interrupted: nothing was written\n")
 
 
+@pytest.mark.slow
 def test_a_demo_whose_process_is_killed_ends_with_one_line(tmp_path):
     process = start(tmp_path, "demo")
     family = family_at_work(process, 2)

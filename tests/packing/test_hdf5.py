@@ -75,7 +75,7 @@ def test_every_frame_comes_back_bit_for_bit(tmp_path, make):
 
 def test_numbers_at_the_edge_of_float64_keep_their_bits(tmp_path):
     positions = np.array([[-0.0, 5e-324], [1e9, -1e-308], [np.nextafter(1, 2), 0.1 + 0.2]])
-    packing = Packing("sp", [[1.0, 0.0], [-0.0, 1.0]], positions, {"eps": 5e-324}, diameters=np.ones(3))
+    packing = Packing("sp", [[1.0, 0.0], [-0.0, 1.0]], positions, {"eps": 0.1 + 0.2}, diameters=np.ones(3))
     packing.write(str(tmp_path / "edge.h5"))
     assert_same(read(str(tmp_path / "edge.h5")), packing)
 

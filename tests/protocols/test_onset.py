@@ -52,6 +52,7 @@ def test_twenty_seeds_of_disks():
     assert sum(isostatic(p) for p in packings) >= 18
 
 
+@pytest.mark.slow
 def test_droplets_from_scratch_jam_too():
     """Compressed as droplets from phi = 0.20, as the paper does, instead of carried by disks."""
     p = jamlab.jam("dp", 8, 3, start="scratch", gamma=0.1, ka=50.0)
@@ -242,6 +243,7 @@ def test_onset_needs_a_backbone():
     assert c.backbone == 4 and c.count == c.isostatic + 3  # a crystal
 
 
+@pytest.mark.slow
 def test_six_disks_on_a_saddle_are_no_packing():
     """Eight contacts of five disks balance by symmetry, one fewer than hold them: once returned as converged."""
     with pytest.raises(jamlab.ConvergenceError, match="came loose on the way down to it; try another seed"):

@@ -25,7 +25,7 @@ def long():
     return jamlab.universe(moving_disks(200))
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_200_frames_are_measured_as_one_by_one(long, workers):
     names = ("rho", "phi", "z", "rattlers", "pressure", "voids", "psi_6", "psi_6_overall")
     found = jamlab.PackingAnalysis(long, names).run(
