@@ -1,0 +1,134 @@
+"""Can the numbers of a picture be trusted? Checks that need no truth, each with a reason in words.
+
+A picture is good if no check objects. Limits were set on pictures rendered from packings (see
+`tests/micrographs/benchmark_degraded_pictures.py`), where errors stay within 2 droplets, 0.02 in rho, 0.4 in z and 0.02
+in shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.segmentation import NECK, Segments, find_markers
+from jamlab.micrographs.walls import Walls
+
+Array = NDArray[np.float64]
+
+FEWEST = 8  # whole droplets
+SMALLEST = 8.0  # pixels, radius
+NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
+BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
+OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
+ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+ODD = 0.1  # share of droplets that may be less round than that
+CLOSED = 0.25  # of the outline of a droplet must be beside something darker than itself
+SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
+BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
+COUNT = 0.04  # change of the count, and one droplet, when markers are set otherwise
+Z = 0.5  # change of z when the widest gap of a contact is 0.7 or 1.4 times as wide
+RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
+ANNOTATED = 0.1  # of the picture
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What the checks look at, beside the picture itself.
+
+    Attributes:
+        whole: (n,) bool, droplets that the picture shows whole.
+        roundness: (n,) area of the largest disc inside over area.
+        closed: (n,) share of the outline that is beside something darker.
+        radii: (n,) pixels.
+        rho: packing fraction by mean grey.
+        rho_by_pixels: the same by counting dark pixels.
+        z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
+        annotated: share of the picture under annotations.
+    """
+
+    whole: NDArray[np.bool_]
+    roundness: Array
+    closed: Array
+    radii: Array
+    rho: float
+    rho_by_pixels: float
+    z: tuple[float, float, float]
+    annotated: float
+
+
+def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
+    """Reasons why the numbers may be wrong, in words; none if all is well."""
+    return (
+        *_doubt_picture(darkness, blur, segments, checks),
+        *_doubt_droplets(checks),
+        *_doubt_numbers(darkness, segments, checks),
+    )
+
+
+def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, checks: Checks) -> list[str]:
+    reasons, radius = [], segments.radius
+    spread = np.hypot(blur, darkness.filter)
+    if radius < SMALLEST:
+        reasons.append(f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}")
+    dim = darkness.noise * np.sqrt(darkness.light)
+    if dim > NOISE:
+        reasons.append(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim")
+    if spread > BLUR * radius:
+        reasons.append(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
+    if darkness.ground < 3:
+        reasons.append("hardly any open ground is seen between droplets, so its level is a guess")
+    elif darkness.opening < OPENING * spread:
+        reasons.append("voids are as narrow as the blur, so the level of the ground is a guess")
+    grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
+    edge = _edge_length(segments) * 1.4 * np.hypot(spread, 0.7) / segments.cells.size
+    if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
+        reasons.append(f"{grey:.0%} of the picture is neither droplet nor ground")
+    if checks.annotated > ANNOTATED:
+        reasons.append(f"{checks.annotated:.0%} of the picture lie under bars and labels")
+    return reasons
+
+
+def _edge_length(segments: Segments) -> float:
+    d = segments.droplets
+    return float((d[1:] != d[:-1]).sum() + (d[:, 1:] != d[:, :-1]).sum()) * np.pi / 4
+
+
+def _doubt_droplets(checks: Checks) -> list[str]:
+    reasons = []
+    whole = checks.whole
+    if whole.sum() < FEWEST:
+        reasons.append(f"{whole.sum()} whole droplets only")
+    odd = (checks.roundness < ROUND)[whole]
+    if odd.mean() > ODD or (odd.any() and checks.roundness[whole].mean() < ROUND + 0.05):
+        reasons.append(f"{odd.sum()} of {whole.sum()} droplets are not round: several in one, or no droplets")
+    loose = (checks.closed < CLOSED)[whole]
+    if loose.sum() > max(1, 0.03 * whole.sum()):
+        reasons.append(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
+    radii = checks.radii[whole]
+    if len(radii) > 2 and radii.std() > SPREAD * radii.mean():
+        reasons.append(f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean")
+    return reasons
+
+
+def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> list[str]:
+    reasons = []
+    counts = _counts(darkness.smooth, segments)
+    if max(counts) - min(counts) > COUNT * segments.count + 1:
+        reasons.append(f"the count changes from {min(counts)} to {max(counts)} with the scale of the markers")
+    low, high = min(checks.z), max(checks.z)
+    if high - low > Z:
+        reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
+    if abs(checks.rho - checks.rho_by_pixels) > RHO:
+        reasons.append(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
+    return reasons
+
+
+def _counts(smooth: Array, segments: Segments) -> list[int]:
+    """Number of droplets off the edge with other thresholds and other necks."""
+    return [
+        find_markers(smooth < level, segments.radius, segments.smallest, neck)[1]
+        for level, neck in ((0.5, NECK), (0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94))
+    ]
