@@ -42,7 +42,7 @@ from .mechanics.stiffness import hessian as hessian
 from .mechanics.vibrations import Modes as Modes
 from .mechanics.vibrations import lowest_modes as lowest_modes
 from .mechanics.vibrations import zero_modes as zero_modes
-from .micrographs.micrograph import Micrograph as Micrograph
+from .micrographs.measured_droplets import Micrograph as Micrograph
 from .micrographs.micrograph import micrograph as micrograph
 from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .packing.hdf5 import read_observables as read_observables

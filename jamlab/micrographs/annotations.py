@@ -54,7 +54,7 @@ def find_flat(grey: Array, noise: float) -> Mask:
     if not 0 < flat.mean() < FLAT_SHARE:
         return np.zeros(grey.shape, dtype=bool)
     flat = ndimage.binary_dilation(flat, np.ones((3, 3)))  # the middles of areas of 3 x 3
-    label, count = ndimage.label(flat)
+    label, _ = ndimage.label(flat)
     size = np.bincount(label.ravel())
     size[0] = 0
     return np.asarray(size[label] >= LEAST_FLAT)
@@ -62,7 +62,7 @@ def find_flat(grey: Array, noise: float) -> Mask:
 
 def left_noise(darkness: Darkness) -> float:
     """Standard deviation of what denoising leaves: noise/(2 sqrt(pi) s) behind a Gaussian of width s."""
-    return darkness.noise / max(2 * np.sqrt(np.pi) * darkness.filter, 1.0)
+    return float(darkness.noise / max(2 * np.sqrt(np.pi) * darkness.filter, 1.0))
 
 
 def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:

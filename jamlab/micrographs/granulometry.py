@@ -68,4 +68,3 @@ def _depth(mask: NDArray[np.bool_]) -> Array:
     if mask.all():
         return np.zeros(mask.shape)
     return np.asarray(ndimage.distance_transform_edt(mask))
-

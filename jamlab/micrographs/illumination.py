@@ -29,6 +29,7 @@ REACH = 2.0  # radii over which the level of droplets is averaged
 INNER = 0.25  # radii from the outline that the inner part of a droplet keeps
 LEAST_CONTRAST = 0.02  # between droplets and ground, of the range of the picture: below, there is nothing to see
 SMOOTH_NOISE = 0.08  # noise left after denoising, of the contrast: a third of a film blurred to 0.25
+WIDE = 0.7  # of the wide voids in radius that a void must be for the level of the ground: narrower ones are less dark
 DIM = 0.1  # of the picture is darker than where denoising is measured: noise stands out most in dim light
 LARGEST_FILTER = 2.5  # pixels, standard deviation of the denoising filter
 MAD = 1.4826  # standard deviation over median absolute deviation of a normal distribution
@@ -190,7 +191,7 @@ def _ground_level(grey: Array, ground: NDArray[np.bool_], otherwise: Array) -> t
         return otherwise, 0, 0.0
     places = np.argwhere(tops)
     wide = depth[tops]
-    places = places[wide >= 0.5 * np.quantile(wide, 0.9)]
+    places = places[wide >= WIDE * np.quantile(wide, 0.9)]
     mean = ndimage.uniform_filter(grey, 3)[tuple(places.T)]
     shape = np.array(grey.shape) - 1
     y, x = (2 * places / shape - 1).T

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from jamlab.packing.atomic_file import atomic_file
 
 if TYPE_CHECKING:
-    from jamlab.micrographs.micrograph import Micrograph
+    from jamlab.micrographs.measured_droplets import Micrograph
 
 OUTLINE, RATTLER, CUT, CONTACT = "#D55E00", "#CC79A7", "#999999", "#0072B2"
 SIDE_COLOURS = {3: "#E69F00", 4: "#56B4E9", 5: "#F0E442", 6: "#CC79A7"}
@@ -108,5 +108,5 @@ def _legend(m: Micrograph) -> list[Line2D]:
     names = [(SIDE_COLOURS[k], f"void, {k} sides") for k in kinds if k in SIDE_COLOURS]
     if any(k not in SIDE_COLOURS for k in kinds):
         names.append((OTHER, "void, other"))
-    look = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markersize": 6}
+    look: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black", "markersize": 6}
     return handles + [Line2D([], [], color=colour, label=label, **look) for colour, label in names]

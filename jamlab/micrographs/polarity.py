@@ -11,7 +11,7 @@ from jamlab.micrographs.segmentation import find_droplets
 
 Array = NDArray[np.float64]
 
-LARGEST = 400  # pixels along a side on which both are tried
+LARGEST = 256  # pixels along a side on which both are tried
 
 
 def roundness(grey: Array) -> float:

@@ -24,11 +24,12 @@ NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
 OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
 ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+MEAN_ROUND = 0.8  # of all droplets; a square 0.785
 ODD = 0.1  # share of droplets that may be less round than that
 CLOSED = 0.25  # of the outline of a droplet must be beside something darker than itself
 SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
-COUNT = 0.04  # change of the count, and one droplet, when markers are set otherwise
+COUNT = 0.04  # share of droplets, and one, that may split or merge when markers are set otherwise
 Z = 0.5  # change of z when the widest gap of a contact is 0.7 or 1.4 times as wide
 RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
 ANNOTATED = 0.1  # of the picture
@@ -62,13 +63,13 @@ class Checks:
 def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
     """Reasons why the numbers may be wrong, in words; none if all is well."""
     return (
-        *_doubt_picture(darkness, blur, segments, checks),
+        *_doubt_picture(darkness, blur, segments, walls, checks),
         *_doubt_droplets(checks),
         *_doubt_numbers(darkness, segments, checks),
     )
 
 
-def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, checks: Checks) -> list[str]:
+def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[str]:
     reasons, radius = [], segments.radius
     spread = np.hypot(blur, darkness.filter)
     if radius < SMALLEST:
@@ -83,7 +84,12 @@ def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, checks: 
     elif darkness.opening < OPENING * spread:
         reasons.append("voids are as narrow as the blur, so the level of the ground is a guess")
     grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
-    edge = _edge_length(segments) * 1.4 * np.hypot(spread, 0.7) / segments.cells.size
+    edge = (
+        (_edge_length(segments) + walls.length[walls.touching].sum())
+        * 1.4
+        * np.hypot(spread, 0.7)
+        / segments.cells.size
+    )
     if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
         reasons.append(f"{grey:.0%} of the picture is neither droplet nor ground")
     if checks.annotated > ANNOTATED:
@@ -102,8 +108,11 @@ def _doubt_droplets(checks: Checks) -> list[str]:
     if whole.sum() < FEWEST:
         reasons.append(f"{whole.sum()} whole droplets only")
     odd = (checks.roundness < ROUND)[whole]
-    if odd.mean() > ODD or (odd.any() and checks.roundness[whole].mean() < ROUND + 0.05):
-        reasons.append(f"{odd.sum()} of {whole.sum()} droplets are not round: several in one, or no droplets")
+    if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
+        mean = checks.roundness[whole].mean()
+        reasons.append(
+            f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none"
+        )
     loose = (checks.closed < CLOSED)[whole]
     if loose.sum() > max(1, 0.03 * whole.sum()):
         reasons.append(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
@@ -115,9 +124,9 @@ def _doubt_droplets(checks: Checks) -> list[str]:
 
 def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> list[str]:
     reasons = []
-    counts = _counts(darkness.smooth, segments)
-    if max(counts) - min(counts) > COUNT * segments.count + 1:
-        reasons.append(f"the count changes from {min(counts)} to {max(counts)} with the scale of the markers")
+    unstable, count = _unstable(darkness.smooth, segments, checks.whole), int(checks.whole.sum())
+    if unstable > COUNT * count + 1:
+        reasons.append(f"{unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
     low, high = min(checks.z), max(checks.z)
     if high - low > Z:
         reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
@@ -126,9 +135,13 @@ def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> li
     return reasons
 
 
-def _counts(smooth: Array, segments: Segments) -> list[int]:
-    """Number of droplets off the edge with other thresholds and other necks."""
-    return [
-        find_markers(smooth < level, segments.radius, segments.smallest, neck)[1]
-        for level, neck in ((0.5, NECK), (0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94))
-    ]
+def _unstable(smooth: Array, segments: Segments, whole: NDArray[np.bool_]) -> int:
+    """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
+    most = 0
+    for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
+        markers, count = find_markers(smooth < level, segments.radius, segments.smallest, neck)
+        places = np.nonzero(markers)
+        rows = np.unique(np.column_stack([markers[places], segments.cells[places]]), axis=0)
+        held = np.bincount(rows[:, 1], minlength=segments.count)
+        most = max(most, int((held[whole] != 1).sum()))
+    return most

@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.5  # of the smallest droplets by granulometry: what is smaller is no droplet
 EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
-COARSE = 20  # pixels: radius of small droplets in the picture on which markers are found
+COARSE = 15  # pixels: radius of small droplets in the picture on which markers are found
 SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels
 STRAIGHT = (0.05, 0.4)  # of the smallest radius, over which walls are straightened: in itself, and per noise
 STRAIGHTEST = 0.15  # of the smallest radius: a circle of that radius then moves in by a hundredth of it
@@ -102,7 +102,9 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     filled = reconstruction(height + np.log(neck), height)
     tops = (height - filled > -np.log(neck) * (1 - 1e-6)) & (even >= lowest)
     label, count = ndimage.label(reconstruction(tops, height > filled) > 0, np.ones((3, 3)))
-    high = np.concatenate([[False], ndimage.maximum(even, label, np.arange(1, count + 1)) >= max(SPECK * smallest, 1.0)])
+    high = np.concatenate(
+        [[False], ndimage.maximum(even, label, np.arange(1, count + 1)) >= max(SPECK * smallest, 1.0)]
+    )
     edge = np.zeros(count + 1, dtype=bool)
     edge[np.unique(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]))] = True
     kept = high | edge

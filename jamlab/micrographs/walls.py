@@ -65,9 +65,7 @@ class Walls:
         return np.asarray(self.pairs[self.gap <= widest])
 
 
-def find_walls(
-    cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None
-) -> Walls:
+def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None) -> Walls:
     """Measure the gaps along all walls.
 
     Args:
@@ -138,7 +136,9 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
     by_gap = away + 0.5 - 0.5 * width
     wide = np.clip((width / (2 * half) - 0.3) / 0.3, 0, 1)
     wide = np.maximum(wide, np.clip(away / half - 1, 0, 1))  # a strip along a wall says nothing of what is beyond it
-    return np.asarray(np.where(wide < 1, (1 - wide) * np.where(np.isfinite(by_gap), by_gap, 0.0), 0.0) + wide * by_darkness)
+    return np.asarray(
+        np.where(wide < 1, (1 - wide) * np.where(np.isfinite(by_gap), by_gap, 0.0), 0.0) + wide * by_darkness
+    )
 
 
 def _film_width(gaps: Array, radius: float, smear: float, film: float | None) -> tuple[float, float]:

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from jamlab.figures.synthetic_micrograph import synthetic_micrograph
 from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError, StorageError
-from jamlab.figures.synthetic_micrograph import synthetic_micrograph
 from jamlab.measure import COLUMNS
 from jamlab.statistics.published_points import read_points
 

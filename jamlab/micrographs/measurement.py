@@ -1,0 +1,178 @@
+"""From darkness to numbers: droplets, walls, outlines; which droplets are whole; contacts, areas, packing fraction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from jamlab.errors import InputError
+from jamlab.geometry.rattlers import find_rattlers
+from jamlab.micrographs.annotations import Annotations
+from jamlab.micrographs.droplet_outlines import outlines, shape_factor
+from jamlab.micrographs.illumination import Darkness, blur_of
+from jamlab.micrographs.measured_droplets import Micrograph
+from jamlab.micrographs.picture_voids import PictureVoids, find_voids
+from jamlab.micrographs.quality import Checks, find_doubts
+from jamlab.micrographs.segmentation import Segments, find_droplets
+from jamlab.micrographs.size_distribution import size_distribution
+from jamlab.micrographs.walls import Walls, find_walls
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+OPEN_EDGE = (
+    0.5  # of the edge of the picture is ground: droplets lie in the middle of it, and what is outside is no void
+)
+CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
+
+
+class Measurement:
+    """A picture, repeated around itself if it is periodic, on its way to a `Micrograph`."""
+
+    def __init__(
+        self, grey: Array, bright: bool, darkness: Darkness, drawn: Annotations, film: float | None, margin: int
+    ) -> None:
+        self.grey, self.bright, self.margin, self.drawn = grey, bright, margin, drawn
+        height, width = grey.shape
+        self.window = slice(margin, margin + height), slice(margin, margin + width)
+        self.darkness = darkness.wrapped(margin)
+        self.thick = np.pad(drawn.thick, margin, mode="wrap")
+        segments = find_droplets(self.darkness.smooth, self.darkness.noise)
+        if segments is None:
+            raise InputError(f"no droplet found: check `bright` ({bright}) and the picture")
+        self.segments: Segments = segments
+        self.blur = blur_of(self.darkness)
+        self.walls: Walls = find_walls(segments.cells, self.darkness, segments.radius, self.blur, film)
+        self.rings = outlines(segments.cells, self.walls.inside)
+        self.outside = self._outside()
+        self.whole, self.centres = self._whole()
+        if not self.whole.any():
+            raise InputError(
+                f"no whole droplet among {segments.count} found: check `bright` ({bright}) and the size of the picture"
+            )
+
+    def _outside(self) -> Mask:
+        """Pixels at the edge of the picture and beside labels."""
+        edge = (
+            ndimage.binary_dilation(self.thick, np.ones((3, 3)), iterations=2)
+            if self.drawn.count
+            else self.thick.copy()
+        )
+        edge[0] = edge[-1] = edge[:, 0] = edge[:, -1] = True
+        return np.asarray(edge)
+
+    def _whole(self) -> tuple[Mask, Array]:
+        """(n,) droplets that are whole and in the window, and (n, 2) centres, row and column."""
+        cells, count = self.segments.cells, self.segments.count
+        body = self.walls.inside > 0
+        size = np.bincount(cells[body], minlength=count)
+        y, x = np.nonzero(body)
+        sums = [np.bincount(cells[body], place, count) / np.maximum(size, 1) for place in (y, x)]
+        centres = np.column_stack(sums)
+        whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
+        for number in np.flatnonzero(whole):
+            x, y = np.rint(self.rings[number]).astype(np.int64).T
+            whole[number] = not self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)].any()
+        low = np.array([side.start for side in self.window])
+        high = np.array([side.stop for side in self.window])
+        self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
+        return whole & self.seen, centres
+
+    def _coordination(self, widest: float) -> tuple[Indices, Mask, float]:
+        """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
+        pairs = self.walls.contacts(widest)
+        rattlers, bearing = find_rattlers(pairs, self.whole)
+        contacts = np.bincount(pairs[bearing].ravel(), minlength=self.segments.count)
+        held = self.whole & ~rattlers
+        return contacts, rattlers, float(contacts[held].mean()) if held.any() else float("nan")
+
+    def _shown(self) -> Mask:
+        """Pixels over which rho is measured: the picture, or the cells in its middle if its edge is ground."""
+        shown = np.zeros(self.thick.shape, dtype=bool)
+        shown[self.window] = True
+        shown &= ~self.thick
+        if not self.margin:
+            smooth = self.darkness.smooth
+            edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
+            if (edge > 0.5).mean() > OPEN_EDGE:
+                cells = self.segments.cells
+                open_ = np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))
+                inner = shown & ~np.isin(cells, open_)
+                return inner if inner.any() else shown
+        return shown
+
+    def _closed(self) -> Array:
+        """(n,) share of the walls of each cell along which something darker is seen."""
+        gap, cells = self.walls.width, self.segments.cells
+        on = np.isfinite(gap)
+        total = np.bincount(cells[on], minlength=self.segments.count)
+        least = max(CLOSED_GAP, self.walls.film)
+        dark = np.bincount(cells[on & (gap > least)], minlength=self.segments.count)
+        return np.asarray(dark / np.maximum(total, 1))
+
+    def result(self, pixel: float | None) -> Micrograph:
+        """Numbers of the droplets that are whole."""
+        segments, walls, n = self.segments, self.walls, self.segments.count
+        cells, values, kept = segments.cells, self.darkness.values, np.flatnonzero(self.whole)
+        scale = np.float64(1.0 if pixel is None else pixel)
+        cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
+        dark = np.bincount(cells[walls.void_pixels], values[walls.void_pixels], n)
+        areas = np.maximum(cell_areas - dark, 1.0)
+        contacts, rattlers, z = self._coordination(walls.widest)
+        shown = self._shown()
+        void_dark = float(values[shown & walls.void_pixels].sum())
+        black = float((shown & walls.void_pixels & (self.darkness.smooth > 0.5)).sum())
+        area = float(shown.sum())
+        low, high = (self._coordination(walls.film + f * (walls.widest - walls.film))[2] for f in (0.7, 1.4))
+        checks = Checks(
+            self.whole,
+            np.pi * segments.inner**2 / areas,
+            self._closed(),
+            np.sqrt(areas / np.pi),
+            1 - void_dark / area,
+            1 - black / area,
+            (z, low, high),
+            float((self.drawn.thin | self.drawn.thick).mean()),
+        )
+        names = np.full(n, -1)
+        names[kept] = np.arange(1, len(kept) + 1)
+        labels = np.where(walls.inside > 0, names[cells], 0)[self.window]
+        voids = find_voids(walls.void, cells, values, self.outside, segments.radius)
+        inside = _in_window(voids.centroid, self.window)
+        centres = self.centres[:, ::-1] - self.margin
+        pairs = walls.pairs[walls.touching & (self.whole[walls.pairs].any(axis=1))]
+        cut = np.flatnonzero(~self.whole & self.seen)
+        return Micrograph(
+            labels,
+            centres[kept] * scale,
+            areas[kept] * scale**2,
+            np.array([shape_factor(self.rings[k]) for k in kept]),
+            cell_areas[kept] * scale**2,
+            contacts[kept],
+            rattlers[kept],
+            checks.rho,
+            PictureVoids(
+                voids.sides[inside], voids.area[inside] * scale**2, (voids.centroid[inside] - self.margin) * scale
+            ),
+            size_distribution(areas[kept] * scale**2),
+            len(cut),
+            self.bright,
+            self.blur,
+            self.darkness.noise,
+            self.darkness.light,
+            float(walls.film * scale),
+            find_doubts(self.darkness, self.blur, segments, walls, checks),
+            pixel,
+            self.grey,
+            tuple(self.rings[k] - self.margin for k in kept),
+            tuple(self.rings[k] - self.margin for k in cut),
+            centres[pairs],
+        )
+
+
+def _in_window(places: Array, window: tuple[slice, slice]) -> Mask:
+    rows, columns = window
+    x, y = places.T
+    return np.asarray((x >= columns.start) & (x < columns.stop) & (y >= rows.start) & (y < rows.stop))
