@@ -22,9 +22,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-OPEN_EDGE = (
-    0.5  # of the edge of the picture is ground: droplets lie in the middle of it, and what is outside is no void
-)
+OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
 
 
@@ -93,15 +91,20 @@ class Measurement:
         shown = np.zeros(self.thick.shape, dtype=bool)
         shown[self.window] = True
         shown &= ~self.thick
-        if not self.margin:
-            smooth = self.darkness.smooth
-            edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
-            if (edge > 0.5).mean() > OPEN_EDGE:
-                cells = self.segments.cells
-                open_ = np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))
-                inner = shown & ~np.isin(cells, open_)
-                return inner if inner.any() else shown
-        return shown
+        if not self._open():
+            return shown
+        cells, pairs = self.segments.cells, self.walls.pairs
+        outer = np.zeros(self.segments.count, dtype=bool)
+        outer[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = True
+        outer[pairs[outer[pairs].any(axis=1)]] = True  # their neighbours too face the open ground
+        inner = shown & ~outer[cells]
+        return inner if inner.any() else shown
+
+    def _open(self) -> bool:
+        """Whether most of the edge of the picture is ground, around droplets that end inside it."""
+        smooth = self.darkness.smooth
+        edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
+        return not self.margin and bool((edge > 0.5).mean() > OPEN_EDGE)
 
     def _closed(self) -> Array:
         """(n,) share of the walls of each cell along which something darker is seen."""
@@ -134,6 +137,8 @@ class Measurement:
             1 - void_dark / area,
             1 - black / area,
             (z, low, high),
+            int((rattlers & self.whole).sum()),
+            self._open(),
             float((self.drawn.thin | self.drawn.thick).mean()),
         )
         names = np.full(n, -1)

@@ -1,8 +1,8 @@
 """Micrographs of droplets: measure in a picture what is measured in a simulated packing.
 
-In order: read the picture, divide it by its background, fill in scale bars and labels, find droplets by granulometry and
-watershed, measure the gaps along the walls of their cells, and judge whether the numbers can be trusted. The edge of the
-picture is an edge: droplets that it cuts are marked and not counted, but they hold and touch others.
+In order: read the picture, divide it by its background, fill in scale bars and labels, find droplets by granulometry
+and watershed, measure the gaps along the walls of their cells, and judge whether the numbers can be trusted. The edge
+of the picture is an edge: droplets that it cuts are marked and not counted, but they hold and touch others.
 
 The packing fraction is one minus the darkness of all voids over the area that the picture shows. That share needs no
 whole droplets, so that large droplets, which the edge cuts more often, weigh as much as they should (Horvitz-Thompson

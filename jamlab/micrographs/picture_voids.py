@@ -37,7 +37,7 @@ class PictureVoids:
     def probability(self) -> dict[int, float]:
         """P_l: share of the voids with l sides (Boromand et al. fig 8)."""
         kinds, number = np.unique(self.sides, return_counts=True)
-        return {int(l): float(k / len(self.sides)) for l, k in zip(kinds, number, strict=True)}
+        return {int(kind): float(count / len(self.sides)) for kind, count in zip(kinds, number, strict=True)}
 
 
 def find_voids(
@@ -65,7 +65,7 @@ def find_voids(
     cut = np.zeros(count, dtype=bool)
     cut[np.unique(void[outside & (void >= 0)])] = True
     kept = ~cut & (area > max(SMALLEST, SMALLEST_SHARE * np.pi * radius**2)) & (sides >= 2)
-    return PictureVoids(sides[kept].astype(np.int64), area[kept], centre[kept])
+    return PictureVoids(sides[kept].astype(np.int64), area[kept].astype(np.float64), centre[kept])
 
 
 def _edges(cells: Indices) -> NDArray[np.bool_]:

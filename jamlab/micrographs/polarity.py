@@ -15,12 +15,16 @@ LARGEST = 256  # pixels along a side on which both are tried
 
 
 def roundness(grey: Array) -> float:
-    """Area of the largest discs inside the segments over the area of the segments, for bright droplets; 0 without any."""
+    """Area of the largest discs inside bright segments off the edge over the area of the segments; 0 without any."""
     darkness = remove_background(grey, np.ones(grey.shape, dtype=bool))
     segments = find_droplets(darkness.smooth, darkness.noise) if darkness is not None else None
     if segments is None:
         return 0.0
-    return float(min(np.pi * np.sum(segments.inner**2) / max(segments.droplets.sum(), 1), 1.0))
+    cells = segments.cells
+    area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
+    area[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = 0.0  # cut, or around all others
+    discs = np.minimum(np.pi * segments.inner**2, area)
+    return float(discs.sum() / max(area.sum(), 1.0))
 
 
 def droplets_are_bright(grey: Array) -> bool:

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 FEWEST = 8  # whole droplets
 SMALLEST = 8.0  # pixels, radius
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
+LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
 BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
 OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
 ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
@@ -29,9 +30,11 @@ ODD = 0.1  # share of droplets that may be less round than that
 CLOSED = 0.25  # of the outline of a droplet must be beside something darker than itself
 SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
-COUNT = 0.04  # share of droplets, and one, that may split or merge when markers are set otherwise
+COUNT = 0.06  # share of droplets, and one, that may split or merge when markers are set otherwise
 Z = 0.5  # change of z when the widest gap of a contact is 0.7 or 1.4 times as wide
 RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
+FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
+LOOSE = 0.4  # share of droplets that may rattle
 ANNOTATED = 0.1  # of the picture
 
 
@@ -47,6 +50,8 @@ class Checks:
         rho: packing fraction by mean grey.
         rho_by_pixels: the same by counting dark pixels.
         z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
+        loose: whole droplets that rattle.
+        open_edge: droplets end inside the picture, and open ground is around them.
         annotated: share of the picture under annotations.
     """
 
@@ -57,6 +62,8 @@ class Checks:
     rho: float
     rho_by_pixels: float
     z: tuple[float, float, float]
+    loose: int
+    open_edge: bool
     annotated: float
 
 
@@ -77,6 +84,8 @@ def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, walls: W
     dim = darkness.noise * np.sqrt(darkness.light)
     if dim > NOISE:
         reasons.append(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim")
+    if darkness.light > LIGHT:
+        reasons.append(f"light falls to {1 / darkness.light:.0%} of its brightest")
     if spread > BLUR * radius:
         reasons.append(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
     if darkness.ground < 3:
@@ -92,6 +101,11 @@ def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, walls: W
     )
     if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
         reasons.append(f"{grey:.0%} of the picture is neither droplet nor ground")
+    if walls.film > FILM * radius:
+        share = walls.film / radius
+        reasons.append(
+            f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
+        )
     if checks.annotated > ANNOTATED:
         reasons.append(f"{checks.annotated:.0%} of the picture lie under bars and labels")
     return reasons
@@ -128,8 +142,12 @@ def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> li
     if unstable > COUNT * count + 1:
         reasons.append(f"{unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
     low, high = min(checks.z), max(checks.z)
-    if high - low > Z:
+    if checks.loose > LOOSE * count:
+        reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
+    elif high - low > Z:
         reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
+    if checks.open_edge:
+        reasons.append("droplets end inside the picture: those at the rim of it have fewer contacts")
     if abs(checks.rho - checks.rho_by_pixels) > RHO:
         reasons.append(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
     return reasons
@@ -139,7 +157,7 @@ def _unstable(smooth: Array, segments: Segments, whole: NDArray[np.bool_]) -> in
     """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
     most = 0
     for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
-        markers, count = find_markers(smooth < level, segments.radius, segments.smallest, neck)
+        markers, _ = find_markers(smooth < level, segments.radius, segments.smallest, neck)
         places = np.nonzero(markers)
         rows = np.unique(np.column_stack([markers[places], segments.cells[places]]), axis=0)
         held = np.bincount(rows[:, 1], minlength=segments.count)

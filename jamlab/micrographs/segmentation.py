@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
-SPECK = 0.5  # of the smallest droplets by granulometry: what is smaller is no droplet
+SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet
 EDGE_SPECK = 0.1  # the same of what is cut off by the edge of the picture, where a droplet may show a small part only
 COARSE = 15  # pixels: radius of small droplets in the picture on which markers are found
 SMOOTHING = 0.05  # of the radius, of the distance from the ground: its ridges are rough on the scale of pixels

@@ -1,6 +1,6 @@
 """Render droplets as a camera would see them, with known truth: light, films, blur, noise, scale bar, edges.
 
-These pictures test `jamlab.micrograph`, or any other program that measures droplets: what it must find is in the packing.
+These pictures test `jamlab.micrograph`, or any other program that measures droplets: the packing has what it must find.
 """
 
 from __future__ import annotations

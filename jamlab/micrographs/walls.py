@@ -1,7 +1,7 @@
 """Walls between droplets: how wide the dark gap is everywhere along them, which of it is film, which is void.
 
-A wall is where two cells meet. The darkness on a strip along it, integrated across, is the width that the gap would have
-were it sharp and black: blur spreads darkness but keeps the integral, and noise averages out. Two droplets touch
+A wall is where two cells meet. The darkness on a strip along it, integrated across, is the width that the gap would
+have were it sharp and black: blur spreads darkness but keeps the integral, and noise averages out. Two droplets touch
 where that width falls to that of a film; what is wider, and all of a wall between droplets that do not touch, is void.
 Voids that walls lead into one another are one void, with as many sides as droplets around it.
 """
@@ -26,6 +26,7 @@ NOISY_TOLERANCE = 1.0  # pixels more where noise is as large as the contrast
 THICKEST_FILM = 0.15  # of the radius: wider gaps are no contacts
 ALONG = 2.5  # pixels along a wall over which its width is averaged
 BLURS = 2.5  # standard deviations of blur in half a strip
+STRIP = 0.04  # of the radius, in half a strip beside them, for films
 LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
 PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
 
@@ -76,7 +77,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         film: widest gap of a contact, pixels; None takes it from the gaps themselves.
     """
     wall, pair = _wall_pixels(cells)
-    half = min(BLURS * blur + 2.0, 0.3 * radius)
+    half = min(BLURS * blur + 2.0 + STRIP * radius, 0.3 * radius)
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
     width = np.full(cells.shape, np.inf)
     along = ALONG + 8.0 * darkness.noise
@@ -144,14 +145,14 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
 def _film_width(gaps: Array, radius: float, smear: float, film: float | None) -> tuple[float, float]:
     """Width of films and of the widest gap that is a contact.
 
-    Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of all
-    gaps lies among contacts.
+    Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of
+    all gaps lies among contacts. Where that is wider than any film, droplets do not touch.
     """
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
     if film is not None:
         return own, film
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE) + smear
-    own = min(own, THICKEST_FILM * radius)
+    own = own if own <= THICKEST_FILM * radius else 0.0
     return own, own + tolerance
 
 
