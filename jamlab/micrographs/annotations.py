@@ -25,6 +25,7 @@ FLAT_SHARE = 0.25  # of the picture: where more is flat, droplets are overexpose
 BEYOND = 0.3  # of the contrast, above droplets or below the ground
 NOISES = 5.0  # standard deviations of noise that strokes must stand out by
 BAR_LENGTH, BAR_ASPECT = 0.06, 4.0  # least length of a bar, of the width of the picture; least length over height
+LONGER = 1.3  # radii that a bar is longer than: voids are not
 BAR_FILL = 0.9  # of its bounding box that a bar fills
 BAR_EDGE = 0.75  # of the pixels around a bar that must differ from it
 GROW = 2  # pixels around what is found: blur and the edges of letters
@@ -76,14 +77,14 @@ def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
     beyond = max(BEYOND, NOISES * noise)
     found = np.zeros(darkness.shape, dtype=bool)
     for mask, height in ((darkness < -beyond, np.inf), (darkness > 1 + beyond, np.inf), (darkness > 0.6, 0.5 * radius)):
-        found |= _bars(mask, darkness, height)
+        found |= _bars(mask, darkness, height, LONGER * radius)
     near = ndimage.binary_dilation(found, iterations=int(radius)) if found.any() else found
     return np.asarray(found | (near & ((darkness < -beyond) | (darkness > 1 + beyond))))
 
 
-def _bars(mask: Mask, darkness: Array, highest: float) -> Mask:
+def _bars(mask: Mask, darkness: Array, highest: float, longest_void: float) -> Mask:
     """Level bars in a mask: long, filled, and unlike what is above and below them."""
-    length = max(int(BAR_LENGTH * mask.shape[1]), 12)
+    length = max(int(BAR_LENGTH * mask.shape[1]), int(longest_void), 12)
     long = ndimage.binary_opening(mask, np.ones((1, length)))
     label, _ = ndimage.label(long)
     bars = np.zeros(mask.shape, dtype=bool)

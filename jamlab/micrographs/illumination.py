@@ -104,7 +104,7 @@ def remove_background(bright: Array, valid: NDArray[np.bool_]) -> Darkness | Non
         if radius <= 0:
             return None
         inner = ndimage.distance_transform_edt(mask)
-        high = _fill(bright, valid & (inner > max(INNER * radius, 1.5)), REACH * radius, high)
+        high = _droplet_level(bright, valid & (inner > max(INNER * radius, 1.5)), REACH * radius)
         low, ground, opening = _ground_level(bright, valid & ~mask, low)
     contrast = float(np.median(high - low))
     if contrast < max(LEAST_CONTRAST, 0.5 * noise):
@@ -168,15 +168,28 @@ def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
     return np.asarray(_terms(y, x, degree) @ fit)
 
 
-def _fill(values: Array, kept: NDArray[np.bool_], reach: float, otherwise: Array) -> Array:
-    """Mean of the kept pixels near each pixel, `reach` wide; far from all of them what was there before."""
+def _droplet_level(grey: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+    """Level of droplets: a surface of second degree through the kept pixels, and what lies `reach` wide beside it."""
+    step = max(1, round(max(grey.shape) / COARSE))
+    y, x = _grid(grey.shape)
+    thin = kept[::step, ::step]
+    if thin.sum() < 20:
+        return np.full(grey.shape, grey[kept].mean() if kept.any() else grey.max())
+    terms = _terms(y[::step, ::step][thin], x[::step, ::step][thin], 2)
+    fit = np.asarray(np.linalg.lstsq(terms, grey[::step, ::step][thin], rcond=None)[0], dtype=np.float64)
+    trend = _surface(fit, grey.shape, 2)
+    return trend + _near_mean(grey - trend, kept, reach)
+
+
+def _near_mean(values: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+    """Mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them."""
     step = max(1, int(reach / 8))  # a field that smooth needs no more samples
     small = np.s_[::step, ::step]
     box = [ndimage.uniform_filter(part, step) for part in (kept.astype(np.float64), np.where(kept, values, 0.0))]
     weight, total = (ndimage.gaussian_filter(part[small], reach / step, mode="nearest") for part in box)
     weight = np.maximum(weight, 0.0)
     trust = 1e-3
-    field = (total + trust * otherwise[small]) / (weight + trust)
+    field = total / (weight + trust)
     zoom = [np.arange(count) / step for count in values.shape]
     return np.asarray(
         ndimage.map_coordinates(field, np.meshgrid(*zoom, indexing="ij"), order=1, mode="nearest", prefilter=False)

@@ -49,9 +49,8 @@ def measure_grid(states, pixels):
         )
         rows.append(row)
     good = [row for row in rows if row["quality"] == "good"]
-    print(
-        f"{len(good)} good, of them {sum(row['right'] for row in good)} right; {len(rows) - len(good)} doubtful or refused"
-    )
+    right, rest = sum(row["right"] for row in good), len(rows) - len(good)
+    print(f"{len(good)} good, of them {right} right; {rest} doubtful or refused")
     print("largest errors of the good:", {name: max(abs(row[name]) for row in good) for name in LIMITS})
     return rows
 
