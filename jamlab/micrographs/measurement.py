@@ -137,6 +137,7 @@ class Measurement:
             1 - void_dark / area,
             1 - black / area,
             (z, low, high),
+            0.5 * (walls.widest - walls.film) / segments.radius,
             int((rattlers & self.whole).sum()),
             self._open(),
             float((self.drawn.thin | self.drawn.thick).mean()),

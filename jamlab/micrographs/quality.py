@@ -31,7 +31,9 @@ CLOSED = 0.25  # of the outline of a droplet must be beside something darker tha
 SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
 BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
 COUNT = 0.06  # share of droplets, and one, that may split or merge when markers are set otherwise
-Z = 0.35  # change of z when the widest gap of a contact is 0.7 or 1.4 times as wide
+Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
+BLIND = 0.02  # of a diameter: where gaps so wide pass for contacts, z may change by less
+BLIND_Z = 0.25  # in that case
 RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
 FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
 LOOSE = 0.4  # share of droplets that may rattle
@@ -50,6 +52,7 @@ class Checks:
         rho: packing fraction by mean grey.
         rho_by_pixels: the same by counting dark pixels.
         z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
+        blind: gap beyond a film that passes for a contact, of a diameter.
         loose: whole droplets that rattle.
         open_edge: droplets end inside the picture, and open ground is around them.
         annotated: share of the picture under annotations.
@@ -62,6 +65,7 @@ class Checks:
     rho: float
     rho_by_pixels: float
     z: tuple[float, float, float]
+    blind: float
     loose: int
     open_edge: bool
     annotated: float
@@ -144,7 +148,7 @@ def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> li
     low, high = min(checks.z), max(checks.z)
     if checks.loose > LOOSE * count:
         reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
-    elif high - low > Z:
+    elif high - low > (BLIND_Z if checks.blind > BLIND else Z):
         reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
     if checks.open_edge:
         reasons.append("droplets end inside the picture: those at the rim of it have fewer contacts")
