@@ -10,14 +10,14 @@ import pandas as pd
 from jamlab.micrographs.errors_of_rendered import picture_errors, truth
 from jamlab.packing.packing import Packing
 
-PIXELS = 500  # width of a picture of 64 droplets: radius 34 pixels
+PIXELS = 450  # width of a picture of 64 droplets: radius 30 pixels
 PLAIN: dict[str, Any] = {"light": 1.0, "noise": 0.02, "blur": 0.7, "film": 2.0}  # what does not vary
 SWEEPS: dict[str, tuple[float, ...]] = {
-    "light": (1.0, 0.7, 0.5, 0.35, 0.2),
-    "noise": (0.0, 0.05, 0.1, 0.2, 0.4),
-    "blur": (0.0, 1.0, 2.0, 3.0, 5.0),
-    "film": (0.0, 1.0, 2.0, 3.0, 5.0),
-    "radius": (6.0, 10.0, 20.0, 35.0, 60.0),
+    "light": (1.0, 0.6, 0.35, 0.2),
+    "noise": (0.0, 0.1, 0.2, 0.4),
+    "blur": (0.0, 1.5, 3.0, 5.0),
+    "film": (0.0, 1.0, 2.0, 4.0),
+    "radius": (6.0, 12.0, 20.0, 45.0),
 }
 
 

@@ -1,8 +1,8 @@
 """Draw the errors of `jamlab.micrograph` against light, noise, blur, films and size, from the table shipped beside.
 
 `micrograph_errors.csv` is `jamlab.micrographs.error_table.error_table` of packings of 64 droplets, seed 2, at rho 0.84,
-0.90 and 0.95; limits of the verdict were set on that seed and on seed 1, `tests/micrographs/benchmark_degraded_pictures.py`
-judges others.
+0.90 and 0.95; limits of the verdict were set on that seed and on seed 1,
+`tests/micrographs/benchmark_degraded_pictures.py` judges others.
 """
 
 from importlib import resources
@@ -34,7 +34,7 @@ RANGE = 2.5  # limits that a panel shows; what lies beyond is drawn at its edge
 
 def read_errors() -> pd.DataFrame:
     """The table shipped with jamlab."""
-    with resources.files("jamlab.figures").joinpath("micrograph_errors.csv").open("rb") as file:
+    with resources.files("jamlab.figures.papers").joinpath("micrograph_errors.csv").open("rb") as file:
         return pd.read_csv(file, keep_default_na=True)
 
 
@@ -58,9 +58,10 @@ def micrograph_errors(tables: EnsembleTables) -> Drawing:
         how = f"{len(good)} of {len(table)} pictures; the limit is our own"
         out.claims.append(Claim(out.name, text, worst, worst, worst, limit, relation="<", how=how))
     out.caption = (
-        "Errors (measured minus true) of rendered pictures of 64 droplets, along one parameter at a time. Filled: judged "
-        "good; open: judged doubtful. Dashed: 2 droplets, 0.02 in packing fraction, 0.4 in z, 0.02 in shape factor. Points "
-        "beyond the panel stand at its edge. The points of experiments in Boromand et al. fig 9 are printed in no table."
+        "Errors (measured minus true) of rendered pictures of 64 droplets, along one parameter at a time. Filled: "
+        "judged good; open: judged doubtful. Dashed: 2 droplets, 0.02 in packing fraction, 0.4 in z, 0.02 in shape "
+        "factor. Points beyond the panel stand at its edge. The points of experiments in Boromand et al. fig 9 are "
+        "printed in no table."
     )
     return out
 
@@ -69,7 +70,7 @@ def _draw(out: Drawing, ax: Any, table: pd.DataFrame, quantity: str) -> None:
     limit = LIMITS[quantity]
     edge = RANGE * limit
     for k, (state, rows) in enumerate(table.groupby("state")):
-        look = {"color": COLOURS[k], "marker": MARKERS[k], "linestyle": "none"}
+        look: dict[str, Any] = {"color": COLOURS[k], "marker": MARKERS[k], "linestyle": "none"}
         errors = np.clip(rows[quantity].to_numpy(), -edge, edge)
         for quality, fill in (("good", "full"), ("doubtful", "none")):
             chosen = (rows["quality"] == quality).to_numpy()
