@@ -46,7 +46,8 @@ class Micrograph:
         reasons: why the numbers may be wrong; empty if the picture is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
-        outlines: (n,) outlines, (k, 2) each, in pixels of the picture; and of cut droplets.
+        outlines: n outlines, (k, 2) each, in pixels of the picture.
+        cut_outlines: the same of droplets that are cut.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
     """
 

@@ -53,11 +53,9 @@ class Measurement:
 
     def _outside(self) -> Mask:
         """Pixels at the edge of the picture and beside labels."""
-        edge = (
-            ndimage.binary_dilation(self.thick, np.ones((3, 3)), iterations=2)
-            if self.drawn.count
-            else self.thick.copy()
-        )
+        edge = self.thick.copy()
+        if self.drawn.count:
+            edge = ndimage.binary_dilation(edge, np.ones((3, 3)), iterations=2)
         edge[0] = edge[-1] = edge[:, 0] = edge[:, -1] = True
         return np.asarray(edge)
 
@@ -115,70 +113,71 @@ class Measurement:
         dark = np.bincount(cells[on & (gap > least)], minlength=self.segments.count)
         return np.asarray(dark / np.maximum(total, 1))
 
+    def _checks(self, areas: Array, rattlers: Mask, z: float) -> Checks:
+        """What the verdict rests on."""
+        walls, shown = self.walls, self._shown()
+        void, area = shown & walls.void_pixels, float(shown.sum())
+        beyond = walls.widest - walls.film
+        low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (0.7, 1.4))
+        return Checks(
+            whole=self.whole,
+            roundness=np.pi * self.segments.inner**2 / areas,
+            closed=self._closed(),
+            radii=np.sqrt(areas / np.pi),
+            rho=1 - float(self.darkness.values[void].sum()) / area,
+            rho_by_pixels=1 - float((self.darkness.smooth[void] > 0.5).sum()) / area,
+            z=(z, low, high),
+            blind=0.5 * beyond / self.segments.radius,
+            loose=int((rattlers & self.whole).sum()),
+            open_edge=self._open(),
+            annotated=float((self.drawn.thin | self.drawn.thick).mean()),
+        )
+
+    def _voids(self, scale: float) -> PictureVoids:
+        """Voids with their centres in the window, in the unit of length."""
+        walls, segments = self.walls, self.segments
+        found = find_voids(walls.void, segments.cells, self.darkness.values, self.outside, segments.radius)
+        x, y = found.centroid.T
+        rows, columns = self.window
+        inside = (x >= columns.start) & (x < columns.stop) & (y >= rows.start) & (y < rows.stop)
+        return PictureVoids(
+            found.sides[inside], found.area[inside] * scale**2, (found.centroid[inside] - self.margin) * scale
+        )
+
     def result(self, pixel: float | None) -> Micrograph:
         """Numbers of the droplets that are whole."""
         segments, walls, n = self.segments, self.walls, self.segments.count
-        cells, values, kept = segments.cells, self.darkness.values, np.flatnonzero(self.whole)
+        cells, kept, cut = segments.cells, np.flatnonzero(self.whole), np.flatnonzero(~self.whole & self.seen)
         scale = np.float64(1.0 if pixel is None else pixel)
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
-        dark = np.bincount(cells[walls.void_pixels], values[walls.void_pixels], n)
+        dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
         areas = np.maximum(cell_areas - dark, 1.0)
         contacts, rattlers, z = self._coordination(walls.widest)
-        shown = self._shown()
-        void_dark = float(values[shown & walls.void_pixels].sum())
-        black = float((shown & walls.void_pixels & (self.darkness.smooth > 0.5)).sum())
-        area = float(shown.sum())
-        low, high = (self._coordination(walls.film + f * (walls.widest - walls.film))[2] for f in (0.7, 1.4))
-        checks = Checks(
-            self.whole,
-            np.pi * segments.inner**2 / areas,
-            self._closed(),
-            np.sqrt(areas / np.pi),
-            1 - void_dark / area,
-            1 - black / area,
-            (z, low, high),
-            0.5 * (walls.widest - walls.film) / segments.radius,
-            int((rattlers & self.whole).sum()),
-            self._open(),
-            float((self.drawn.thin | self.drawn.thick).mean()),
-        )
+        checks = self._checks(areas, rattlers, z)
         names = np.full(n, -1)
         names[kept] = np.arange(1, len(kept) + 1)
-        labels = np.where(walls.inside > 0, names[cells], 0)[self.window]
-        voids = find_voids(walls.void, cells, values, self.outside, segments.radius)
-        inside = _in_window(voids.centroid, self.window)
         centres = self.centres[:, ::-1] - self.margin
-        pairs = walls.pairs[walls.touching & (self.whole[walls.pairs].any(axis=1))]
-        cut = np.flatnonzero(~self.whole & self.seen)
         return Micrograph(
-            labels,
-            centres[kept] * scale,
-            areas[kept] * scale**2,
-            np.array([shape_factor(self.rings[k]) for k in kept]),
-            cell_areas[kept] * scale**2,
-            contacts[kept],
-            rattlers[kept],
-            checks.rho,
-            PictureVoids(
-                voids.sides[inside], voids.area[inside] * scale**2, (voids.centroid[inside] - self.margin) * scale
-            ),
-            size_distribution(areas[kept] * scale**2),
-            len(cut),
-            self.bright,
-            self.blur,
-            self.darkness.noise,
-            self.darkness.light,
-            float(walls.film * scale),
-            find_doubts(self.darkness, self.blur, segments, walls, checks),
-            pixel,
-            self.grey,
-            tuple(self.rings[k] - self.margin for k in kept),
-            tuple(self.rings[k] - self.margin for k in cut),
-            centres[pairs],
+            labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
+            centres=centres[kept] * scale,
+            areas=areas[kept] * scale**2,
+            shape=np.array([shape_factor(self.rings[k]) for k in kept]),
+            cells=cell_areas[kept] * scale**2,
+            contacts=contacts[kept],
+            rattlers=rattlers[kept],
+            rho=checks.rho,
+            voids=self._voids(float(scale)),
+            sizes=size_distribution(areas[kept] * scale**2),
+            cut=len(cut),
+            bright=self.bright,
+            blur=self.blur,
+            noise=self.darkness.noise,
+            light=self.darkness.light,
+            film=float(walls.film * scale),
+            reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
+            pixel=pixel,
+            picture=self.grey,
+            outlines=tuple(self.rings[k] - self.margin for k in kept),
+            cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
+            touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
-
-
-def _in_window(places: Array, window: tuple[slice, slice]) -> Mask:
-    rows, columns = window
-    x, y = places.T
-    return np.asarray((x >= columns.start) & (x < columns.stop) & (y >= rows.start) & (y < rows.stop))

@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.atomic_file import atomic_file, check_target
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
@@ -71,6 +71,7 @@ def write_overlay(micrograph: Micrograph, path: str | Path) -> None:
     Raises:
         StorageError: the file cannot be written.
     """
+    check_target(path)
     buffer = BytesIO()
     draw_overlay(micrograph).figure.savefig(buffer, format="png", dpi=DPI)
     with atomic_file(path) as temporary:

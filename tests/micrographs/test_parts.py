@@ -97,7 +97,7 @@ def test_rendered_light_bars_colours_and_whole_droplets(dp_dense):
 
 
 def test_films_divide_droplets(dp_dense):
-    thin, wide = (jamlab.synthetic_micrograph(dp_dense, 200, film=film, blur=0.0).mean() for film in (0.0, 3.0))
+    thin, wide = (jamlab.synthetic_micrograph(dp_dense, 100, film=film, blur=0.0).mean() for film in (0.0, 2.0))
     assert thin == pytest.approx(jamlab.packing_fraction(dp_dense), abs=0.005)
     assert thin - wide > 0.03
 
