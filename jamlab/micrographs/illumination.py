@@ -135,8 +135,13 @@ def _blur(values: Array, width: float, valid: NDArray[np.bool_]) -> Array:
     return np.asarray(ndimage.gaussian_filter(values, width, mode="nearest")) if width > 0 else values.copy()
 
 
+def _powers(degree: int) -> list[tuple[int, int]]:
+    """Powers of x and y in a surface of that degree."""
+    return [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+
 def _terms(y: Array, x: Array, degree: int) -> Array:
-    return np.stack([x**i * y**j for i in range(degree + 1) for j in range(degree + 1 - i)], axis=-1)
+    return np.stack([x**i * y**j for i, j in _powers(degree)], axis=-1)
 
 
 def _grid(shape: tuple[int, ...]) -> tuple[Array, Array]:
@@ -164,8 +169,12 @@ def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
 
 
 def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
-    y, x = _grid(shape)
-    return np.asarray(_terms(y, x, degree) @ fit)
+    """Surface over the whole picture, term by term: all terms at once would fill memory."""
+    y, x = (np.linspace(-1, 1, count) for count in shape)
+    total = np.zeros(shape)
+    for factor, (i, j) in zip(fit, _powers(degree), strict=True):
+        total += np.outer(factor * y**j, x**i)
+    return total
 
 
 def _droplet_level(grey: Array, kept: NDArray[np.bool_], reach: float) -> Array:

@@ -23,6 +23,8 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
+EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
+CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
 
 
@@ -69,12 +71,24 @@ class Measurement:
         centres = np.column_stack(sums)
         whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
         for number in np.flatnonzero(whole):
-            x, y = np.rint(self.rings[number]).astype(np.int64).T
-            whole[number] = not self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)].any()
+            ring = self.rings[number]
+            x, y = np.rint(ring).astype(np.int64).T
+            cut = self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)]
+            length = np.hypot(*np.diff(ring, axis=0, append=ring[:1]).T)[cut].sum()
+            whole[number] = length <= EDGE_CHORD * self.segments.inner[number] or self._clear(int(number))
         low = np.array([side.start for side in self.window])
         high = np.array([side.stop for side in self.window])
         self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
         return whole & self.seen, centres
+
+    def _clear(self, number: int) -> bool:
+        """Whether a droplet ends before the edge, though a sliver of another one beyond it has no film that shows."""
+        middle, size = self.segments.middle[number], np.array(self.thick.shape)
+        away = min(middle.min(), (size - 1 - middle).min())
+        row, column = middle.astype(np.int64)
+        reach = int(CLEAR * self.segments.inner[number]) + 2
+        near = self.thick[max(row - reach, 0) : row + reach, max(column - reach, 0) : column + reach]
+        return bool(away > CLEAR * self.segments.inner[number] and not near.any())
 
     def _coordination(self, widest: float) -> tuple[Indices, Mask, float]:
         """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""

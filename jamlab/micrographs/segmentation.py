@@ -42,6 +42,7 @@ class Segments:
         cells: (h, w) int64, every pixel belongs to a droplet, from 0.
         droplets: (h, w) bool, pixels brighter than half-way to the ground.
         inner: (n,) radius of the largest disc inside each droplet, pixels.
+        middle: (n, 2) row and column of its centre.
         radius: pixels, typical radius by granulometry.
         smallest: pixels, radius of small droplets by granulometry.
     """
@@ -49,6 +50,7 @@ class Segments:
     cells: Indices
     droplets: Mask
     inner: Array
+    middle: Array
     radius: float
     smallest: float
 
@@ -78,8 +80,9 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
     cells = scikit_image().segmentation.watershed(FILM * seen - even / scale.radius, markers).astype(np.int64) - 1
     cells = _straighten(cells, min(STRAIGHT[0] + STRAIGHT[1] * noise, STRAIGHTEST) * scale.smallest)
     cells = np.unique(cells, return_inverse=True)[1].reshape(cells.shape).astype(np.int64)
-    inner = np.asarray(ndimage.maximum(depth, cells, np.arange(cells.max() + 1)))
-    return Segments(cells, droplets, inner, scale.radius, scale.smallest)
+    every = np.arange(cells.max() + 1)
+    inner, middle = ndimage.maximum(depth, cells, every), ndimage.maximum_position(even, cells, every)
+    return Segments(cells, droplets, np.asarray(inner), np.array(middle), scale.radius, scale.smallest)
 
 
 def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
