@@ -1,6 +1,6 @@
 """Sixty pictures that nothing was tuned on: right, or "doubtful", or refused; none silently wrong.
 
-Limits and numbers in `jamlab/micrographs` were set on packings of seeds 1 and 2; these have seeds 101, 102, 103. Light
+Limits and numbers in `jamlab/micrographs` were set on packings of seeds 1 and 2; these have seeds 105, 106, 107. Light
 falls to 0.35, noise reaches 0.2, blur 3 pixels, with and without a scale bar, droplets touch at rho 0.84, 0.90, 0.95.
 """
 
@@ -12,7 +12,7 @@ import jamlab
 from jamlab.micrographs.errors_of_rendered import LIMITS, picture_errors, truth
 
 pytestmark = pytest.mark.benchmark
-SEEDS = (101, 102, 103)
+SEEDS = (105, 106, 107)
 RHO = (0.84, 0.90, 0.95)
 NOISE_AND_BLUR = ((0.0, 0.0), (0.05, 1.0), (0.1, 2.0), (0.2, 0.7), (0.2, 3.0))
 CONDITIONS = list(product(RHO, (1.0, 0.35), (False, True), NOISE_AND_BLUR))

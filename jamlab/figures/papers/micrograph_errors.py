@@ -45,10 +45,8 @@ def micrograph_errors(tables: EnsembleTables) -> Drawing:
     for row, (quantity, text) in enumerate(QUANTITIES.items()):
         for column, (parameter, name) in enumerate(LABELS.items()):
             ax = axes[row * len(LABELS) + column]
-            ax.set_gid(f"{quantity}, {parameter}")
             _draw(out, ax, table[table["parameter"] == parameter], quantity)
             label(ax, name, text, legend=False)
-            ax.set_title("")
     handles, names = axes[0].get_legend_handles_labels()
     out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
     good = table[table["quality"] == "good"]
