@@ -38,7 +38,6 @@ class Walls:
     Attributes:
         pairs: (m, 2) int64, droplets i < j whose cells meet.
         gap: (m,) pixels, narrowest width of the gap between them.
-        place: (m, 2) row and column where it is narrowest.
         length: (m,) pixels of wall.
         film: width of films, pixels.
         widest: gaps up to this width are contacts, pixels.
@@ -51,7 +50,6 @@ class Walls:
 
     pairs: Indices
     gap: Array
-    place: Array
     length: Array
     film: float
     widest: float
@@ -77,37 +75,20 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         film: widest gap of a contact, pixels; None takes it from the gaps themselves.
     """
     wall, pair = _wall_pixels(cells)
+    if not wall.any():  # one cell
+        return _no_walls(cells, darkness)
     half = min(BLURS * blur + 2.0 + STRIP * radius, 0.3 * radius)
     away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
-    width = np.full(cells.shape, np.inf)
-    along = ALONG + 8.0 * darkness.noise
     names, short = np.unique(pair[wall], return_inverse=True)
     numbers = np.zeros(cells.shape, dtype=np.int64)
     numbers[wall] = short + 1
-    owner = numbers[tuple(nearest)]  # (h, w) wall that each pixel is nearest to, from 1
-    pair_of, gap, place, length = [], [], [], []
-    for number, (name, box) in enumerate(zip(names, ndimage.find_objects(owner), strict=True), 1):
-        mine = owner[box] == number
-        strip = (mine & (away[box] <= half)).astype(np.float64)
-        mass = ndimage.gaussian_filter(strip * darkness.values[box], along, mode="constant")
-        weight = ndimage.gaussian_filter(strip, along, mode="constant")
-        on = mine & wall[box]
-        local = np.full(strip.shape, np.inf)
-        local[on] = 2 * half * mass[on] / np.maximum(weight[on], 1e-12)
-        width[box] = np.where(on, local, width[box])
-        if on.sum() < 2 * LEAST_WALL:
-            continue
-        least = np.unravel_index(np.argmin(local), local.shape)
-        pair_of.append(name)
-        gap.append(float(local[least]))
-        place.append([least[0] + box[0].start, least[1] + box[1].start])
-        length.append(0.5 * on.sum())
-    count = int(cells.max()) + 1
-    pairs = np.column_stack(np.divmod(np.array(pair_of, dtype=np.int64), count)).reshape(-1, 2)
-    gaps = np.array(gap)
+    width, gaps, length = _measure_strips(numbers[tuple(nearest)], wall, away, darkness, half)
+    long = np.isfinite(gaps)
+    names, gaps, length = names[long], gaps[long], length[long]
+    pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
     own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film)
     touching = gaps <= widest
-    touch_names = np.array(pair_of, dtype=np.int64)[touching]
+    touch_names = names[touching]
     is_film = wall & np.isin(pair, touch_names) & (width <= widest)
     open_wall = wall & ~is_film
     label, _ = ndimage.label(open_wall, np.ones((3, 3)))
@@ -118,8 +99,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
     return Walls(
         pairs,
         gaps,
-        np.array(place, dtype=np.float64).reshape(-1, 2),
-        np.array(length),
+        length,
         own,
         widest,
         touching,
@@ -127,6 +107,51 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         np.asarray(void_pixels),
         width,
         _inside(darkness, away, width[tuple(nearest)], half, blur),
+    )
+
+
+def _measure_strips(
+    owner: Indices, wall: NDArray[np.bool_], away: Array, darkness: Darkness, half: float
+) -> tuple[Array, Array, Array]:
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
+
+    Args:
+        owner: (h, w) wall, from 1, that each pixel is nearest to.
+        wall: (h, w) pixels of walls.
+        away: (h, w) distance from the nearest wall.
+        darkness: the picture without its background.
+        half: half-width of a strip.
+    """
+    boxes, along = ndimage.find_objects(owner), ALONG + 8.0 * darkness.noise
+    width, gaps, length = np.full(owner.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
+    for number, box in enumerate(boxes):
+        mine = owner[box] == number + 1
+        strip = (mine & (away[box] <= half)).astype(np.float64)
+        mass = ndimage.gaussian_filter(strip * darkness.values[box], along, mode="constant")
+        weight = ndimage.gaussian_filter(strip, along, mode="constant")
+        on = mine & wall[box]
+        local = 2 * half * mass[on] / np.maximum(weight[on], 1e-12)
+        width[box][on] = local
+        if on.sum() >= 2 * LEAST_WALL:  # pixels on either side
+            gaps[number], length[number] = local.min(), 0.5 * on.sum()
+    return width, gaps, length
+
+
+def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
+    """What a single droplet has."""
+    none, shape = np.zeros(0), cells.shape
+    inside = np.where(darkness.smooth < 0.5, 1.0, -1.0)
+    return Walls(
+        np.zeros((0, 2), dtype=np.int64),
+        none,
+        none,
+        0.0,
+        0.0,
+        none.astype(np.bool_),
+        np.full(shape, -1),
+        darkness.smooth > 0.5,
+        np.full(shape, np.inf),
+        inside,
     )
 
 

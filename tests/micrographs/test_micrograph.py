@@ -111,6 +111,11 @@ def test_edges_cut_droplets(dp_dense):
     assert set(LIMITS) < set(row) and row["quality"] == "doubtful" and "whole droplets only" in row["reasons"]
 
 
+def test_one_droplet_has_no_walls():
+    found = jamlab.micrograph(discs([(40, 40)], 25, shape=(80, 80)), bright=True)
+    assert found.count == 1 and found.areas[0] == pytest.approx(np.pi * 25**2, rel=0.02) and found.reasons
+
+
 def test_noise_without_end_is_doubted_or_refused(dp_dense):
     assert picture_errors(dp_dense, 80, noise=0.9)["quality"] in ("doubtful", "refused")
 
