@@ -24,6 +24,7 @@ Mask = NDArray[np.bool_]
 
 OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
+EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edge may be cut or not
 CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
 CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
 
@@ -70,12 +71,16 @@ class Measurement:
         sums = [np.bincount(cells[body], place, count) / np.maximum(size, 1) for place in (y, x)]
         centres = np.column_stack(sums)
         whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
+        self.unsure, zone = 0, EDGE_ZONE * np.hypot(self.blur, self.darkness.filter)
         for number in np.flatnonzero(whole):
             ring = self.rings[number]
             x, y = np.rint(ring).astype(np.int64).T
             cut = self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)]
             length = np.hypot(*np.diff(ring, axis=0, append=ring[:1]).T)[cut].sum()
-            whole[number] = length <= EDGE_CHORD * self.segments.inner[number] or self._clear(int(number))
+            inner, clear = self.segments.inner[number], self._clear(int(number))
+            whole[number] = length <= EDGE_CHORD * inner or clear
+            gap = min(ring.min(), (np.array(cells.shape)[::-1] - 1 - ring).min())
+            self.unsure += gap < zone and length**2 < 8 * inner * zone and not clear  # a chord c is cut c^2/(8 r) deep
         low = np.array([side.start for side in self.window])
         high = np.array([side.stop for side in self.window])
         self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
@@ -143,6 +148,7 @@ class Measurement:
             z=(z, low, high),
             blind=0.5 * beyond / self.segments.radius,
             loose=int((rattlers & self.whole).sum()),
+            unsure=int(self.unsure),
             open_edge=self._open(),
             annotated=float((self.drawn.thin | self.drawn.thick).mean()),
         )

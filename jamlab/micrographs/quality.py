@@ -36,6 +36,7 @@ BLIND = 0.016  # of a diameter: where gaps so wide pass for contacts, z may chan
 BLIND_Z = 0.25  # in that case
 RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
 FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
+UNSURE = 2  # droplets of which blur hides whether the edge cuts them
 LOOSE = 0.4  # share of droplets that may rattle
 ANNOTATED = 0.1  # of the picture
 
@@ -54,6 +55,7 @@ class Checks:
         z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
         blind: gap beyond a film that passes for a contact, of a diameter.
         loose: whole droplets that rattle.
+        unsure: droplets that end so near to the edge that blur hides whether it cuts them.
         open_edge: droplets end inside the picture, and open ground is around them.
         annotated: share of the picture under annotations.
     """
@@ -67,6 +69,7 @@ class Checks:
     z: tuple[float, float, float]
     blind: float
     loose: int
+    unsure: int
     open_edge: bool
     annotated: float
 
@@ -150,6 +153,8 @@ def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> li
         reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
     elif high - low > (BLIND_Z if checks.blind > BLIND else Z):
         reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
+    if checks.unsure > UNSURE:
+        reasons.append(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
     if checks.open_edge:
         reasons.append("droplets end inside the picture: those at the rim of it have fewer contacts")
     if abs(checks.rho - checks.rho_by_pixels) > RHO:
