@@ -22,6 +22,7 @@ FEWEST = 8  # whole droplets
 SMALLEST = 8.0  # pixels, radius
 NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
 LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
+OUTLINE = 0.0085  # noise over contrast times blur, of the radius: outlines are uncertain by about as much
 BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
 OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
 ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
@@ -95,6 +96,8 @@ def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, walls: W
         reasons.append(f"light falls to {1 / darkness.light:.0%} of its brightest")
     if spread > BLUR * radius:
         reasons.append(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
+    elif darkness.noise * spread > OUTLINE * radius:
+        reasons.append(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
     if darkness.ground < 3:
         reasons.append("hardly any open ground is seen between droplets, so its level is a guess")
     elif darkness.opening < OPENING * spread:
