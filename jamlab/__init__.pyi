@@ -20,8 +20,6 @@ from .geometry.contact_lengths import contact_lengths as contact_lengths
 from .geometry.contact_network import Contacts as Contacts
 from .geometry.contact_network import contacts as contacts
 from .geometry.contact_network import without_rattlers as without_rattlers
-from .geometry.micrograph import Micrograph as Micrograph
-from .geometry.micrograph import micrograph as micrograph
 from .geometry.orientational_order import OrientationalOrder as OrientationalOrder
 from .geometry.orientational_order import orientational_order as orientational_order
 from .geometry.packing_fraction import exact_method as exact_method
@@ -46,6 +44,9 @@ from .mechanics.stiffness import hessian as hessian
 from .mechanics.vibrations import Modes as Modes
 from .mechanics.vibrations import lowest_modes as lowest_modes
 from .mechanics.vibrations import zero_modes as zero_modes
+from .micrographs.measured_droplets import Micrograph as Micrograph
+from .micrographs.micrograph import micrograph as micrograph
+from .micrographs.synthetic import synthetic_micrograph as synthetic_micrograph
 from .packing.hdf5 import read_observables as read_observables
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data

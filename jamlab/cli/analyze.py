@@ -5,9 +5,12 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import err_console, print_json, print_table
+from jamlab.cli.console import err_console
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.cli.packing_table import print_packings
+from jamlab.errors import InputError
+from jamlab.packing.atomic_file import check_target
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
@@ -17,26 +20,63 @@ def analyze(
         Path,
         typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, GSD file, or a picture of droplets."),
     ],
-    pixel: Annotated[float, typer.Option(help="Picture: size of a pixel, in any unit of length.")] = 1.0,
-    film: Annotated[float, typer.Option(help="Picture: widest gap between droplets in contact, in pixels.")] = 2.0,
-    dark: Annotated[bool, typer.Option("--dark", help="Picture: droplets are darker than the background.")] = False,
+    pixel: Annotated[
+        float | None,
+        typer.Option(help="Picture: size of a pixel, in any unit of length; without it lengths are in pixels."),
+    ] = None,
+    film: Annotated[
+        float | None,
+        typer.Option(help="Picture: widest gap between droplets in contact, in pixels; default: measured."),
+    ] = None,
+    dark: Annotated[
+        bool | None,
+        typer.Option(
+            "--dark/--bright", help="Picture: droplets are darker or brighter than the ground; default: seen."
+        ),
+    ] = None,
+    periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
+    overlay: Annotated[Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.")] = None,
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
+    if file.suffix.lower() in PICTURES:
+        _analyze_picture(file, overlay, csv, as_json, pixel=pixel, film=film, dark=dark, periodic=periodic)
+        return
+    if overlay is not None or csv is not None:
+        raise InputError(f"--overlay and --csv are for pictures ({', '.join(PICTURES)}); {file.name} is none")
     from jamlab.trajectories.files import read_all
 
-    if file.suffix.lower() not in PICTURES:
-        packings = read_all(file)
-        _say_what_is_missing(file, packings[0])
-        print_packings(packings, None, as_json)
-        return
-    from jamlab.geometry.micrograph import micrograph
+    packings = read_all(file)
+    _say_what_is_missing(file, packings[0])
+    print_packings(packings, None, as_json)
 
-    row = micrograph(file, pixel, film, not dark).measure()
-    if as_json:
-        print_json({name: [value] for name, value in row.items()})
-    else:
-        print_table(f"droplets of {file.name}", list(row), [[f"{value:.6g}" for value in row.values()]])
+
+def _analyze_picture(
+    file: Path,
+    overlay: Path | None,
+    csv: Path | None,
+    as_json: bool,
+    pixel: float | None,
+    film: float | None,
+    dark: bool | None,
+    periodic: bool,
+) -> None:
+    from jamlab.cli.picture_table import print_micrograph, write_droplets
+    from jamlab.micrographs.micrograph import micrograph
+
+    for path in (overlay, csv):
+        if path is not None:
+            check_target(path)
+            expect_output(path)
+            if path.resolve() == file.resolve():
+                raise InputError(f"{path} is the picture itself: choose another name")
+    found = micrograph(file, pixel, film, None if dark is None else not dark, periodic)
+    if overlay is not None:
+        found.draw(overlay)
+    if csv is not None:
+        write_droplets(found, csv)
+    print_micrograph(file.name, found, as_json)
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:

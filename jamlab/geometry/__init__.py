@@ -1,1 +1,1 @@
-"""Contacts, areas, shapes, packing fractions, cells and voids of packings; droplets in micrographs."""
+"""Contacts, areas, shapes, packing fractions, cells and voids of packings."""

@@ -18,6 +18,7 @@ from jamlab.figures.papers import (
     boromand_power_laws,
     boromand_tables,
     boromand_voids,
+    micrograph_errors,
 )
 from jamlab.figures.papers.claims import Claim
 from jamlab.figures.papers.panels import Drawing
@@ -43,6 +44,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-6": baumgarten_spectra.figure_6,
     "baumgarten-7": baumgarten_motion.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
+    "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 PAGE = "figures.html"
 VERDICTS = "verdicts.csv"

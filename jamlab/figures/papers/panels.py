@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from string import ascii_lowercase
 from typing import Any
 
 import matplotlib
@@ -153,7 +154,7 @@ def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: floa
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False).flat)
     for index, part in enumerate(axes):
-        part.set_gid("abcdefghij"[index])
+        part.set_gid(ascii_lowercase[index])
     return Drawing(name, figure), axes
 
 

@@ -1,0 +1,80 @@
+"""The table of a micrograph that `jamlab analyze` prints: numbers, verdict and reasons."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jamlab.cli.console import print_json, print_note, print_table
+
+if TYPE_CHECKING:
+    from jamlab.micrographs.measured_droplets import Micrograph
+
+DOUBT = " ?"  # beside every number of a doubtful picture
+MOST_SIDES = 6  # voids with more are one entry of the table
+
+
+def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
+    """Print what a picture shows; a doubtful verdict marks every number and gives its reasons."""
+    if as_json:
+        print_json(_json(found))
+        return
+    mark = DOUBT if found.reasons else ""
+    length = "pixels" if found.pixel is None else "units of --pixel"
+    row = {
+        "droplets": f"{found.count}",
+        "cut": f"{found.cut}",
+        "rho": f"{found.rho:.4f}",
+        "z": "none" if np.isnan(found.z) else f"{found.z:.3f}",
+        "A": f"{found.shape.mean():.4f}",
+        "rattlers": f"{found.rattlers.sum()}",
+        "voids": f"{len(found.voids.sides)}",
+        "radius": f"{found.sizes.mean:.4g}",
+    }
+    print_table(f"droplets of {name}", list(row), [[value + mark for value in row.values()]])
+    share = found.voids.probability
+    sides = [f"P_{k} = {share[k]:.2f}{mark}" for k in share if k <= MOST_SIDES]
+    more = sum(part for k, part in share.items() if k > MOST_SIDES)
+    print_note(", ".join([*sides, *([f"P_{MOST_SIDES + 1}+ = {more:.2f}{mark}"] if more else [])]) or "no voids")
+    print_note(f"sizes: {found.sizes}{mark}; lengths in {length}; droplets that the edge cuts are not counted")
+    side = "bright on dark" if found.bright else "dark on bright"
+    print_note(
+        f"droplets {side}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
+        f"blur {found.blur:.1f} pixels"
+    )
+    print_note(f"quality: {found.quality}")
+    for reason in found.reasons:
+        print_note(f"{DOUBT.strip()} {reason}")
+
+
+def _json(found: "Micrograph") -> dict[str, object]:
+    numbers = {"count": found.count, "cut": found.cut, **found.measure(), "voids": len(found.voids.sides)}
+    sizes = found.sizes
+    return {
+        **{name: [value] for name, value in numbers.items()},
+        "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
+        "sizes": {
+            "verdict": sizes.verdict,
+            "mean_radius": sizes.mean,
+            "spread": sizes.spread,
+            "ratio": sizes.ratio,
+            "large": sizes.large,
+        },
+        "pixel": found.pixel,
+        "unit": "pixels" if found.pixel is None else "pixel",
+        "bright": found.bright,
+        "quality": found.quality,
+        "reasons": list(found.reasons),
+    }
+
+
+def write_droplets(found: "Micrograph", path: Path) -> None:
+    """Write the table of droplets as CSV.
+
+    Raises:
+        StorageError: the file cannot be written.
+    """
+    from jamlab.packing.atomic_file import atomic_file
+
+    with atomic_file(path) as temporary:
+        found.table().to_csv(temporary, index=False)

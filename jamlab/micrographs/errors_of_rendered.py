@@ -1,0 +1,77 @@
+"""Render a packing, measure the picture, and compare with the truth: errors of count, rho, z and shape.
+
+The truth of a picture whose edges cut droplets is that of the droplets that it shows whole, and of the whole cell for
+rho, since one period shows every droplet once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.particle_shape import shape_factors
+from jamlab.geometry.rims import rims
+from jamlab.micrographs.micrograph import micrograph
+from jamlab.micrographs.synthetic import synthetic_micrograph
+from jamlab.packing.packing import Packing
+
+# errors up to these are right: droplets, packing fraction, coordination, mean shape factor
+LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What one period of a packing shows whole: number of droplets, rho, z and mean shape factor of the polygons."""
+
+    count: int
+    rho: float
+    z: float
+    shape: float
+
+
+def truth(packing: Packing) -> Truth:
+    """Truth of a picture of one period of a packing of droplets in a rectangular box."""
+    size = np.diag(packing.box)
+    home = packing.centroids - np.floor(packing.centroids / size) * size
+    bounds = shapely.bounds(rims(packing).outlines) + np.tile(home, 2)
+    whole: NDArray[np.bool_] = (bounds[:, :2] > 0).all(axis=1) & (bounds[:, 2:] < size).all(axis=1)
+    network = contacts(packing)
+    bearing = network.pairs[~network.rattlers[network.pairs].any(axis=1)]
+    number = np.bincount(bearing.ravel(), minlength=packing.n)
+    z = float(number[whole & ~network.rattlers].mean())
+    return Truth(int(whole.sum()), packing_fraction(packing), z, float(shape_factors(packing)[whole].mean()))
+
+
+def picture_errors(packing: Packing, pixels: int, known: Truth | None = None, **how: Any) -> dict[str, Any]:
+    """Errors (measured minus true) of one rendered picture.
+
+    Args:
+        packing: DP in a rectangular box.
+        pixels: width of the picture.
+        known: `truth` of the packing, if it is known by now.
+        how: further arguments of `synthetic_micrograph`.
+
+    Returns:
+        count, rho, z, shape; quality: "good", "doubtful" or "refused"; reasons; right: all errors within `LIMITS`.
+    """
+    known = known or truth(packing)
+    try:
+        found = micrograph(synthetic_micrograph(packing, pixels, **how))
+    except InputError as error:
+        nan = float("nan")
+        return dict.fromkeys(LIMITS, nan) | {"quality": "refused", "reasons": str(error), "right": False}
+    errors = {
+        "count": float(found.count - known.count),
+        "rho": found.rho - known.rho,
+        "z": found.z - known.z,
+        "shape": float(found.shape.mean()) - known.shape,
+    }
+    right = all(abs(errors[name]) <= limit for name, limit in LIMITS.items())
+    return errors | {"quality": found.quality, "reasons": "; ".join(found.reasons), "right": right}

@@ -1,0 +1,239 @@
+"""Uneven light and noise: divide a picture by its background, so that droplets are 0 and the ground is 1.
+
+The level of droplets is averaged over their inner parts, the level of the ground is a smooth surface through the
+middles of voids, where blur does not reach. Both begin as envelopes: polynomials of second degree, fitted by least
+squares that weigh pixels above and below differently (asymmetric least squares).
+
+Sources: J. Immerkaer, Comput. Vis. Image Underst. 64, 300 (1996), for the noise; P. H. C. Eilers, Anal. Chem. 75, 3631
+(2003), for asymmetric least squares; N. Otsu, IEEE Trans. SMC 9, 62 (1979), for the first threshold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from jamlab.micrographs.granulometry import granulometry
+from jamlab.micrographs.scikit_image import scikit_image
+
+Array = NDArray[np.float64]
+
+ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
+ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten
+COARSE = 128  # pixels along a side on which envelopes are fitted: light varies more slowly than droplets
+REFINEMENTS = 2  # of both levels after the envelopes; a third changes rho by less than 0.001
+REACH = 2.0  # radii over which the level of droplets is averaged
+INNER = 0.25  # radii from the outline that the inner part of a droplet keeps
+LEAST_CONTRAST = 0.02  # between droplets and ground, of the range of the picture: below, there is nothing to see
+SMOOTH_NOISE = 0.08  # noise left after denoising, of the contrast: a third of a film blurred to 0.25
+WIDE = 0.7  # of the wide voids in radius that a void must be for the level of the ground: narrower ones are less dark
+DIM = 0.1  # of the picture is darker than where denoising is measured: noise stands out most in dim light
+LARGEST_FILTER = 2.5  # pixels, standard deviation of the denoising filter
+MAD = 1.4826  # standard deviation over median absolute deviation of a normal distribution
+
+
+@dataclass(frozen=True)
+class Darkness:
+    """A picture without its background.
+
+    Attributes:
+        values: (h, w), 0 in droplets and 1 on the ground, with all noise.
+        smooth: (h, w), the same, denoised.
+        noise: standard deviation of the noise in `values`.
+        filter: standard deviation, in pixels, of the filter that denoised.
+        light: brightest over darkest level of the droplets.
+        radius: pixels, typical radius of droplets by granulometry.
+        ground: number of voids that the level of the ground rests on.
+        opening: pixels, radius of the largest disc in the wider ones of them.
+        contrast: between droplets and ground, of the range of the picture.
+    """
+
+    values: Array
+    smooth: Array
+    noise: float
+    filter: float
+    light: float
+    radius: float
+    ground: int
+    opening: float
+    contrast: float
+
+    def covered(self, where: NDArray[np.bool_]) -> Darkness:
+        """The same with ground where labels cover droplets, so that droplets end there."""
+        return replace(self, values=np.where(where, 1.0, self.values), smooth=np.where(where, 1.0, self.smooth))
+
+    def wrapped(self, margin: int) -> Darkness:
+        """The same repeated periodically around itself, `margin` pixels wide."""
+        return replace(
+            self, values=np.pad(self.values, margin, mode="wrap"), smooth=np.pad(self.smooth, margin, mode="wrap")
+        )
+
+
+def noise_level(grey: Array) -> float:
+    """Standard deviation of the noise: median of a second difference that straight edges and ramps do not change."""
+    kernel = np.array([[1.0, -2, 1], [-2, 4, -2], [1, -2, 1]]) / 6
+    return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
+
+
+def remove_background(bright: Array, valid: NDArray[np.bool_]) -> Darkness | None:
+    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
+
+    Args:
+        bright: (h, w) grey values, droplets brighter than the ground.
+        valid: (h, w) pixels without annotations.
+    """
+    noise = noise_level(bright)
+    first = _width_of_filter(noise / max(bright[valid].std(), 1e-12))
+    quiet = _blur(bright, first, valid)
+    high, low = _envelope(quiet, valid, ENVELOPE), _envelope(quiet, valid, 1 - ENVELOPE)
+    radius, ground, opening = 0.0, 0, 0.0
+    for _ in range(REFINEMENTS + 1):
+        contrast = float(np.median(high - low))
+        if contrast < max(LEAST_CONTRAST, 0.5 * noise):
+            return None
+        step = np.maximum(high - low, 0.2 * contrast)
+        values = (high - bright) / step
+        width = _width_of_filter(noise / float(np.quantile(step, DIM)))
+        smooth = _blur(values, width, valid)
+        level = scikit_image().filters.threshold_otsu(smooth[valid]) if not radius else 0.5
+        mask = smooth < level
+        radius = granulometry(mask).radius
+        if radius <= 0:
+            return None
+        inner = ndimage.distance_transform_edt(mask)
+        high = _droplet_level(bright, valid & (inner > max(INNER * radius, 1.5)), REACH * radius)
+        low, ground, opening = _ground_level(bright, valid & ~mask, low)
+    contrast = float(np.median(high - low))
+    if contrast < max(LEAST_CONTRAST, 0.5 * noise):
+        return None
+    step = np.maximum(high - low, 0.2 * contrast)
+    values = (high - bright) / step
+    width = _width_of_filter(noise / float(np.quantile(step, DIM)))
+    level = np.quantile(step, [0.02, 0.98])
+    return Darkness(
+        values,
+        _blur(values, width, valid),
+        noise / contrast,
+        width,
+        float(level[1] / level[0]),
+        radius,
+        ground,
+        opening,
+        contrast,
+    )
+
+
+def _width_of_filter(noise: float) -> float:
+    """Standard deviation s of the Gaussian that leaves noise/(2 sqrt(pi) s) = `SMOOTH_NOISE`; 0 if it is there."""
+    return min(noise / (2 * np.sqrt(np.pi) * SMOOTH_NOISE), LARGEST_FILTER) if noise > SMOOTH_NOISE else 0.0
+
+
+def _blur(values: Array, width: float, valid: NDArray[np.bool_]) -> Array:
+    return np.asarray(ndimage.gaussian_filter(values, width, mode="nearest")) if width > 0 else values.copy()
+
+
+def _powers(degree: int) -> list[tuple[int, int]]:
+    """Powers of x and y in a surface of that degree."""
+    return [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+
+
+def _terms(y: Array, x: Array, degree: int) -> Array:
+    return np.stack([x**i * y**j for i, j in _powers(degree)], axis=-1)
+
+
+def _grid(shape: tuple[int, ...]) -> tuple[Array, Array]:
+    y, x = (np.linspace(-1, 1, count) for count in shape)
+    return np.broadcast_to(y[:, None], shape), np.broadcast_to(x, shape)
+
+
+def _envelope(grey: Array, valid: NDArray[np.bool_], above: float) -> Array:
+    """Surface of second degree that pixels are above of (`above` small) or below of (large)."""
+    step = max(1, round(max(grey.shape) / COARSE))
+    rows, columns = (slice(step // 2, None, step) for _ in range(2))
+    y, x = _grid(grey.shape)
+    kept = valid[rows, columns]
+    terms = _terms(y[rows, columns][kept], x[rows, columns][kept], 2)
+    return _surface(_asymmetric_fit(terms, grey[rows, columns][kept], above), grey.shape, 2)
+
+
+def _asymmetric_fit(terms: Array, values: Array, above: float) -> Array:
+    weight = np.ones(len(values))
+    for _ in range(ROUNDS):
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(terms * root, values * root[:, 0], rcond=None)[0]
+        weight = np.where(values > terms @ fit, above, 1 - above)
+    return np.asarray(fit)
+
+
+def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
+    """Surface over the whole picture, term by term: all terms at once would fill memory."""
+    y, x = (np.linspace(-1, 1, count) for count in shape)
+    total = np.zeros(shape)
+    for factor, (i, j) in zip(fit, _powers(degree), strict=True):
+        total += np.outer(factor * y**j, x**i)
+    return total
+
+
+def _droplet_level(grey: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+    """Level of droplets: a surface of second degree through the kept pixels, and what lies `reach` wide beside it."""
+    step = max(1, round(max(grey.shape) / COARSE))
+    y, x = _grid(grey.shape)
+    thin = kept[::step, ::step]
+    if thin.sum() < 20:
+        return np.full(grey.shape, grey[kept].mean() if kept.any() else grey.max())
+    terms = _terms(y[::step, ::step][thin], x[::step, ::step][thin], 2)
+    fit = np.asarray(np.linalg.lstsq(terms, grey[::step, ::step][thin], rcond=None)[0], dtype=np.float64)
+    trend = _surface(fit, grey.shape, 2)
+    return trend + _near_mean(grey - trend, kept, reach)
+
+
+def _near_mean(values: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+    """Mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them."""
+    step = max(1, int(reach / 8))  # a field that smooth needs no more samples
+    small = np.s_[::step, ::step]
+    box = [ndimage.uniform_filter(part, step) for part in (kept.astype(np.float64), np.where(kept, values, 0.0))]
+    weight, total = (ndimage.gaussian_filter(part[small], reach / step, mode="nearest") for part in box)
+    weight = np.maximum(weight, 0.0)
+    trust = 1e-3
+    field = total / (weight + trust)
+    zoom = [np.arange(count) / step for count in values.shape]
+    return np.asarray(
+        ndimage.map_coordinates(field, np.meshgrid(*zoom, indexing="ij"), order=1, mode="nearest", prefilter=False)
+    )
+
+
+def _ground_level(grey: Array, ground: NDArray[np.bool_], otherwise: Array) -> tuple[Array, int, float]:
+    """Surface through the middles of the widest voids; second degree, first or none by their number."""
+    depth = ndimage.distance_transform_edt(ground)
+    tops = (depth == ndimage.maximum_filter(depth, 9)) & (depth > 1.5)
+    if not tops.any():
+        return otherwise, 0, 0.0
+    places = np.argwhere(tops)
+    wide = depth[tops]
+    places = places[wide >= WIDE * np.quantile(wide, 0.9)]
+    mean = ndimage.uniform_filter(grey, 3)[tuple(places.T)]
+    shape = np.array(grey.shape) - 1
+    y, x = (2 * places / shape - 1).T
+    degree = 2 if len(places) >= 24 else 1 if len(places) >= 9 else 0
+    terms = _terms(y, x, degree)
+    weight = np.ones(len(places))
+    for _ in range(ROUNDS):  # least absolute deviations: a void that blur has filled counts little
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(terms * root, mean * root[:, 0], rcond=None)[0]
+        off = mean - terms @ fit
+        weight = np.where(off > 0, 0.4, 1.0) / np.maximum(np.abs(off), 1e-3)
+    return _surface(fit, grey.shape, degree), len(places), float(np.quantile(wide, 0.9))
+
+
+def blur_of(darkness: Darkness) -> float:
+    """Standard deviation of the blur, pixels, from the steepest edges: a blurred step has slope 1/(sqrt(2 pi) s)."""
+    own = max(1.0, darkness.filter)
+    slope = ndimage.gaussian_gradient_magnitude(darkness.values, own)
+    edge = (darkness.smooth > 0.35) & (darkness.smooth < 0.65)
+    if not edge.any():
+        return 0.0
+    width = 1 / (np.sqrt(2 * np.pi) * np.quantile(slope[edge], 0.8))
+    return float(np.sqrt(max(width**2 - own**2, 0.0)))

@@ -1,0 +1,203 @@
+"""From darkness to numbers: droplets, walls, outlines; which droplets are whole; contacts, areas, packing fraction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from jamlab.errors import InputError
+from jamlab.geometry.rattlers import find_rattlers
+from jamlab.micrographs.annotations import Annotations
+from jamlab.micrographs.droplet_outlines import outlines, shape_factor
+from jamlab.micrographs.illumination import Darkness, blur_of
+from jamlab.micrographs.measured_droplets import Micrograph
+from jamlab.micrographs.picture_voids import PictureVoids, find_voids
+from jamlab.micrographs.quality import Checks, find_doubts
+from jamlab.micrographs.segmentation import Segments, find_droplets
+from jamlab.micrographs.size_distribution import size_distribution
+from jamlab.micrographs.walls import Walls, find_walls
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
+EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
+EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edge may be cut or not
+CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
+CLOSED_GAP = 0.5  # pixels of gap along a wall that show that a border is there
+
+
+class Measurement:
+    """A picture, repeated around itself if it is periodic, on its way to a `Micrograph`."""
+
+    def __init__(
+        self, grey: Array, bright: bool, darkness: Darkness, drawn: Annotations, film: float | None, margin: int
+    ) -> None:
+        self.grey, self.bright, self.margin, self.drawn = grey, bright, margin, drawn
+        height, width = grey.shape
+        self.window = slice(margin, margin + height), slice(margin, margin + width)
+        self.darkness = darkness.wrapped(margin)
+        self.thick = np.pad(drawn.thick, margin, mode="wrap")
+        segments = find_droplets(self.darkness.smooth, self.darkness.noise)
+        if segments is None:
+            raise InputError(f"no droplet found: check `bright` ({bright}) and the picture")
+        self.segments: Segments = segments
+        self.blur = blur_of(self.darkness)
+        self.walls: Walls = find_walls(segments.cells, self.darkness, segments.radius, self.blur, film)
+        self.rings = outlines(segments.cells, self.walls.inside)
+        self.outside = self._outside()
+        self.whole, self.centres = self._whole()
+        if not self.whole.any():
+            raise InputError(
+                f"no whole droplet among {segments.count} found: check `bright` ({bright}) and the size of the picture"
+            )
+
+    def _outside(self) -> Mask:
+        """Pixels at the edge of the picture and beside labels."""
+        edge = self.thick.copy()
+        if self.drawn.count:
+            edge = ndimage.binary_dilation(edge, np.ones((3, 3)), iterations=2)
+        edge[0] = edge[-1] = edge[:, 0] = edge[:, -1] = True
+        return np.asarray(edge)
+
+    def _whole(self) -> tuple[Mask, Array]:
+        """(n,) droplets that are whole and in the window, and (n, 2) centres, row and column."""
+        cells, count = self.segments.cells, self.segments.count
+        body = self.walls.inside > 0
+        size = np.bincount(cells[body], minlength=count)
+        y, x = np.nonzero(body)
+        sums = [np.bincount(cells[body], place, count) / np.maximum(size, 1) for place in (y, x)]
+        centres = np.column_stack(sums)
+        whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
+        self.unsure, zone = 0, EDGE_ZONE * np.hypot(self.blur, self.darkness.filter)
+        for number in np.flatnonzero(whole):
+            ring = self.rings[number]
+            x, y = np.rint(ring).astype(np.int64).T
+            cut = self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)]
+            length = np.hypot(*np.diff(ring, axis=0, append=ring[:1]).T)[cut].sum()
+            inner, clear = self.segments.inner[number], self._clear(int(number))
+            whole[number] = length <= EDGE_CHORD * inner or clear
+            gap = min(ring.min(), (np.array(cells.shape)[::-1] - 1 - ring).min())
+            self.unsure += gap < zone and length**2 < 8 * inner * zone and not clear  # a chord c is cut c^2/(8 r) deep
+        low = np.array([side.start for side in self.window])
+        high = np.array([side.stop for side in self.window])
+        self.seen = (size > 0) & ((centres >= low) & (centres < high)).all(axis=1)
+        return whole & self.seen, centres
+
+    def _clear(self, number: int) -> bool:
+        """Whether a droplet ends before the edge, though a sliver of another one beyond it has no film that shows."""
+        middle, size = self.segments.middle[number], np.array(self.thick.shape)
+        away = min(middle.min(), (size - 1 - middle).min())
+        row, column = middle.astype(np.int64)
+        reach = int(CLEAR * self.segments.inner[number]) + 2
+        near = self.thick[max(row - reach, 0) : row + reach, max(column - reach, 0) : column + reach]
+        return bool(away > CLEAR * self.segments.inner[number] and not near.any())
+
+    def _coordination(self, widest: float) -> tuple[Indices, Mask, float]:
+        """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
+        pairs = self.walls.contacts(widest)
+        rattlers, bearing = find_rattlers(pairs, self.whole)
+        contacts = np.bincount(pairs[bearing].ravel(), minlength=self.segments.count)
+        held = self.whole & ~rattlers
+        return contacts, rattlers, float(contacts[held].mean()) if held.any() else float("nan")
+
+    def _shown(self) -> Mask:
+        """Pixels over which rho is measured: the picture, or the cells in its middle if its edge is ground."""
+        shown = np.zeros(self.thick.shape, dtype=bool)
+        shown[self.window] = True
+        shown &= ~self.thick
+        if not self._open():
+            return shown
+        cells, pairs = self.segments.cells, self.walls.pairs
+        outer = np.zeros(self.segments.count, dtype=bool)
+        outer[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = True
+        outer[pairs[outer[pairs].any(axis=1)]] = True  # their neighbours too face the open ground
+        inner = shown & ~outer[cells]
+        return inner if inner.any() else shown
+
+    def _open(self) -> bool:
+        """Whether most of the edge of the picture is ground, around droplets that end inside it."""
+        smooth = self.darkness.smooth
+        edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
+        return not self.margin and bool((edge > 0.5).mean() > OPEN_EDGE)
+
+    def _closed(self) -> Array:
+        """(n,) share of the walls of each cell along which something darker is seen."""
+        gap, cells = self.walls.width, self.segments.cells
+        on = np.isfinite(gap)
+        total = np.bincount(cells[on], minlength=self.segments.count)
+        least = max(CLOSED_GAP, self.walls.film)
+        dark = np.bincount(cells[on & (gap > least)], minlength=self.segments.count)
+        return np.asarray(dark / np.maximum(total, 1))
+
+    def _checks(self, areas: Array, rattlers: Mask, z: float) -> Checks:
+        """What the verdict rests on."""
+        walls, shown = self.walls, self._shown()
+        void, area = shown & walls.void_pixels, float(shown.sum())
+        beyond = walls.widest - walls.film
+        low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (0.7, 1.4))
+        return Checks(
+            whole=self.whole,
+            roundness=np.pi * self.segments.inner**2 / areas,
+            closed=self._closed(),
+            radii=np.sqrt(areas / np.pi),
+            rho=1 - float(self.darkness.values[void].sum()) / area,
+            rho_by_pixels=1 - float((self.darkness.smooth[void] > 0.5).sum()) / area,
+            z=(z, low, high),
+            blind=0.5 * beyond / self.segments.radius,
+            loose=int((rattlers & self.whole).sum()),
+            unsure=int(self.unsure),
+            open_edge=self._open(),
+            annotated=float((self.drawn.thin | self.drawn.thick).mean()),
+        )
+
+    def _voids(self, scale: float) -> PictureVoids:
+        """Voids with their centres in the window, in the unit of length."""
+        walls, segments = self.walls, self.segments
+        found = find_voids(walls.void, segments.cells, self.darkness.values, self.outside, segments.radius)
+        x, y = found.centroid.T
+        rows, columns = self.window
+        inside = (x >= columns.start) & (x < columns.stop) & (y >= rows.start) & (y < rows.stop)
+        return PictureVoids(
+            found.sides[inside], found.area[inside] * scale**2, (found.centroid[inside] - self.margin) * scale
+        )
+
+    def result(self, pixel: float | None) -> Micrograph:
+        """Numbers of the droplets that are whole."""
+        segments, walls, n = self.segments, self.walls, self.segments.count
+        cells, kept, cut = segments.cells, np.flatnonzero(self.whole), np.flatnonzero(~self.whole & self.seen)
+        scale = np.float64(1.0 if pixel is None else pixel)
+        cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
+        dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
+        areas = np.maximum(cell_areas - dark, 1.0)
+        contacts, rattlers, z = self._coordination(walls.widest)
+        checks = self._checks(areas, rattlers, z)
+        names = np.full(n, -1)
+        names[kept] = np.arange(1, len(kept) + 1)
+        centres = self.centres[:, ::-1] - self.margin
+        return Micrograph(
+            labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
+            centres=centres[kept] * scale,
+            areas=areas[kept] * scale**2,
+            shape=np.array([shape_factor(self.rings[k]) for k in kept]),
+            cells=cell_areas[kept] * scale**2,
+            contacts=contacts[kept],
+            rattlers=rattlers[kept],
+            rho=checks.rho,
+            voids=self._voids(float(scale)),
+            sizes=size_distribution(areas[kept] * scale**2),
+            cut=len(cut),
+            bright=self.bright,
+            blur=self.blur,
+            noise=self.darkness.noise,
+            light=self.darkness.light,
+            film=float(walls.film * scale),
+            reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
+            pixel=pixel,
+            picture=self.grey,
+            outlines=tuple(self.rings[k] - self.margin for k in kept),
+            cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
+            touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
+        )

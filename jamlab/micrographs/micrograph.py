@@ -1,0 +1,93 @@
+"""Micrographs of droplets: measure in a picture what is measured in a simulated packing.
+
+In order: read the picture, divide it by its background, fill in scale bars and labels, find droplets by granulometry
+and watershed, measure the gaps along the walls of their cells, and judge whether the numbers can be trusted. The edge
+of the picture is an edge: droplets that it cuts are marked and not counted, but they hold and touch others.
+
+The packing fraction is one minus the darkness of all voids over the area that the picture shows. That share needs no
+whole droplets, so that large droplets, which the edge cuts more often, weigh as much as they should (Horvitz-Thompson
+with the same probability for every point). Films belong to the droplets beside them.
+
+Sources: F. M. Schaller et al., Philos. Mag. 93, 3993 (2013), for cells; K. Desmond & E. R. Weeks, Soft Matter 11, 4662
+(2015), for contacts of quasi-two-dimensional emulsions.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.checks import checked
+from jamlab.errors import InputError
+from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
+from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
+from jamlab.micrographs.measured_droplets import Micrograph
+from jamlab.micrographs.measurement import Measurement
+from jamlab.micrographs.picture_files import read_grey
+from jamlab.micrographs.polarity import droplets_are_bright
+
+Array = NDArray[np.float64]
+
+LARGEST = 1e100  # size of a pixel, so that areas are finite
+MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
+
+
+@checked
+def micrograph(
+    picture: str | Path | ArrayLike,
+    pixel: float | None = None,
+    film: float | None = None,
+    bright: bool | None = None,
+    periodic: bool = False,
+) -> Micrograph:
+    """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
+
+    Handles uneven light, noise, blur, scale bars and labels. How large the errors are, by each of these, is drawn by
+    `jamlab figure micrograph-errors`; beyond what can be handled `quality` is "doubtful", with `reasons`.
+
+    >>> m = jamlab.micrograph("droplets.png", pixel=0.65)  # a pixel is 0.65 micrometres wide
+    >>> m.quality, m.count, m.rho, m.z
+    ('good', 48, 0.9504, 5.65)
+    >>> m.draw("overlay.png")
+    >>> m.table().to_csv("droplets.csv", index=False)
+
+    Args:
+        picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours.
+        pixel: size of a pixel in the unit of length wanted; None measures lengths in pixels.
+        film: widest gap, in pixels, between droplets in contact; None takes it from the gaps of the picture.
+        bright: droplets are brighter than the ground, True or False; None finds out.
+        periodic: the picture is one period of a periodic one, as rendered from a simulation.
+
+    Raises:
+        InputError: without scikit-image; if the file is no picture, values are not finite, arguments are not positive,
+            nothing stands out from noise, or no whole droplet is found.
+    """
+    for name, value in (("pixel", pixel), ("film", film)):
+        if value is not None and not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
+            raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
+    grey = read_grey(picture)
+    is_bright = droplets_are_bright(grey) if bright is None else bool(bright)
+    darkness, drawn = _without_background(grey if is_bright else 1 - grey)
+    margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
+    return Measurement(grey, is_bright, darkness, drawn, film, margin).result(pixel)
+
+
+def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
+    """Darkness of a picture of bright droplets, and what was drawn into it, already filled in."""
+    noise = noise_level(grey)
+    flat = find_flat(grey, noise)
+    grown = sort_annotations(flat, 0.0).thick
+    darkness = remove_background(fill_in(grey, grown), ~grown)
+    if darkness is None:
+        raise InputError("no droplets stand out from light and noise: check the picture")
+    drawn = flat | find_drawn(darkness.smooth, left_noise(darkness), darkness.radius)
+    found = sort_annotations(drawn, darkness.radius)
+    if found.count:
+        hidden = found.thin | found.thick
+        again = remove_background(fill_in(grey, hidden), ~hidden)
+        if again is None:
+            raise InputError("no droplets stand out from light and noise beside bars and labels: cut them off")
+        darkness = again.covered(found.thick)
+    return darkness, found

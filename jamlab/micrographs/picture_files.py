@@ -1,0 +1,109 @@
+"""Read pictures: 8 or 16 bit, grey or colour, PNG, JPEG, BMP or TIFF, as grey values in float64."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image
+
+from jamlab.errors import InputError
+from jamlab.micrographs.scikit_image import scikit_image
+
+Array = NDArray[np.float64]
+
+MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
+LEAST_SIDE = 8  # pixels
+
+
+def read_grey(picture: str | Path | ArrayLike) -> Array:
+    """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel.
+
+    Args:
+        picture: image file of one page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity.
+
+    Returns:
+        (h, w) float64.
+
+    Raises:
+        InputError: no picture, several pages, transparent parts, more than 4e7 pixels, fewer than 8 in a row, values
+            that are not finite or all the same.
+    """
+    if isinstance(picture, str | Path):
+        picture = _read_file(Path(picture))
+    values = np.asarray(picture)
+    if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
+        raise InputError(
+            f"a picture must be (h, w) or (h, w, 3) and at least {LEAST_SIDE} x {LEAST_SIDE}, got {values.shape}"
+        )
+    if values.shape[0] * values.shape[1] > MOST_PIXELS:
+        raise InputError(f"the picture is {values.shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
+    values = values.astype(np.float64)
+    if values.ndim == 3:
+        if values.shape[2] == 4 and np.isfinite(values).all() and np.ptp(values[..., 3]) > 0:
+            raise InputError("the picture has transparent parts: save it without them")
+        values = scikit_image().color.rgb2gray(values[..., :3])
+    if not np.isfinite(values).all() or np.abs(values).max() > 1e100 or np.ptp(values) <= 1e-9 * np.abs(values).max():
+        raise InputError("the picture must hold finite values that are not all the same")
+    return np.asarray((values - values.min()) / np.ptp(values))
+
+
+def _read_file(path: Path) -> NDArray[Any]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path) as image:  # reads the size only
+                _check_size(path, image.width, image.height, getattr(image, "n_frames", 1))
+                return _pixels(image)
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+        raise InputError(f"{path} is too large: cut it to {MOST_PIXELS:.0e} pixels at most") from None
+    except InputError:
+        raise
+    # SyntaxError: what Pillow calls a broken PNG; KeyError, struct.error, TypeError: damaged tags of a TIFF
+    except (OSError, ValueError, SyntaxError, EOFError, KeyError, TypeError, IndexError, struct.error) as error:
+        if path.suffix.lower() in (".tif", ".tiff"):
+            return _read_tiff(path, error)  # Pillow knows no colours of 16 bit
+        raise _refusal(path, error) from None
+
+
+def _pixels(image: Image.Image) -> NDArray[Any]:
+    """Pixels with 1, 3 or 4 channels: palettes and other colour spaces become red, green, blue."""
+    if image.mode in ("P", "PA"):
+        image = image.convert("RGBA" if image.mode == "PA" or "transparency" in image.info else "RGB")
+    elif image.mode == "LA":
+        image = image.convert("RGBA")
+    elif image.mode not in ("1", "L", "RGB", "RGBA", "F", "I") and not image.mode.startswith("I;16"):
+        image = image.convert("RGB")
+    return np.asarray(image)
+
+
+def _read_tiff(path: Path, first: Exception) -> NDArray[Any]:
+    """Read what Pillow cannot, with the library that scikit-image reads TIFF with."""
+    try:
+        import tifffile
+
+        with tifffile.TiffFile(path) as file:
+            shape = file.pages.first.shape
+            _check_size(path, shape[1], shape[0], len(file.pages))
+            return np.asarray(file.asarray())
+    except InputError:
+        raise
+    except Exception:  # whatever a damaged or foreign file makes the library raise, it is no picture
+        raise _refusal(path, first) from None
+
+
+def _check_size(path: Path, width: int, height: int, pages: int) -> None:
+    if pages > 1:
+        raise InputError(f"{path} has {pages} pages: save the one wanted as a picture of its own")
+    if width * height > MOST_PIXELS:
+        raise InputError(f"{path} has {width} x {height} pixels: cut it to {MOST_PIXELS:.0e} pixels at most")
+
+
+def _refusal(path: Path, error: Exception) -> InputError:
+    lines = str(error).splitlines() or [type(error).__name__]
+    return InputError(f"{path} cannot be read as a picture: {lines[0]}")

@@ -1,0 +1,177 @@
+"""Can the numbers of a picture be trusted? Checks that need no truth, each with a reason in words.
+
+A picture is good if no check objects. Limits were set on pictures rendered from packings (see
+`tests/micrographs/benchmark_degraded_pictures.py`), where errors stay within 2 droplets, 0.02 in rho, 0.4 in z and 0.02
+in shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.segmentation import NECK, Segments, find_markers
+from jamlab.micrographs.walls import Walls
+
+Array = NDArray[np.float64]
+
+FEWEST = 8  # whole droplets
+SMALLEST = 8.0  # pixels, radius
+NOISE = 0.6  # standard deviation over contrast, in the dim part of the picture
+LIGHT = 4.0  # brightest over dimmest light: in between, shadows and dim droplets look alike
+OUTLINE = 0.0085  # noise over contrast times blur, of the radius: outlines are uncertain by about as much
+BLUR = 0.11  # standard deviation, blur and denoising together, of the radius
+OPENING = 1.15  # radius of the largest disc in the wide voids over that same blur: below, voids look too bright
+ROUND = 0.72  # area of the largest disc inside over area; a hexagon 0.91, a pentagon of aspect 1.2 about 0.75
+MEAN_ROUND = 0.8  # of all droplets; a square 0.785
+ODD = 0.1  # share of droplets that may be less round than that
+CLOSED = 0.25  # of the outline of a droplet must be beside something darker than itself
+SPREAD = 0.75  # standard deviation over mean of radii: sizes without a peak
+BETWEEN = 0.35  # share of pixels that are neither droplet nor ground, beyond what blur explains
+COUNT = 0.06  # share of droplets, and one, that may split or merge when markers are set otherwise
+Z = 0.6  # change of z when contacts may be 0.7 or 1.4 times as far from a film as they may
+BLIND = 0.015  # of a diameter: where gaps so wide pass for contacts, z may change by less
+BLIND_Z = 0.25  # in that case
+RHO = 0.03  # difference between rho by mean grey and by counting dark pixels
+FILM = 0.12  # of the radius: between wider films it is a matter of words what is void
+UNSURE = 2  # droplets of which blur hides whether the edge cuts them
+LOOSE = 0.4  # share of droplets that may rattle
+ANNOTATED = 0.1  # of the picture
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What the checks look at, beside the picture itself.
+
+    Attributes:
+        whole: (n,) bool, droplets that the picture shows whole.
+        roundness: (n,) area of the largest disc inside over area.
+        closed: (n,) share of the outline that is beside something darker.
+        radii: (n,) pixels.
+        rho: packing fraction by mean grey.
+        rho_by_pixels: the same by counting dark pixels.
+        z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
+        blind: gap beyond a film that passes for a contact, of a diameter.
+        loose: whole droplets that rattle.
+        unsure: droplets that end so near to the edge that blur hides whether it cuts them.
+        open_edge: droplets end inside the picture, and open ground is around them.
+        annotated: share of the picture under annotations.
+    """
+
+    whole: NDArray[np.bool_]
+    roundness: Array
+    closed: Array
+    radii: Array
+    rho: float
+    rho_by_pixels: float
+    z: tuple[float, float, float]
+    blind: float
+    loose: int
+    unsure: int
+    open_edge: bool
+    annotated: float
+
+
+def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
+    """Reasons why the numbers may be wrong, in words; none if all is well."""
+    return (
+        *_doubt_picture(darkness, blur, segments, walls, checks),
+        *_doubt_droplets(checks),
+        *_doubt_numbers(darkness, segments, checks),
+    )
+
+
+def _doubt_picture(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> list[str]:
+    reasons, radius = [], segments.radius
+    spread = np.hypot(blur, darkness.filter)
+    if radius < SMALLEST:
+        reasons.append(f"droplets are {radius:.0f} pixels in radius, needs {SMALLEST:.0f}")
+    dim = darkness.noise * np.sqrt(darkness.light)
+    if dim > NOISE:
+        reasons.append(f"noise is {darkness.noise:.0%} of the contrast, up to {dim:.0%} where light is dim")
+    if darkness.light > LIGHT:
+        reasons.append(f"light falls to {1 / darkness.light:.0%} of its brightest")
+    if spread > BLUR * radius:
+        reasons.append(f"blur and noise smear outlines over {spread:.1f} pixels, {spread / radius:.0%} of the radius")
+    elif darkness.noise * spread > OUTLINE * radius:
+        reasons.append(f"noise ({darkness.noise:.0%}) and blur ({spread:.1f} pixels) together leave outlines uncertain")
+    if darkness.ground < 3:
+        reasons.append("hardly any open ground is seen between droplets, so its level is a guess")
+    elif darkness.opening < OPENING * spread:
+        reasons.append("voids are as narrow as the blur, so the level of the ground is a guess")
+    grey = ((darkness.smooth > 0.25) & (darkness.smooth < 0.75)).mean()
+    edge = (
+        (_edge_length(segments) + walls.length[walls.touching].sum())
+        * 1.4
+        * np.hypot(spread, 0.7)
+        / segments.cells.size
+    )
+    if grey - edge > BETWEEN * max(1 - checks.rho, 0.05):
+        reasons.append(f"{grey:.0%} of the picture is neither droplet nor ground")
+    if walls.film > FILM * radius:
+        share = walls.film / radius
+        reasons.append(
+            f"films are {walls.film:.1f} pixels wide, {share:.0%} of the radius: rho counts them to droplets"
+        )
+    if checks.annotated > ANNOTATED:
+        reasons.append(f"{checks.annotated:.0%} of the picture lie under bars and labels")
+    return reasons
+
+
+def _edge_length(segments: Segments) -> float:
+    d = segments.droplets
+    return float((d[1:] != d[:-1]).sum() + (d[:, 1:] != d[:, :-1]).sum()) * np.pi / 4
+
+
+def _doubt_droplets(checks: Checks) -> list[str]:
+    reasons = []
+    whole = checks.whole
+    if whole.sum() < FEWEST:
+        reasons.append(f"{whole.sum()} whole droplets only")
+    odd = (checks.roundness < ROUND)[whole]
+    if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
+        mean = checks.roundness[whole].mean()
+        reasons.append(
+            f"{odd.sum()} of {whole.sum()} droplets are not round (mean {mean:.2f}): several in one, or none"
+        )
+    loose = (checks.closed < CLOSED)[whole]
+    if loose.sum() > max(1, 0.03 * whole.sum()):
+        reasons.append(f"{loose.sum()} of {whole.sum()} droplets have no closed border")
+    radii = checks.radii[whole]
+    if len(radii) > 2 and radii.std() > SPREAD * radii.mean():
+        reasons.append(f"sizes have no peak, their spread is {radii.std() / radii.mean():.0%} of the mean")
+    return reasons
+
+
+def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> list[str]:
+    reasons = []
+    unstable, count = _unstable(darkness.smooth, segments, checks.whole), int(checks.whole.sum())
+    if unstable > COUNT * count + 1:
+        reasons.append(f"{unstable} of {count} droplets split or merge if thresholds and scale are set otherwise")
+    low, high = min(checks.z), max(checks.z)
+    if checks.loose > LOOSE * count:
+        reasons.append(f"{checks.loose} of {count} droplets touch fewer than three: not jammed, or films are wide")
+    elif high - low > (BLIND_Z if checks.blind > BLIND else Z):
+        reasons.append(f"z changes from {low:.2f} to {high:.2f} with the widest gap that counts as a contact")
+    if checks.unsure > UNSURE:
+        reasons.append(f"blur hides of {checks.unsure} droplets whether the edge cuts them, so the count may be off")
+    if checks.open_edge:
+        reasons.append("droplets end inside the picture: those at the rim of it have fewer contacts")
+    if abs(checks.rho - checks.rho_by_pixels) > RHO:
+        reasons.append(f"rho is {checks.rho:.3f} by mean grey and {checks.rho_by_pixels:.3f} by dark pixels")
+    return reasons
+
+
+def _unstable(smooth: Array, segments: Segments, whole: NDArray[np.bool_]) -> int:
+    """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
+    most = 0
+    for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):
+        markers, _ = find_markers(smooth < level, segments.radius, segments.smallest, neck)
+        places = np.nonzero(markers)
+        rows = np.unique(np.column_stack([markers[places], segments.cells[places]]), axis=0)
+        held = np.bincount(rows[:, 1], minlength=segments.count)
+        most = max(most, int((held[whole] != 1).sum()))
+    return most

@@ -1,0 +1,193 @@
+"""Walls between droplets: how wide the dark gap is everywhere along them, which of it is film, which is void.
+
+A wall is where two cells meet. The darkness on a strip along it, integrated across, is the width that the gap would
+have were it sharp and black: blur spreads darkness but keeps the integral, and noise averages out. Two droplets touch
+where that width falls to that of a film; what is wider, and all of a wall between droplets that do not touch, is void.
+Voids that walls lead into one another are one void, with as many sides as droplets around it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from jamlab.micrographs.illumination import Darkness
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
+LEAST_TOLERANCE = 0.6  # pixels
+BLURRED_TOLERANCE = 0.3  # pixels more for a pixel of blur: voids darken the ends of a contact
+NOISY_TOLERANCE = 0.5  # pixels more where noise is as large as the contrast
+THICKEST_FILM = 0.2  # of the radius: wider gaps are no contacts
+ALONG = 2.5  # pixels along a wall over which its width is averaged
+BLURS = 2.5  # standard deviations of blur in half a strip
+STRIP = 0.04  # of the radius, in half a strip beside them, for films
+LEAST_WALL = 3  # pixels of a wall between neighbours: less is a corner where four cells meet
+PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels below and above, right and left
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Walls of a picture.
+
+    Attributes:
+        pairs: (m, 2) int64, droplets i < j whose cells meet.
+        gap: (m,) pixels, narrowest width of the gap between them.
+        length: (m,) pixels of wall.
+        film: width of films, pixels.
+        widest: gaps up to this width are contacts, pixels.
+        touching: (m,) bool.
+        void: (h, w) int64, void that each pixel near a wall belongs to, from 0; -1 elsewhere and in films.
+        void_pixels: (h, w) bool, pixels around a void whose darkness is its own, not that of a film.
+        width: (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere.
+        inside: (h, w) pixels from each pixel to the end of its droplet, negative in gaps.
+    """
+
+    pairs: Indices
+    gap: Array
+    length: Array
+    film: float
+    widest: float
+    touching: NDArray[np.bool_]
+    void: Indices
+    void_pixels: NDArray[np.bool_]
+    width: Array
+    inside: Array
+
+    def contacts(self, widest: float) -> Indices:
+        """(k, 2) pairs with a gap up to `widest`."""
+        return np.asarray(self.pairs[self.gap <= widest])
+
+
+def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None) -> Walls:
+    """Measure the gaps along all walls.
+
+    Args:
+        cells: (h, w), droplet that each pixel belongs to.
+        darkness: the picture without its background.
+        radius: typical radius, pixels.
+        blur: standard deviation of the blur, pixels.
+        film: widest gap of a contact, pixels; None takes it from the gaps themselves.
+    """
+    wall, pair = _wall_pixels(cells)
+    if not wall.any():  # one cell
+        return _no_walls(cells, darkness)
+    half = min(BLURS * blur + 2.0 + STRIP * radius, 0.3 * radius)
+    away, nearest = ndimage.distance_transform_edt(~wall, return_indices=True)
+    names, short = np.unique(pair[wall], return_inverse=True)
+    numbers = np.zeros(cells.shape, dtype=np.int64)
+    numbers[wall] = short + 1
+    width, gaps, length = _measure_strips(numbers[tuple(nearest)], wall, away, darkness, half)
+    long = np.isfinite(gaps)
+    names, gaps, length = names[long], gaps[long], length[long]
+    pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
+    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film)
+    touching = gaps <= widest
+    touch_names = names[touching]
+    is_film = wall & np.isin(pair, touch_names) & (width <= widest)
+    open_wall = wall & ~is_film
+    label, _ = ndimage.label(open_wall, np.ones((3, 3)))
+    label = np.where(away <= 0, label, label[tuple(nearest)])
+    reach = BLURS * blur + 1.5  # beyond, what is not black belongs to droplets
+    near_void = (away <= half) | (ndimage.distance_transform_edt(darkness.smooth < 0.35) <= reach)
+    void_pixels = ~is_film[tuple(nearest)] & near_void
+    return Walls(
+        pairs,
+        gaps,
+        length,
+        own,
+        widest,
+        touching,
+        np.where(void_pixels, label, 0).astype(np.int64) - 1,
+        np.asarray(void_pixels),
+        width,
+        _inside(darkness, away, width[tuple(nearest)], half, blur),
+    )
+
+
+def _measure_strips(
+    owner: Indices, wall: NDArray[np.bool_], away: Array, darkness: Darkness, half: float
+) -> tuple[Array, Array, Array]:
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
+
+    Args:
+        owner: (h, w) wall, from 1, that each pixel is nearest to.
+        wall: (h, w) pixels of walls.
+        away: (h, w) distance from the nearest wall.
+        darkness: the picture without its background.
+        half: half-width of a strip.
+    """
+    boxes, along = ndimage.find_objects(owner), ALONG + 8.0 * darkness.noise
+    width, gaps, length = np.full(owner.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
+    for number, box in enumerate(boxes):
+        mine = owner[box] == number + 1
+        strip = (mine & (away[box] <= half)).astype(np.float64)
+        mass = ndimage.gaussian_filter(strip * darkness.values[box], along, mode="constant")
+        weight = ndimage.gaussian_filter(strip, along, mode="constant")
+        on = mine & wall[box]
+        local = 2 * half * mass[on] / np.maximum(weight[on], 1e-12)
+        width[box][on] = local
+        if on.sum() >= 2 * LEAST_WALL:  # pixels on either side
+            gaps[number], length[number] = local.min(), 0.5 * on.sum()
+    return width, gaps, length
+
+
+def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
+    """What a single droplet has."""
+    none, shape = np.zeros(0), cells.shape
+    inside = np.where(darkness.smooth < 0.5, 1.0, -1.0)
+    return Walls(
+        np.zeros((0, 2), dtype=np.int64),
+        none,
+        none,
+        0.0,
+        0.0,
+        none.astype(np.bool_),
+        np.full(shape, -1),
+        darkness.smooth > 0.5,
+        np.full(shape, np.inf),
+        inside,
+    )
+
+
+def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: float) -> Array:
+    """Distance to the end of the droplet: half the gap from a wall that is narrow, else where darkness is one half."""
+    slope = np.sqrt(2 * np.pi * (blur**2 + darkness.filter**2 + 1 / 6))
+    by_darkness = (0.5 - np.clip(darkness.smooth, 0, 1)) * slope
+    by_gap = away + 0.5 - 0.5 * width
+    wide = np.clip((width / (2 * half) - 0.3) / 0.3, 0, 1)
+    wide = np.maximum(wide, np.clip(away / half - 1, 0, 1))  # a strip along a wall says nothing of what is beyond it
+    return np.asarray(
+        np.where(wide < 1, (1 - wide) * np.where(np.isfinite(by_gap), by_gap, 0.0), 0.0) + wide * by_darkness
+    )
+
+
+def _film_width(gaps: Array, radius: float, smear: float, film: float | None) -> tuple[float, float]:
+    """Width of films and of the widest gap that is a contact.
+
+    Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of
+    all gaps lies among contacts. Where that is wider than any film, droplets do not touch.
+    """
+    own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
+    if film is not None:
+        return own, film
+    tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE) + smear
+    own = own if own <= THICKEST_FILM * radius else 0.0
+    return own, own + tolerance
+
+
+def _wall_pixels(cells: Indices) -> tuple[NDArray[np.bool_], Indices]:
+    """(h, w) pixels beside another cell, and the pair of cells there as one number; -1 elsewhere."""
+    count = int(cells.max()) + 1
+    pair = np.full(cells.shape, -1)
+    for a, b in PAIR:
+        low, high = np.minimum(cells[a], cells[b]), np.maximum(cells[a], cells[b])
+        name = np.where(low != high, low * count + high, -1)
+        pair[a] = np.maximum(pair[a], name)
+        pair[b] = np.maximum(pair[b], name)
+    return pair >= 0, pair

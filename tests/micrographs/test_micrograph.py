@@ -1,0 +1,169 @@
+"""Micrographs: pictures with known numbers come back with them, and what is wrong is doubted or refused."""
+
+import json
+
+import numpy as np
+import pytest
+from commands import call
+from PIL import Image
+
+import jamlab
+from jamlab.errors import InputError, StorageError
+from jamlab.measure import COLUMNS
+from jamlab.micrographs.errors_of_rendered import LIMITS, picture_errors, truth
+
+pytest.importorskip("skimage")
+
+
+def discs(centres, radius, shape=(130, 150)):
+    y, x = np.mgrid[: shape[0], : shape[1]] + 0.5
+    picture = np.zeros(shape)
+    for cx, cy in centres:
+        picture = np.maximum(picture, np.clip(radius - np.hypot(x - cx, y - cy) + 0.5, 0, 1))
+    return picture
+
+
+def lattice(gap, radius=16, **how):
+    """Hexagonal lattice that the edge of the picture cuts."""
+    a = 2 * radius + gap
+    k, m = np.meshgrid(np.arange(-6, 12), np.arange(-2, 10))
+    centres = np.column_stack([(a * (k + 0.5 * m)).ravel(), (a * np.sqrt(0.75) * m).ravel()])
+    return discs(centres + 3, radius, **how)
+
+
+@pytest.fixture(scope="module")
+def touching():
+    return jamlab.micrograph(lattice(1.0), pixel=0.5, bright=True)
+
+
+@pytest.fixture(scope="module")
+def rendered(dp_dense):
+    """A packing as a camera sees it: uneven light, noise, blur, a scale bar, 16 bit."""
+    how = {"light": 0.6, "noise": 0.05, "blur": 1.0, "scale_bar": True}
+    return jamlab.synthetic_micrograph(dp_dense, 150, film=1.5, **how)
+
+
+def test_hexagonal_lattice(touching):
+    assert touching.count >= 10 and touching.cut > 0 and touching.quality == "good" and touching.unit == ""
+    np.testing.assert_allclose(touching.areas.mean(), np.pi * 8**2, rtol=0.1)  # films and their corners
+    np.testing.assert_allclose(touching.shape, 1.0, atol=0.02)
+    np.testing.assert_allclose(touching.cells.mean(), np.sqrt(0.75) * 16.5**2, rtol=0.02)
+    np.testing.assert_allclose(touching.sizes.mean, 8, rtol=0.05)
+    assert touching.z == 6.0 and not touching.rattlers.any() and touching.sizes.verdict == "monodisperse"
+    assert touching.voids.probability == {3: 1.0}
+    row = touching.measure()
+    assert set(row) <= set(COLUMNS) and row["z"] == touching.z and row["shape"] == touching.shape.mean()
+
+
+def test_table_has_a_row_per_droplet(touching):
+    table = touching.table()
+    assert len(table) == touching.count and set(table["quality"]) == {"good"}
+    np.testing.assert_array_equal(table["contacts"], 6)
+    places = np.rint(table[["y", "x"]].to_numpy() / 0.5).astype(int)
+    np.testing.assert_array_equal(touching.labels[tuple(places.T)], table["droplet"])
+
+
+def test_overlay_is_a_picture_and_whole(touching, tmp_path):
+    touching.draw(tmp_path / "overlay.png")
+    with Image.open(tmp_path / "overlay.png") as image:
+        assert image.width > 600
+    labels = [text.get_text() for text in touching.plot().texts]
+    assert labels == [str(k) for k in range(1, touching.count + 1)]
+    with pytest.raises(StorageError, match="no folder"):
+        touching.draw(tmp_path / "nowhere" / "overlay.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["overlay.png"]
+
+
+def test_dark_droplets_are_seen_as_such():
+    picture = lattice(1.0, shape=(100, 110))
+    dark, bright = jamlab.micrograph(1 - picture), jamlab.micrograph(picture)
+    assert bright.bright and not dark.bright
+    np.testing.assert_allclose(dark.areas, bright.areas, rtol=1e-9)
+
+
+def test_droplets_apart_touch_none_and_are_doubted():
+    found = jamlab.micrograph(lattice(8.0, shape=(110, 120)), bright=True)
+    assert np.isnan(found.z) and found.rattlers.all() and not found.contacts.any()
+    assert any("touch fewer than three" in reason for reason in found.reasons)
+
+
+def test_rendered_packing_comes_back_whole_and_periodic(rendered, dp_dense):
+    found = jamlab.micrograph(rendered, bright=True, pixel=dp_dense.box[0, 0] / 150, periodic=True)
+    known = jamlab.measure(dp_dense)
+    assert found.count == dp_dense.n
+    assert abs(found.rho - known["rho"]) < 0.015 and abs(found.z - known["z"]) <= 0.4
+    assert abs(found.shape.mean() - known["shape"]) < 0.02
+    np.testing.assert_allclose(found.cells.sum(), dp_dense.area, rtol=0.01)
+    apart = found.centres[:, None] - dp_dense.centroids
+    apart -= np.rint(apart @ np.linalg.inv(dp_dense.box)) @ dp_dense.box
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    assert distance.min(axis=1).max() < 0.05 and len(set(distance.argmin(axis=1))) == dp_dense.n
+    local = jamlab.local_packing_fraction(dp_dense)[distance.argmin(axis=1)]
+    np.testing.assert_allclose(found.local_packing_fraction, local, atol=0.03)
+
+
+def test_edges_cut_droplets(dp_dense):
+    """Errors of what the picture shows whole; the truth itself counts fewer than the packing has."""
+    known = truth(dp_dense)
+    assert 0 < known.count < dp_dense.n
+    row = picture_errors(dp_dense, 150, known, film=1.5)
+    assert row["right"], row
+    assert set(LIMITS) < set(row) and row["quality"] == "doubtful" and "whole droplets only" in row["reasons"]
+
+
+def test_one_droplet_has_no_walls():
+    found = jamlab.micrograph(discs([(40, 40)], 25, shape=(80, 80)), bright=True)
+    assert found.count == 1 and found.areas[0] == pytest.approx(np.pi * 25**2, rel=0.02) and found.reasons
+
+
+def test_noise_without_end_is_doubted_or_refused(dp_dense):
+    assert picture_errors(dp_dense, 80, noise=0.9)["quality"] in ("doubtful", "refused")
+
+
+@pytest.mark.parametrize(
+    ("picture", "options", "message"),
+    [
+        (np.zeros((20, 20)), {}, "not all the same"),
+        (np.full((20, 20), np.nan), {}, "finite"),
+        (np.zeros((20, 20, 7)), {}, r"\(20, 20, 7\)"),
+        (np.zeros((0, 0)), {}, r"\(0, 0\)"),
+        (np.dstack([np.eye(20)] * 4), {}, "transparent"),
+        (np.eye(20), {"film": 0.0}, "film is 0"),
+        (np.eye(20), {"pixel": -1.0}, "pixel is -1"),
+        ("nowhere.png", {}, "nowhere.png cannot be read"),
+        (np.random.default_rng(1).normal(size=(60, 60)), {}, "stand out from light and noise"),
+        (np.mgrid[:60, :60][0] / 60, {}, "stand out from light and noise"),
+    ],
+)
+def test_refusals(picture, options, message):
+    with pytest.raises(InputError, match=message):
+        jamlab.micrograph(picture, **options)
+
+
+def test_command_writes_overlay_and_csv_and_names_the_unit(rendered, tmp_path):
+    Image.fromarray((rendered * 2**15).clip(0, 65535).astype(np.uint16)).save(tmp_path / "photo.png")
+    done = call(tmp_path, "analyze", "photo.png", "--bright", "--overlay", "out.png", "--csv", "droplets.csv")
+    assert done.exit_code == 0, done.stderr
+    rows = (tmp_path / "droplets.csv").read_text().splitlines()
+    assert rows[0].startswith("droplet,x,y,area") and all(row.endswith("doubtful") for row in rows[1:])
+    assert (tmp_path / "out.png").stat().st_size > 10_000 and "lengths in pixels" in done.stdout
+    # few droplets: the verdict is beside every number, its reason below
+    assert "quality: doubtful" in done.stdout and "? " in done.stdout and "whole droplets only" in done.stdout
+    numbers = next(line for line in done.stdout.splitlines() if line.strip().startswith(str(len(rows) - 1)))
+    assert numbers.count("?") == 8
+
+
+def test_command_refuses_in_one_line(tmp_path):
+    Image.fromarray(np.random.default_rng(2).integers(0, 255, (50, 50), dtype=np.uint8)).save(tmp_path / "noise.png")
+    done = call(tmp_path, "analyze", "noise.png", "--csv", "x.csv")
+    assert done.exit_code == 1 and done.stdout == "" and done.stderr.strip().count("\n") == 0
+    assert "stand out" in done.stderr and not (tmp_path / "x.csv").exists()
+    done = call(tmp_path, "analyze", "noise.png", "--overlay", "noise.png")
+    assert done.exit_code == 1 and "the picture itself" in done.stderr
+
+
+def test_json_holds_verdict_and_voids(tmp_path):
+    Image.fromarray((255 * lattice(1.0)).astype(np.uint8)).save(tmp_path / "lattice.png")
+    shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--bright", "--json").stdout)
+    assert shown["quality"] == "good" and shown["reasons"] == [] and shown["unit"] == "pixels"
+    assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0]

@@ -1,0 +1,120 @@
+"""Parts of reading a micrograph, each against what is known: light, noise, scale, annotations, sizes, rendering."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.errors import InputError
+from jamlab.micrographs.annotations import fill_in, find_drawn, find_flat, sort_annotations
+from jamlab.micrographs.droplet_outlines import shape_factor
+from jamlab.micrographs.granulometry import granulometry
+from jamlab.micrographs.illumination import noise_level, remove_background
+from jamlab.micrographs.size_distribution import size_distribution
+
+pytest.importorskip("skimage")
+Y, X = np.mgrid[:150, :160]
+DISCS = ((X % 32 - 16) ** 2 + (Y % 32 - 16) ** 2 < 14**2).astype(np.float64)
+
+
+def test_noise_level_sees_noise_and_no_edges():
+    noise = np.random.default_rng(1).normal(size=DISCS.shape)
+    assert noise_level(DISCS) == 0
+    assert noise_level(0.01 * X + 0.1 * noise) == pytest.approx(0.1, rel=0.05)
+
+
+def test_background_is_divided_out():
+    light = np.linspace(1, 0.4, X.shape[1])
+    darkness = remove_background(0.1 + 0.8 * light * DISCS, np.ones(DISCS.shape, dtype=bool))
+    assert np.abs(darkness.values[DISCS > 0]).max() < 0.05
+    assert np.abs(darkness.values[DISCS == 0] - 1).max() < 0.05
+    assert darkness.light == pytest.approx(2.4, rel=0.1)
+
+
+def test_granulometry_finds_the_radius():
+    assert granulometry(DISCS > 0).radius == pytest.approx(14, abs=1.5)
+    assert granulometry(np.zeros((30, 30), dtype=bool)).radius == 0
+
+
+def test_bars_are_found_and_filled_in():
+    """White and black bars over droplets and ground; a picture without one has none."""
+    clean = 1 - DISCS
+    assert not find_drawn(clean, 0.0, 14).any()
+    for level in (-0.6, 1.8, 1.0):
+        drawn = clean.copy()
+        drawn[110:114, 60:120] = level
+        mask = find_drawn(drawn, 0.0, 14)
+        assert mask[111, 64:116].all() and mask.sum() < 400
+        found = sort_annotations(mask, 14)
+        assert found.thin.any() and not found.thick.any()
+        wrong = (np.abs(fill_in(drawn, found.thin) - clean) > 0.5)[110:114, 60:120].mean()
+        assert wrong < 0.35 < (np.abs(drawn - clean) > 0.5)[110:114, 60:120].mean()
+
+
+def test_flat_pixels_in_noise_are_drawn():
+    noisy = DISCS + 0.05 * np.random.default_rng(2).normal(size=DISCS.shape)
+    assert not find_flat(noisy, 0.05).any()
+    noisy[10:20, 30:50] = 0.7
+    found = find_flat(noisy, 0.05)
+    assert found[10:20, 30:50].all() and found.sum() == 200
+
+
+@pytest.mark.parametrize(
+    ("radii", "verdict"),
+    [
+        (np.full(40, 5.0), "monodisperse"),
+        (np.repeat([5.0, 7.0], 20), "bidisperse"),
+        (np.linspace(3.0, 9.0, 40), "polydisperse"),
+        (np.full(4, 5.0), "too few"),
+    ],
+)
+def test_size_verdicts(radii, verdict):
+    radii = radii * (1 + 0.02 * np.random.default_rng(3).normal(size=len(radii)))
+    sizes = size_distribution(np.pi * radii**2)
+    assert sizes.verdict == verdict and str(sizes).startswith(verdict)
+    if verdict == "bidisperse":
+        assert sizes.ratio == pytest.approx(1.4, rel=0.02) and sizes.large == 0.5
+
+
+def test_shape_factor_of_known_outlines():
+    turn = 2 * np.pi * np.arange(400) / 400
+    assert shape_factor(np.column_stack([np.cos(turn), np.sin(turn)])) == pytest.approx(1, abs=1e-4)
+    assert shape_factor(np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])) == pytest.approx(4 / np.pi)
+
+
+def test_rendered_light_bars_colours_and_whole_droplets(dp_dense):
+    plain = jamlab.synthetic_micrograph(dp_dense, 64)
+    lit = jamlab.synthetic_micrograph(dp_dense, 64, light=0.5, blur=0.7)
+    np.testing.assert_allclose(lit, plain * np.linspace(1, 0.5, 64), atol=1e-12)
+    barred = jamlab.synthetic_micrograph(dp_dense, 64, scale_bar=True)
+    assert (barred != plain).any() and (barred[barred != plain] == max(1.0, plain.max())).all()
+    assert jamlab.synthetic_micrograph(dp_dense, 64, colour=True).shape == (64, 64, 3)
+    whole = jamlab.synthetic_micrograph(dp_dense, 64, borders="whole", film=0.0, blur=0.0)
+    assert not whole[0].any() and not whole[:, 0].any() and not whole[-1].any()
+    area = whole.sum() * (dp_dense.box[0, 0] / 64) ** 2
+    assert area == pytest.approx(jamlab.packing_fraction(dp_dense) * dp_dense.area, rel=0.02)
+    dark = jamlab.synthetic_micrograph(dp_dense, 64, dark=True)
+    np.testing.assert_allclose(dark, 1 - plain, atol=1e-12)
+
+
+def test_films_divide_droplets(dp_dense):
+    thin, wide = (jamlab.synthetic_micrograph(dp_dense, 100, film=film, blur=0.0).mean() for film in (0.0, 2.0))
+    assert thin == pytest.approx(jamlab.packing_fraction(dp_dense), abs=0.005)
+    assert thin - wide > 0.03
+
+
+def test_rendering_refuses(dp_onset, sp_jammed):
+    with pytest.raises(InputError, match="model sp"):
+        jamlab.synthetic_micrograph(sp_jammed)
+    with pytest.raises(InputError, match=r"box\[1, 0\]"):
+        jamlab.synthetic_micrograph(dp_onset.with_state(box=dp_onset.box + np.array([[0, 0], [0.1, 0]])))
+    for how, message in (
+        ({"pixels": 5}, "pixels is 5"),
+        ({"blur": -1.0}, "blur is -1"),
+        ({"noise": float("nan")}, "noise is nan"),
+        ({"light": 0.0}, "light is 0"),
+        ({"vignette": 1.0}, "vignette is 1"),
+        ({"borders": "round"}, "borders 'round'"),
+        ({"seed": -1}, "seed = -1"),
+    ):
+        with pytest.raises(InputError, match=message):
+            jamlab.synthetic_micrograph(dp_onset, **how)
