@@ -1,8 +1,8 @@
 """Sixty pictures that nothing was tuned on: right, or "doubtful", or refused; none silently wrong.
 
-Limits and numbers in `jamlab/micrographs` were set on packings of seeds 1 and 2; these have seeds 105, 106, 107. Light
+Limits and numbers in `jamlab/micrographs` were set on packings of seeds 1 and 2; these have seeds 201, 202, 203. Light
 falls to 0.35, noise reaches 0.2, blur 3 pixels, with and without a scale bar, droplets touch at rho 0.84, 0.90, 0.95.
-Seeds 101 to 103 judged a first version, which had counts wrong where slivers of cut droplets lie at the edge; who tunes
+Seeds 101 to 103 and 105 to 107 judged earlier versions, whose wrong counts and shapes led to rules of doubt; who tunes
 on what this prints takes new seeds.
 """
 
@@ -14,7 +14,7 @@ import jamlab
 from jamlab.micrographs.errors_of_rendered import LIMITS, picture_errors, truth
 
 pytestmark = pytest.mark.benchmark
-SEEDS = (105, 106, 107)
+SEEDS = (201, 202, 203)
 RHO = (0.84, 0.90, 0.95)
 NOISE_AND_BLUR = ((0.0, 0.0), (0.05, 1.0), (0.1, 2.0), (0.2, 0.7), (0.2, 3.0))
 CONDITIONS = list(product(RHO, (1.0, 0.35), (False, True), NOISE_AND_BLUR))

@@ -1,0 +1,34 @@
+"""The table behind the figure `micrograph-errors`, made anew and held beside the one that is shipped.
+
+JAMLAB_RESULTS names a folder for the new table. Run it after a change of `jamlab/micrographs`, and ship what it writes.
+"""
+
+import os
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import jamlab
+from jamlab.figures.papers.micrograph_errors import read_errors
+from jamlab.micrographs.error_table import error_table
+
+pytestmark = pytest.mark.benchmark
+SEED = 2
+RHO = (0.84, 0.90, 0.95)
+
+
+def test_the_shipped_table_is_what_the_code_gives(tmp_path):
+    packing, states = jamlab.jam(model="dp", n=64, seed=SEED), {}
+    for rho in RHO:
+        if rho > jamlab.packing_fraction(packing):
+            *_, packing = jamlab.compress(packing, to=rho, step=0.02)
+        states[rho] = packing
+    path = Path(os.environ.get("JAMLAB_RESULTS", tmp_path)) / "micrograph_errors.csv"
+    error_table(states).to_csv(path, index=False, float_format="%.4g")
+    made, shipped = pd.read_csv(path), read_errors()
+    print(made.groupby(["parameter", "quality"]).size())
+    columns = ["parameter", "value", "state", "quality"]
+    pd.testing.assert_frame_equal(made[columns], shipped[columns])
+    numbers = ["count", "rho", "z", "shape"]
+    assert (made[numbers] - shipped[numbers]).abs().max().max() < 1e-3  # a sweep repeats to rounding, not to the bit
