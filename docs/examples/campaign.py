@@ -4,7 +4,7 @@ Disks of two sizes of packing, from onset up, and their G*(omega) at two pressur
 Run it twice: the second time nothing is left to do.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -78,4 +78,6 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
 
 
 if __name__ == "__main__":
-    walk(Path(sys.argv[1] if len(sys.argv) > 1 else "walkthrough"))
+    words = argparse.ArgumentParser(description=__doc__)
+    words.add_argument("folder", nargs="?", type=Path, default=Path("walkthrough"), help="made if it is not there")
+    walk(words.parse_args().folder)

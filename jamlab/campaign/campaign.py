@@ -224,7 +224,7 @@ class Campaign:
         ax: Any = None,
         **style: Any,
     ) -> Axes:
-        """Draw means over packings with their standard errors, one curve per model.
+        """Draw means over packings with their standard errors, one curve per model, and per n, ensemble and units.
 
         The legend counts states that are not drawn. Standard errors are of whole packings, by bootstrap; a point of one
         packing has none.
@@ -234,7 +234,7 @@ class Campaign:
         Args:
             value: column to average, see `table`.
             along: column of the x axis; "d_rho" is rho - onset, "d_phi" phi - onset_phi.
-            by: column whose values get a curve each.
+            by: column whose values get a curve each; model, n, ensemble and units that differ get more curves.
             table: to take the columns from.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.

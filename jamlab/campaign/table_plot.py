@@ -40,6 +40,7 @@ LABELS = {
     "void_sides": "mean sides of voids",
     "void_shape": "mean shape factor of voids",
 }
+_UNLIKE = ("model", "n", "ensemble", "units")  # what is never averaged over
 _STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})
 
 
@@ -55,16 +56,16 @@ def draw_means(
     for name in (value, along):
         if frame[name].dtype.kind not in "biuf":
             raise InputError(f"column {name!r} holds no numbers: plot one that does")
-    _check_units(frame, by, {value, along} & _STRESSES)
+    keys = [by, *(name for name in _UNLIKE if name != by and _differs_within(frame, by, name))]
     found = choose_bins(frame[along].to_numpy(np.float64))
     edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
     drawn = 0
-    for k, (group, part) in enumerate(frame.groupby(by, sort=True, dropna=False)):
+    for k, (group, part) in enumerate(frame.groupby(keys, sort=True, dropna=False)):
         means = aggregate(part, [value], (), along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
         if len(means):
             means = means[np.isfinite(means[value])]
-        plain = MODEL_STYLE.get(str(group)) if by == "model" else None
-        look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": f"{by} = {group}"}
+        plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
+        look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
         look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
         look["label"] = f"{look['label']}{_left_out(part, value, along, edges)}"
         if not len(means):
@@ -81,16 +82,18 @@ def draw_means(
     axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
 
 
-def _check_units(frame: pd.DataFrame, by: str, stresses: set[str]) -> None:
-    """Refuse means of stresses in different units, as those of the two papers or of the two models are."""
-    if not stresses or not {"model", "units"} <= set(frame.columns):
-        return
-    for group, part in frame.groupby(by, dropna=False):
-        if len(units := _units(part)) > 1:
-            name = " and ".join(sorted(stresses))
-            raise InputError(
-                f"{by} = {group} has {name} in units {' and '.join(units)}: plot one sweep or model at a time"
-            )
+def _name(keys: list[str], group: tuple[Any, ...]) -> str:
+    """What tells a group from the others, such as "soft particles (SP), n = 16"."""
+    words = []
+    for key, value in zip(keys, group, strict=True):
+        known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
+        words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
+    return ", ".join(words)
+
+
+def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
+    """Whether rows of one group differ in a column: what is unlike gets a curve each, never a mean."""
+    return name in frame.columns and bool((frame.groupby(by, dropna=False)[name].nunique() > 1).any())
 
 
 def _units(frame: pd.DataFrame) -> list[str]:

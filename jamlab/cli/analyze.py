@@ -67,10 +67,8 @@ def _analyze_picture(
 
     for path in (overlay, csv):
         if path is not None:
-            check_target(path)
+            check_target(path, file)
             expect_output(path)
-            if path.resolve() == file.resolve():
-                raise InputError(f"{path} is the picture itself: choose another name")
     found = micrograph(file, pixel, film, None if dark is None else not dark, periodic)
     if overlay is not None:
         found.draw(overlay)

@@ -68,10 +68,11 @@ def run(
         err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
     if as_json:
         print_json({"finished": done.finished, "failed": done.failed, "repaired": done.repaired})
-        return
+        raise typer.Exit(1 if done.failed else 0)
     out_console.print(f"{done.finished} tasks finished, {done.failed} failed; files in {campaign.folder.path}")
     if done.failed:
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
+        raise typer.Exit(1)
 
 
 app.command(epilog="Example: jamlab campaign new campaign.toml")(new)

@@ -8,6 +8,7 @@ import typer
 from jamlab.cli.console import print_note
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.progress import count_bar
+from jamlab.packing.atomic_file import check_target
 
 
 def page(
@@ -20,6 +21,7 @@ def page(
     from jamlab.cli.campaign_report import write_campaign_page
 
     campaign = open_campaign(file, out)
+    check_target(to, file)
     expect_output(to)
     with count_bar("sweeps") as progress:
         write_campaign_page(campaign, to, progress)

@@ -28,7 +28,7 @@ def compress(
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.compression import compress as run
 
-    check_target(out)
+    check_target(out, file)
     expect_output(out)
     start = read(file, frame)
     with progress_bar("compress", to, start.model) as progress:

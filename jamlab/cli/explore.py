@@ -25,7 +25,7 @@ def explore(
     from jamlab.packing.hdf5 import read_observables
     from jamlab.trajectories.files import read_all
 
-    check_target(out)
+    check_target(out, file)
     expect_output(out)
     packings = read_all(file)
     known = read_observables(file) if h5py.is_hdf5(file) else {}

@@ -54,7 +54,7 @@ def gstar(
     if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
     if out is not None:
-        spectrum_output.check_output(out)
+        spectrum_output.check_output(out, files or [])
         expect_output(out)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
     packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]

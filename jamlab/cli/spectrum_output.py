@@ -24,8 +24,8 @@ from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra, group_packin
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 
 
-def check_output(path: Path) -> None:
-    """Check that a path has a known suffix and can be written.
+def check_output(path: Path, sources: Sequence[Path] = ()) -> None:
+    """Check that a path has a known suffix, can be written and is none of the files that are read.
 
     Raises:
         InputError: the suffix is neither that of a picture nor .csv or .h5.
@@ -36,7 +36,7 @@ def check_output(path: Path) -> None:
             f"cannot tell what to write to {path}: end its name in {', '.join(PICTURES)} (picture), "
             ".csv (frequency, G' and G'') or .h5 (all numbers)"
         )
-    check_target(path)
+    check_target(path, *sources)
 
 
 def check_one_kind(path: Path, packings: Sequence[Packing]) -> None:

@@ -112,10 +112,15 @@ class Session:
         return len(self._packing.positions)
 
     @checked
-    def load(self, packing: Packing) -> None:
-        """Take another packing; particles that differ in kind or number are built anew in the same instance."""
+    def load(self, packing: Packing, *, anew: bool = False) -> None:
+        """Take another packing; particles that differ in kind or number are built anew in the same instance.
+
+        Args:
+            packing: to take.
+            anew: build its particles anew in any case, as after LAMMPS has lost atoms.
+        """
         stretched = packing.model == "dp" and _longest_edge(packing) >= _EDGE_KEPT * self._edge_limit
-        if stretched or packing.difference(self._packing) is not None:
+        if anew or stretched or packing.difference(self._packing) is not None:
             self._build(packing)
             return
         self._packing = packing

@@ -63,15 +63,19 @@ def make_folder(folder: Path) -> None:
     check_target(folder / "file")
 
 
-def check_target(path: str | os.PathLike[str]) -> Path:
+def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str]) -> Path:
     """Refuse a path that cannot be written, before hours of work go into what should be written there.
+
+    Args:
+        path: to write.
+        sources: files that are read; the result may not replace one of them.
 
     Returns:
         The file behind all symbolic links.
 
     Raises:
-        StorageError: `path` is a folder, a device, a pipe, a socket or write-protected, or its folder is missing or not
-            writable.
+        StorageError: `path` is a folder, a device, a pipe, a socket, one of the sources or write-protected, or its
+            folder is missing or not writable.
     """
     try:
         target = Path(os.path.realpath(path))
@@ -84,6 +88,8 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         raise StorageError(f"cannot write {path}: it is a folder; give the name of a file in it")
     if mode is not None and not stat.S_ISREG(mode):  # a rename would put a file in its place
         raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket; give the name of a file")
+    if any(target == Path(os.path.realpath(source)) for source in sources):
+        raise StorageError(f"cannot write {path}: it is what is read, and would be replaced; choose another name")
     if not target.parent.is_dir():
         raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
     if not os.access(target.parent, os.W_OK):

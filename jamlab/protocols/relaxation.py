@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from jamlab.checks import check_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.stiffness import hessian
 from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
@@ -164,9 +164,7 @@ def relax(
                 return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
         else:
             if round_:
-                before = session.positions()
-                session.minimize(tolerance, style="fire", steps=SETTINGS.fire_steps_droplets)
-                undo_if_folded(session, before)
+                descend_by_fire(session, tolerance)
             state = _descend_preconditioned(session, tolerance, LBFGS.steps)
         if state.max_force > tolerance:
             newton_steps += descend_by_newton(session, tolerance)
@@ -174,6 +172,16 @@ def relax(
         if state.max_force <= tolerance:
             break
     return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session), newton_steps)
+
+
+def descend_by_fire(session: Session, tolerance: float) -> None:
+    """FIRE over droplets; back to the start if one folded over itself or flew apart, where LAMMPS stops."""
+    before = session.packing()
+    try:
+        session.minimize(tolerance, style="fire", steps=SETTINGS.fire_steps_droplets)
+    except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
+        session.load(before, anew=True)
+    undo_if_folded(session, before.positions)
 
 
 def _entangled(session: Session) -> bool:

@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import pytest
 from commands import call
 
 import jamlab
@@ -36,3 +37,17 @@ def test_a_dump_makes_a_page_and_what_cannot_leaves_none(tmp_path):
     done = call(tmp_path, "explore", "p.dump", "--every", "0", "--out", "other.html")
     assert done.exit_code == 1 and done.stderr.count("\n") == 1 and "every = 0" in done.stderr
     assert not (tmp_path / "other.html").exists()
+
+
+@pytest.mark.parametrize("link", [False, True])
+@pytest.mark.parametrize(
+    "words", [("explore",), ("compress", "--to", "0.99"), ("gstar", "--points", "3")], ids=lambda words: words[0]
+)
+def test_what_is_read_is_never_replaced(tmp_path, words, link):
+    name = "in.h5"
+    jamlab.write(tmp_path / name, [jamlab.read(DISKS)])
+    before = (tmp_path / name).read_bytes()
+    (tmp_path / "link.h5").symlink_to(name)
+    done = call(tmp_path, words[0], name, *words[1:], "--out", "link.h5" if link else name)
+    assert done.exit_code == 1 and "it is what is read, and would be replaced" in done.stderr
+    assert (tmp_path / name).read_bytes() == before

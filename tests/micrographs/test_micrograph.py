@@ -159,7 +159,7 @@ def test_command_refuses_in_one_line(tmp_path):
     assert done.exit_code == 1 and done.stdout == "" and done.stderr.strip().count("\n") == 0
     assert "stand out" in done.stderr and not (tmp_path / "x.csv").exists()
     done = call(tmp_path, "analyze", "noise.png", "--overlay", "noise.png")
-    assert done.exit_code == 1 and "the picture itself" in done.stderr
+    assert done.exit_code == 1 and "it is what is read" in done.stderr
 
 
 def test_json_holds_verdict_and_voids(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 import jamlab
 from jamlab.packing.deformation import at_phi
 from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
-from jamlab.protocols.relaxation import force_tolerance, relax, settle, undo_if_folded
+from jamlab.protocols.relaxation import descend_by_fire, force_tolerance, relax, settle, undo_if_folded
 
 
 def valley(x):
@@ -81,3 +81,23 @@ def test_folded_polygons_are_undone(dp_dense):
         session.set_positions(moved)
         undo_if_folded(session, before)
         assert session.positions() == pytest.approx(moved, abs=1e-13)
+
+
+def test_fire_that_throws_droplets_apart_is_taken_back(dp_onset, monkeypatch):
+    """LAMMPS loses atoms that fly off; the packing before is built anew, and the rounds go on."""
+    with jamlab.Session(dp_onset) as session:
+        before = session.evaluate()
+
+        def explode(*args, **options):
+            session.set_positions(dp_onset.positions * 1e3)
+            raise jamlab.EngineError("Lost atoms: original 174 current 173")
+
+        monkeypatch.setattr(session, "minimize", explode)
+        descend_by_fire(session, 1e-10)
+        assert np.array_equal(session.positions(), dp_onset.positions)
+        assert session.evaluate().energy == pytest.approx(before.energy, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_a_seed_whose_droplets_flew_apart_finds_its_onset():
+    assert jamlab.jam("dp", 64, 104).converged
