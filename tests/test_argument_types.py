@@ -92,7 +92,7 @@ def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     refuse_strange(getattr(jamlab, name), required | made_from if name == "Packing" else required)
 
 
-@pytest.mark.parametrize("name", CAMPAIGN)
+@pytest.mark.parametrize("name", [n if n != "run" else pytest.param(n, marks=pytest.mark.slow) for n in CAMPAIGN])
 def test_methods_of_a_campaign(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml"))

@@ -68,6 +68,7 @@ def test_a_damaged_file_is_moved_aside_and_done_again(full, tmp_path):
         np.testing.assert_array_equal(again.observables[column], values)
 
 
+@pytest.mark.slow
 def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     path = written(tmp_path / "c.toml", n=8, seeds=1, compress={"to": 0.5})
     campaign = jamlab.open_campaign(path)

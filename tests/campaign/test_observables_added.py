@@ -225,6 +225,7 @@ def test_two_own_observables_of_one_column_are_not_mixed(tmp_path):
     assert (campaign.table("states", sweep="again")["twice_phi"] == 0).all()
 
 
+@pytest.mark.slow
 def test_workers_import_from_the_folder_of_the_campaign_file(tmp_path):
     """Added to a finished campaign, and run by workers; then opened by its folder."""
     run(written(tmp_path / "c.toml", **SHORT))

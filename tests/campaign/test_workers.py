@@ -63,6 +63,7 @@ def test_a_scheduler_that_is_there(campaign, scheduler):
     assert not worker.is_running()
 
 
+@pytest.mark.slow
 def test_only_a_few_tasks_wait_at_once(campaign, scheduler, tmp_path):
     """200 tasks that are done already; the client knows no more of them than two for each worker."""
     campaign.folder.prepare()

@@ -15,7 +15,7 @@ from jamlab.figures.papers.tables import reference_tables
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
-    gallery.write_all(["boromand-9", "baumgarten-8", "tables"], reference_tables(), folder, opening=example_sections())
+    gallery.write_all(["boromand-9", "boromand-10", "tables"], reference_tables(), folder, opening=example_sections())
     return folder / gallery.PAGE
 
 

@@ -109,7 +109,9 @@ def test_estimates_cover_the_error_of_uneven_drag(case, beta):
         assert error.max() < (1e-7 if method == "direct" else 1e-3)
 
 
-@pytest.mark.parametrize("beta", [1e-8, 1e4, 1e8])
+@pytest.mark.parametrize(
+    "beta", [pytest.param(1e-8, marks=pytest.mark.slow), pytest.param(1e4, marks=pytest.mark.slow), 1e8]
+)
 def test_estimates_cover_the_error_of_uneven_drag_between_droplets(dp_dense, beta):
     """Where rounding takes all digits the estimate is above 1, or the solver refuses and says what to do."""
     law = ContactDamping(beta=beta)

@@ -14,7 +14,7 @@ ANGLES = np.array([0.0, 0.3, 1.0])
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # by 90 degrees, counter-clockwise, for rows
 
 MODELS = ("sp", "dp")
-SEEDS = [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 21))]
+SEEDS = [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 21))]
 
 
 @pytest.fixture(scope="module", params=SEEDS)

@@ -21,6 +21,7 @@ def exponent(groups):
     return power_law(X, np.exp(np.log(groups[0]).mean(axis=0))).exponents[0]
 
 
+@pytest.mark.slow
 def test_intervals_over_packings_hold_the_exponent_as_often_as_they_say():
     held = 0
     trials = 100
