@@ -51,6 +51,7 @@ def die(*_):
 die.__module__ = "__main__"  # so that it is sent by value: workers cannot import this file
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_there(campaign, scheduler):
     with WorkerSupply(scheduler, 1, pytest.fail):
         while not psutil.Process().children():

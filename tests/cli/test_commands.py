@@ -14,6 +14,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli.main import app
+from jamlab.figures.papers.example_packings import example_file
 
 MODULE = [sys.executable, "-m", "jamlab.cli"]
 SCRIPT = [Path(sys.executable).with_name("jamlab")]
@@ -74,6 +75,11 @@ def test_analyze_says_what_a_foreign_file_lacks(packed, tmp_path):
     (tmp_path / "p.data").write_text("\n".join(lines[:20]))
     done = call(tmp_path, "analyze", "p.data")
     assert done.exit_code == 1 and "p.data is damaged or cut off" in done.stderr
+
+
+def test_gstar_explains_a_modulus_below_zero(tmp_path):
+    done = call(tmp_path, "gstar", example_file("sp"), "--frame", "6", "--points", "3")
+    assert done.exit_code == 0 and "G = -" in done.stdout and "G below 0: at this box shape" in done.stdout
 
 
 def test_gstar_limits_and_picture(packed, tmp_path):
@@ -144,6 +150,7 @@ def test_a_new_campaign_file_can_be_planned_and_is_never_replaced(tmp_path):
     assert done.exit_code == 1 and "c.toml exists" in done.stderr and (tmp_path / "c.toml").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_jam_of_another_ensemble_is_compressed_in_it(tmp_path):
     done = call(tmp_path, "jam", "--n", "8", "--seed", "2", "--ensemble", "shear-stabilized", "--json")
     assert done.exit_code == 0, done.stderr

@@ -85,7 +85,8 @@ def test_no_process_of_any_command_is_left(tmp_path, name, number):
     check_end(tmp_path, name, number)
 
 
-@pytest.mark.parametrize("name", ["demo", pytest.param("campaign", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["demo", "campaign"])
 def test_ctrl_c_reaches_children_too(tmp_path, name):
     check_end(tmp_path, name, signal.SIGINT, group=True)
 

@@ -164,7 +164,7 @@ def test_configurations_hold_every_kind_of_contact(mixtures):
     assert any(one[row[0]] == one[row[1]] for row in found[-1])
 
 
-@pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
 def test_energy_forces_and_contacts_are_those_of_the_law(mixtures, tmp_path, ranks):
     wanted, deck = {}, ""
     some = (

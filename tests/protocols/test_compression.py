@@ -115,6 +115,7 @@ def test_what_is_foretold_is_missed_by_the_square_of_a_step(start):
     assert near.provenance["step_error"] < 0.02 * change
 
 
+@pytest.mark.slow
 def test_jump_to_another_basin_shows():
     """No step is short enough for it: the error says so, and the energy does not come back on the way down."""
     p = jamlab.pack(32, 1e-3, seed=4)
