@@ -81,13 +81,8 @@ def synthetic_micrograph(
     """
     _check(packing, pixels, film, blur, noise, seed, light, vignette, borders)
     scene = _scene(packing, pixels, film, borders == "whole")
-    size = packing.box[0, 0] / (FINER * pixels)
-    width, rim = film * FINER * size, 0.5 * packing.params["delta"]
-    known = np.isfinite(scene.second)
-    nearest, second = (np.where(known, distance, far) for distance, far in ((scene.nearest, 0.0), (scene.second, 1e9)))
-    gap = np.maximum(nearest + second - 2 * rim, 0.0)
-    in_film = (second - nearest < width + gap) & (gap < width)
-    fine = ((scene.covers > 0) & ~in_film).astype(np.float64)
+    width = film * packing.box[0, 0] / pixels
+    fine = ((scene.covers > 0) & ~_in_film(scene, width, 0.5 * packing.params["delta"])).astype(np.float64)
     h, w = (count // FINER for count in fine.shape)
     picture = fine.reshape(h, FINER, w, FINER).mean(axis=(1, 3))
     picture = ndimage.gaussian_filter(picture, blur, mode="wrap" if borders == "cut" else "nearest")
@@ -101,6 +96,14 @@ def synthetic_micrograph(
         length, height, corner = (max(round(part * w), 2) for part in BAR)
         picture[h - corner - height : h - corner, w - corner - length : w - corner] = max(1.0, float(picture.max()))
     return np.asarray(picture)
+
+
+def _in_film(scene: _Scene, width: float, rim: float) -> NDArray[np.bool_]:
+    """Where a film of a width divides the two nearest droplets, narrower by the gap between their rims."""
+    known = np.isfinite(scene.second)
+    nearest, second = (np.where(known, distance, far) for distance, far in ((scene.nearest, 0.0), (scene.second, 1e9)))
+    gap = np.maximum(nearest + second - 2 * rim, 0.0)
+    return np.asarray((second - nearest < width + gap) & (gap < width))
 
 
 def _check(

@@ -58,7 +58,7 @@ class BoxShearSettings:
 
 
 BOX_SHEAR = BoxShearSettings()
-_SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
+SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
 
 
 def minimizer(ensemble: str) -> Minimizer:
@@ -105,15 +105,11 @@ def relax_with_box_shear(
     last = np.inf
     for _ in range(BOX_SHEAR.steps):
         state, packing = found.evaluation, session.packing()
-        stress = shear_stress(state)
-        # of droplets, whose forces end at 1e-10: what these make up falls no further
-        noise = state.max_force / mean_size(packing) if packing.model == "dp" else 0.0
-        settled = stress <= BOX_SHEAR.stress_tolerance * state.pressure or last <= stress <= noise
-        if settled or not found.converged or state.pressure < least_pressure:
+        if _settled(state, packing, last) or not found.converged or state.pressure < least_pressure:
             return found
         tensor = _tensor(packing)
         if tensor is not None:
-            curvature = np.einsum("aij,ijkl,bkl->ab", _SHEARS, tensor.relaxed, _SHEARS) - 2 * state.pressure * np.eye(2)
+            curvature = np.einsum("aij,ijkl,bkl->ab", SHEARS, tensor.relaxed, SHEARS) - 2 * state.pressure * np.eye(2)
             stiffness = compression_modulus(tensor.relaxed, state.pressure)
         elif contacts(packing).rattlers.all():
             return found  # nothing is held, so there is no stress to relax
@@ -122,18 +118,18 @@ def relax_with_box_shear(
         elif curvature is None:
             stiffness = BOX_SHEAR.first_curvature * packing.params["eps"]
             curvature = stiffness * np.eye(2)
-        work = _work(state)
+        work = shear_work(state)
         if radius is None:
             radius = BOX_SHEAR.reach * state.pressure / stiffness
         step, length = _step(work, curvature, radius)
-        session.load(_sheared(packing, np.einsum("a,aij->ij", step, _SHEARS), tensor))
+        session.load(follow_box(packing, np.einsum("a,aij->ij", step, SHEARS), tensor))
         trial = relax(session, tolerance, near=True, least_pressure=least_pressure)
-        gained = 0.5 * (work + _work(trial.evaluation)) @ step
+        gained = 0.5 * (work + shear_work(trial.evaluation)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
-        curvature = _secant(curvature, step, work - _work(trial.evaluation))
+        curvature = _secant(curvature, step, work - shear_work(trial.evaluation))
         if trial.evaluation.pressure < least_pressure:
             return trial
-        last = stress
+        last = shear_stress(state)
         if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
             found = trial
             if gained > BOX_SHEAR.good * predicted:
@@ -146,6 +142,13 @@ def relax_with_box_shear(
     return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)
 
 
+def _settled(state: Evaluation, packing: Packing, last: float) -> bool:
+    """Whether no shear stress is left; of droplets, whose forces end at 1e-10, whether it falls no further in these."""
+    stress = shear_stress(state)
+    noise = state.max_force / mean_size(packing) if packing.model == "dp" else 0.0
+    return stress <= BOX_SHEAR.stress_tolerance * state.pressure or last <= stress <= noise
+
+
 def _tensor(packing: Packing) -> ElasticTensor | None:
     """Linear response; None where droplets rest on corners, where a minimum has no Hessian, or nothing is held."""
     try:
@@ -154,9 +157,9 @@ def _tensor(packing: Packing) -> ElasticTensor | None:
         return None
 
 
-def _work(state: Evaluation) -> Array:
+def shear_work(state: Evaluation) -> Array:
     """(2,) stress conjugate to either shear, per area."""
-    return np.asarray(np.einsum("aij,ij->a", _SHEARS, state.stress))
+    return np.asarray(np.einsum("aij,ij->a", SHEARS, state.stress))
 
 
 def _step(work: Array, curvature: Array, radius: float) -> tuple[Array, float]:
@@ -176,5 +179,6 @@ def _secant(curvature: Array, step: Array, fall: Array) -> Array:
     return np.asarray(curvature + np.outer(missed, missed) / along)
 
 
-def _sheared(packing: Packing, strain: Array, tensor: ElasticTensor | None) -> Packing:
+def follow_box(packing: Packing, strain: Array, tensor: ElasticTensor | None) -> Packing:
+    """The packing in the sheared box: sites by linear response, or affinely where there is none."""
     return deformed(packing, shear_gradient(strain))[0] if tensor is None else follow_shear(packing, strain, tensor)

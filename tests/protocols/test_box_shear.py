@@ -5,7 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.packing.deformation import deformed
-from jamlab.protocols.box_shear import relax_with_box_shear, shear_stress
+from jamlab.protocols.box_shear import SHEARS, follow_box, relax_with_box_shear, shear_stress, shear_work
 
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
 
@@ -162,6 +162,15 @@ def test_droplets_on_corners_shear_loose():
     with jamlab.Session(packing) as session:
         found = relax_with_box_shear(session)
     assert found.evaluation.pressure < 1e-4 * jamlab.evaluate(packing).pressure
+
+
+def test_shear_of_the_box_does_the_work_that_is_counted(dp_dense):
+    """E(strain) - E(0) = -A work . strain, in sign and size, for affine motion along either shear."""
+    state = jamlab.evaluate(dp_dense)
+    for work, shear in zip(shear_work(state), SHEARS, strict=True):
+        up, down = (jamlab.evaluate(follow_box(dp_dense, h * shear, None)).energy for h in (1e-6, -1e-6))
+        assert (up - down) / 2e-6 == pytest.approx(-dp_dense.area * work, rel=1e-4, abs=1e-6)
+        assert abs(work) > 1e-4
 
 
 @pytest.mark.slow
