@@ -14,7 +14,8 @@ def decks(
     as_json: Json = False,
 ) -> None:
     """List the LAMMPS decks with what each does and where it is, or copy them to change them."""
-    from jamlab.engine.deck_defaults import copy_decks, installed, summaries
+    from jamlab.engine.deck_defaults import copy_decks, summaries
+    from jamlab.kernels.installed_files import installed
 
     folder = installed("lammps_inputs") if copy is None else copy_decks(copy)
     found, examples = summaries(folder), summaries(folder / "examples")

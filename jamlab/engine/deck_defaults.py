@@ -5,30 +5,14 @@ them, so each default is written once.
 """
 
 import re
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 
 from jamlab.errors import EngineError, StorageError
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
 _DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 _SUMMARY = re.compile(r"(.*?)(?:, by plain LAMMPS|[.:] |[.]$)")
-
-
-@cache
-def installed(folder: str) -> Path:
-    """Folder of the installed jamlab package: "plugin" or "lammps_inputs".
-
-    Asks the installed distribution, not this file's place: a checkout on `sys.path` has no compiled plugin.
-    """
-    try:
-        path = Path(str(metadata.distribution("jamlab").locate_file(f"jamlab/{folder}")))
-    except metadata.PackageNotFoundError:
-        raise EngineError("jamlab is not installed in this Python: run `pip install .` in its checkout") from None
-    if not path.is_dir():
-        raise EngineError(f"{path} is missing: reinstall jamlab with `pip install --force-reinstall .`")
-    return path
 
 
 def deck(name: str) -> Path:

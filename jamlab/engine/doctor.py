@@ -10,7 +10,6 @@ from functools import partial
 from importlib import metadata
 from pathlib import Path
 
-from jamlab.engine.deck_defaults import installed
 from jamlab.engine.foreign_plugins import failing_libraries, foreign_folders
 from jamlab.engine.installation import (
     PLUGIN_STYLES,
@@ -22,6 +21,7 @@ from jamlab.engine.installation import (
     required_lammps,
 )
 from jamlab.errors import EngineError
+from jamlab.kernels.installed_files import installed
 
 _LIBRARIES = ("numpy", "scipy", "h5py", "MDAnalysis", "shapely", "matplotlib")
 _MPI_DECK = "units lj\ndimension 2\nprint 'ranks $(extract_setting(world_size))'\n"

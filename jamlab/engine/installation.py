@@ -7,9 +7,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from jamlab.engine.deck_defaults import installed
 from jamlab.engine.foreign_plugins import foreign_folders
 from jamlab.errors import EngineError
+from jamlab.kernels.installed_files import installed
 
 PLUGIN_STYLES = (
     ("pair", "circuloline"),

@@ -15,6 +15,7 @@ from scipy import sparse
 
 from jamlab.checks import checked
 from jamlab.mechanics.energy_terms import Terms, energy_terms
+from jamlab.mechanics.sparse_assembly import assemble
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -85,12 +86,4 @@ def stress(packing: Packing, terms: Sequence[Terms] | None = None) -> Array:
 
 
 def _assemble(terms: Sequence[Terms], size: int) -> sparse.csc_array:
-    rows, columns, values = [], [], []
-    for term in terms:
-        width = 2 * term.sites.shape[1]
-        coordinate = (2 * term.sites[:, :, None] + np.arange(2)).reshape(-1, width)
-        rows.append(np.repeat(coordinate, width, axis=1).ravel())
-        columns.append(np.tile(coordinate, (1, width)).ravel())
-        values.append(term.hessian.reshape(-1))
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sparse.coo_array(entries, shape=(2 * size, 2 * size)).tocsc()
+    return assemble([term.sites for term in terms], [term.hessian for term in terms], size)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.deck_defaults import installed
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import force_tolerance, relax
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from jamlab.engine.deck_defaults import copy_decks, installed
+from jamlab.engine.deck_defaults import copy_decks
+from jamlab.kernels.installed_files import installed
 
 BIN = Path(sys.executable).parent
 

@@ -12,7 +12,8 @@ import pytest
 from deck_runs import number, run
 
 import jamlab
-from jamlab.engine.deck_defaults import copy_decks, installed, summaries
+from jamlab.engine.deck_defaults import copy_decks, summaries
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.lammps_files import described
 
 

@@ -7,8 +7,9 @@ import pytest
 from deck_runs import disks, frame, number, rows, run
 
 import jamlab
-from jamlab.engine.deck_defaults import defaults, installed
+from jamlab.engine.deck_defaults import defaults
 from jamlab.geometry.rattlers import LEAST_CONTACTS
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described
 

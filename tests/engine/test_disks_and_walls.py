@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mixtures import DISKS, EPS, FORMS, GIVEN, MIXED, WALLS, WIDTHS, law_of, mixture, pairs, seam, write
 
-from jamlab.engine.deck_defaults import installed
+from jamlab.kernels.installed_files import installed
 
 from .test_plugin_on_ranks import columns, run
 

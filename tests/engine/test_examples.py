@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from jamlab.engine.deck_defaults import copy_decks, installed
+from jamlab.engine.deck_defaults import copy_decks
+from jamlab.kernels.installed_files import installed
 
 from .test_plugin_on_ranks import launch, run
 

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.engine.deck_defaults import installed
 from jamlab.engine.installation import lammps_class
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.law_parameters import CONTACT_FORMS
 
 HEAD = """

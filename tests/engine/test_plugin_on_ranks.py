@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.deck_defaults import installed
 from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import CONTACT_FORMS
 

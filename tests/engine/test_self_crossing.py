@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.engine.deck_defaults import installed
+from jamlab.kernels.installed_files import installed
 
 DECK = """
 include {decks}/common.settings
