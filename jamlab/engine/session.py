@@ -7,7 +7,6 @@ milliseconds.
 
 from __future__ import annotations
 
-import ctypes
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import checked
+from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff
-_IMAGE_BITS, _IMAGE_ZERO = 10, 512  # LAMMPS packs the image flags of a position into one 32-bit integer
 
 
 @dataclass(frozen=True)
@@ -80,10 +79,9 @@ class Session:
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
         self._edge_limit = 0.0  # no edge of a polygon may outgrow it before the next `load`
-        self._views: dict[str, tuple[int, NDArray[Any]]] = {}
-        self._images: tuple[NDArray[Any], Array, Array] = (np.empty(0), np.empty(0), np.empty(0))
         with _lammps_errors("start"):
             self._lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+        self._atoms = AtomExchange(self._lmp)
         try:
             check_lammps(self._lmp)
             self._build(packing)
@@ -179,7 +177,7 @@ class Session:
         self.set_positions(positions)
         self.command("run 1 post no" if self._stale else "run 1 pre no post no")
         self._stale = False
-        return float(self._lmp.get_thermo("pe")), self._forces()
+        return float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
 
     def steps(self) -> int:
         """Steps and iterations that LAMMPS has taken in this session, over all runs and minimisations."""
@@ -205,13 +203,11 @@ class Session:
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""
-        x = np.empty((len(self._packing.positions), 2))
-        x[self._order()] = self._local("x", 2) + self._image_shift()
-        return x
+        return self._atoms.positions(self.size, self._packing.box)
 
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
-        self._local("x", 2)[:] = positions[self._order()] - self._image_shift()
+        self._atoms.set_positions(np.ascontiguousarray(positions, dtype=np.float64), self._packing.box)
 
     # building ---------------------------------------------------------------------------------------------------------
 
@@ -248,11 +244,7 @@ class Session:
 
     def _place(self, packing: Packing) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
-        order = self._order()
-        inside, images = wrap(packing)
-        counts = (images + _IMAGE_ZERO)[order]
-        self._local("image", 0)[:] = counts[:, 0] | counts[:, 1] << _IMAGE_BITS | _IMAGE_ZERO << 2 * _IMAGE_BITS
-        self._local("x", 2)[:] = inside[order]
+        self._atoms.place(*wrap(packing))
 
     def _include(self, name: str) -> None:
         self.command(f'include "{deck(name)}"')
@@ -263,39 +255,10 @@ class Session:
 
     # reading ----------------------------------------------------------------------------------------------------------
 
-    def _local(self, name: str, columns: int) -> NDArray[Any]:
-        """LAMMPS' own per-atom array, a view; made anew only when LAMMPS has moved it."""
-        pointer = self._lmp.extract_atom(name)
-        address = ctypes.addressof(pointer[0].contents if columns else pointer.contents)
-        count = len(self._packing.positions)
-        known = self._views.get(name)
-        if known is None or known[0] != address or len(known[1]) != count:
-            view: NDArray[Any] = self._lmp.numpy.extract_atom(name)[:count]
-            known = self._views[name] = (address, view[:, :columns] if columns else view)
-        return known[1]
-
-    def _order(self) -> NDArray[np.int64]:
-        return self._local("id", 0).astype(np.int64) - 1
-
-    def _image_shift(self) -> Array:
-        """Lattice translation of every local atom; image flags change only when LAMMPS rebuilds its lists."""
-        image = self._local("image", 0)
-        if not (np.array_equal(image, self._images[0]) and self._images[1] is self._packing.box):
-            flags = image.astype(np.int64)
-            mask = (1 << _IMAGE_BITS) - 1
-            counts = np.column_stack([flags & mask, flags >> _IMAGE_BITS & mask]) - _IMAGE_ZERO
-            self._images = (image.copy(), self._packing.box, counts @ self._packing.box)
-        return self._images[2]
-
-    def _forces(self) -> Array:
-        forces = np.empty((len(self._packing.positions), 2))
-        forces[self._order()] = self._local("f", 2)
-        return forces
-
     def _evaluation(self) -> Evaluation:
         thermo = self._lmp.get_thermo
         xx, yy, xy = thermo("pxx"), thermo("pyy"), thermo("pxy")
-        forces = self._forces()
+        forces = self._atoms.forces(self.size)
         return Evaluation(
             energy=float(thermo("pe")),
             contact_energy=self.contact_energy(),

@@ -11,8 +11,8 @@ from scipy import sparse
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import hessian
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
 
 
 @dataclass(frozen=True)
@@ -73,16 +73,16 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.st
     _, forces = session.forces_at(packing.positions)
     shift = NEWTON.first_shift
     matrix: sparse.csc_array | None = None
-    taken = 0
+    solver, taken = positive_solver(), 0
     for _ in range(steps):
         if np.hypot(*forces.T).max() <= tolerance or shift > NEWTON.last_shift:
             break
         try:
             matrix = hessian(packing) if matrix is None else matrix
-            factors, shift = factorise(matrix, shift)
+            shift = factorise(matrix, shift, solver)
         except (InputError, ConvergenceError):  # outlines of two polygons cross: no minimum that way
             break
-        step = factors.solve(forces.ravel())
+        step = solver.solve(forces.ravel())
         step *= min(1.0, NEWTON.reach / float(np.abs(step).max()))
         predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
         positions = packing.positions + step.reshape(-1, 2)
@@ -104,11 +104,16 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.st
     return taken
 
 
-def factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors, float]:
+def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) -> float:
     """Factorise matrix + shift, the shift raised until all eigenvalues are positive.
 
+    Args:
+        matrix: (n, n) symmetric.
+        shift: least one.
+        solver: holds the factors afterwards.
+
     Returns:
-        The factors, and the shift used.
+        The shift used.
 
     Raises:
         ConvergenceError: no shift up to a million times the largest diagonal element helps: values are not finite.
@@ -117,10 +122,8 @@ def factorise(matrix: sparse.csc_array, shift: float) -> tuple[SymmetricFactors,
     highest = 1e6 * max(1.0, float(np.abs(matrix.diagonal()).max()))
     while shift < highest:
         try:
-            factors = SymmetricFactors(matrix + shift * identity)
-            if factors.negative == 0:
-                return factors, shift
+            solver.factorise(matrix + shift * identity)
+            return shift
         except ConvergenceError:
-            pass
-        shift *= NEWTON.definite
+            shift *= NEWTON.definite
     raise ConvergenceError(f"the Hessian cannot be factorised with any shift up to {highest:.2g}: is it finite?")

@@ -8,16 +8,17 @@ energy, which holds the whole perimeter, has no digits left for a line search: t
 step, (F0 + F1) . s/2, stands for the fall of the energy.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dtrsv
 
 Array = NDArray[np.float64]
 Forces = Callable[[Array], tuple[float, Array]]
-Preconditioner = Callable[[Array], Callable[[Array], Array]]
+Solve = Callable[[Array], Array]
+Preconditioner = Callable[[Array], Solve]
 Enough = Callable[[float], bool]
 
 
@@ -31,9 +32,10 @@ class LbfgsSettings:
 
     Attributes:
         steps: at most.
-        pairs: steps remembered.
-        refresh: steps that one factorisation serves.
+        refresh: steps that one factorisation serves; all of them are remembered.
         reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
+        longer: times the longest move of the step before that a step is tried with at most: full steps mostly miss
+            while contacts open and close, and every miss costs an evaluation.
         trials: force evaluations in one line search.
         energy_digits: relative change of the energy below which it is rounding.
         sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
@@ -44,15 +46,15 @@ class LbfgsSettings:
     """
 
     steps: int = 5000
-    pairs: int = 30
-    refresh: int = 30
+    refresh: int = 40
     reach: float = 0.05
+    longer: float = 2.0
     trials: int = 8
     energy_digits: float = 1e-13
     sufficient: float = 1e-4
     curved: float = 1e-10
     first_shift: float = 1e-2
-    shift_decay: float = 0.7
+    shift_decay: float = 0.6
     least_shift: float = 3e-4
 
 
@@ -84,22 +86,20 @@ def descend_by_lbfgs(
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
-    pairs: deque[tuple[Array, Array, float]] = deque(maxlen=LBFGS.pairs)
-    solve = preconditioner(start)
-    age = 0
+    pairs = _Pairs(x.size, preconditioner(start))
+    age, longest = 0, LBFGS.reach
     for _ in range(steps):
         largest = float(np.hypot(*force.reshape(shape).T).max())
         if largest <= tolerance or (enough is not None and enough(largest)):
             return x.reshape(shape), largest <= tolerance
         if age == LBFGS.refresh:
-            solve, age = preconditioner(x.reshape(shape)), 0
-            pairs.clear()
+            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape))), 0
         age += 1
-        step = _two_loops(force, pairs, solve)
+        step = pairs.inverse_times(force)
         if step @ force <= 0:
             pairs.clear()
-            step = solve(force)
-        found = _search_line(forces_at, x, shape, energy, force, step)
+            step = pairs.inverse_times(force)
+        found = _search_line(forces_at, x, shape, energy, force, step, longest)
         if found is None:
             if age == 1:  # not even a fresh Hessian shows the way down
                 break
@@ -107,9 +107,10 @@ def descend_by_lbfgs(
             continue
         moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
+        longest = min(LBFGS.reach, LBFGS.longer * float(np.abs(change).max()))
         curvature = float(change @ bend)
         if curvature > LBFGS.curved * np.linalg.norm(change) * np.linalg.norm(bend):
-            pairs.append((change, bend, 1 / curvature))
+            pairs.add(change, bend)
         elif age > 1:
             age = LBFGS.refresh  # the model is wrong here: factorise anew
         x, energy, force = moved, new_energy, new_force
@@ -121,26 +122,50 @@ def _flat(forces_at: Forces, x: Array, shape: tuple[int, ...]) -> tuple[float, A
     return energy, forces.ravel()
 
 
-def _two_loops(force: Array, pairs: deque[tuple[Array, Array, float]], solve: Callable[[Array], Array]) -> Array:
-    """Inverse Hessian times force, Nocedal & Wright algorithm 7.4."""
-    q = force.copy()
-    weights = []
-    for change, bend, inverse in reversed(pairs):
-        weight = inverse * (change @ q)
-        q -= weight * bend
-        weights.append(weight)
-    step = solve(q)
-    for (change, bend, inverse), weight in zip(pairs, reversed(weights), strict=True):
-        step += (weight - inverse * (bend @ step)) * change
-    return step
+class _Pairs:
+    """Steps s and the changes y of the force along them, which correct an inverse Hessian.
+
+    The two loops of Nocedal & Wright's algorithm 7.4 as products with whole matrices: with R the upper triangle of
+    S^T Y and D its diagonal, R a = S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c.
+    """
+
+    def __init__(self, size: int, solve: Solve) -> None:
+        self._solve, self._count = solve, 0
+        self._s, self._y = np.empty((LBFGS.refresh, size)), np.empty((LBFGS.refresh, size))
+        self._r = np.zeros((LBFGS.refresh, LBFGS.refresh), order="F")
+
+    def clear(self) -> None:
+        self._count = 0
+
+    def add(self, change: Array, bend: Array) -> None:
+        k = self._count
+        self._s[k], self._y[k] = change, bend
+        self._r[: k + 1, k] = self._s[: k + 1] @ bend
+        self._count = k + 1
+
+    def inverse_times(self, force: Array) -> Array:
+        k = self._count
+        if k == 0:
+            return self._solve(force)
+        s, y, r = self._s[:k], self._y[:k], self._r[:k, :k]
+        a = dtrsv(r, s @ force)
+        step = self._solve(force - a @ y)
+        c = dtrsv(r, r.diagonal() * a - y @ step, trans=1)
+        return np.asarray(step + c @ s)
 
 
 def _search_line(
-    forces_at: Forces, x: Array, shape: tuple[int, ...], energy: float, force: Array, step: Array
+    forces_at: Forces,
+    x: Array,
+    shape: tuple[int, ...],
+    energy: float,
+    force: Array,
+    step: Array,
+    longest: float,
 ) -> tuple[Array, float, Array] | None:
-    """Go along `step` until the energy falls enough; None if it does not."""
+    """Go along `step`, at most so far, until the energy falls enough; None if it does not."""
     slope = float(force @ step)
-    length = min(1.0, LBFGS.reach / float(np.abs(step).max()))
+    length = min(1.0, longest / float(np.abs(step).max()))
     noise = LBFGS.energy_digits * abs(energy)
     for _ in range(LBFGS.trials):
         moved = x + length * step

@@ -17,6 +17,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
@@ -142,7 +143,7 @@ def relax(
     Args:
         session: is left in the minimum.
         tolerance: on the largest force; default `force_tolerance` of the model.
-        near: SP: the state is a good guess of the minimum: try Newton steps before anything else.
+        near: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
             just loses its contacts cost most.
 
@@ -152,7 +153,7 @@ def relax(
     if tolerance is None:
         tolerance = force_tolerance(session.model)
     newton_steps = 0
-    if near and session.model == "sp":
+    if near:
         newton_steps = descend_by_newton(session, tolerance, NEWTON.near_steps)
         state = session.evaluate()
         if state.max_force <= tolerance:
@@ -251,12 +252,13 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
 
 def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
     packing = session.packing()
-    shift = LBFGS.first_shift / LBFGS.shift_decay
+    shift, solver = LBFGS.first_shift / LBFGS.shift_decay, positive_solver()
 
     def preconditioner(positions: Array) -> Callable[[Array], Array]:
         nonlocal shift
         shift = max(shift * LBFGS.shift_decay, LBFGS.least_shift)
-        return factorise(hessian(packing.with_state(positions=positions)), shift)[0].solve
+        factorise(hessian(packing.with_state(positions=positions)), shift, solver)
+        return solver.solve
 
     try:
         positions, _ = descend_by_lbfgs(

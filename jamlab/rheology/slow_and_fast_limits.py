@@ -90,7 +90,7 @@ def _solve_slow(motion: EquationOfMotion) -> Array:
     matrix, held = _fix_one_site(motion)
     solver = positive_solver()
     try:
-        solver.factorise(matrix, check=True)
+        solver.factorise(matrix)
     except ConvergenceError as error:
         raise _describe_instability(matrix) from error
     right = -motion.k_qg[held : motion.moving]

@@ -65,9 +65,9 @@ class Work:
             self.forces += session.steps() - before
             return state
 
-        def count_factors(matrix, shift):
+        def count_factors(matrix, shift, solver):
             self.factors += 1
-            return factorise(matrix, shift)
+            return factorise(matrix, shift, solver)
 
         monkeypatch.setattr(Session, "forces_at", count_forces)
         monkeypatch.setattr(Session, "minimize", count_steps)
