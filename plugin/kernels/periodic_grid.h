@@ -4,43 +4,19 @@
 // strongly sheared box. Wrapping only serves the search: callers compute distances from the points as they were given.
 #pragma once
 
+#include "periodic_image.h"
+#include "vector.h"
+
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
 namespace jamlab {
 
-using std::int64_t;
-
 enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
 
 constexpr double LARGEST_WRAP = 4503599627370496.0;  // 2^52: integers below are exact, and their sums fit in 64 bits
-
-struct Image {
-  int64_t first, second;
-  bool operator==(const Image &other) const { return first == other.first && second == other.second; }
-  bool operator<(const Image &other) const
-  {
-    return first != other.first ? first < other.first : second < other.second;
-  }
-  Image operator-(const Image &other) const { return {first - other.first, second - other.second}; }
-  bool home() const { return first == 0 && second == 0; }
-  bool positive() const { return first > 0 || (first == 0 && second > 0); }
-};
-
-struct Vector {
-  double x, y;
-  Vector operator+(const Vector &other) const { return {x + other.x, y + other.y}; }
-  Vector operator-(const Vector &other) const { return {x - other.x, y - other.y}; }
-  Vector operator*(double factor) const { return {factor * x, factor * y}; }
-};
-
-inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y; }
-inline double cross(const Vector &a, const Vector &b) { return a.x * b.y - a.y * b.x; }
-inline Vector point(const double *points, int64_t i) { return {points[2 * i], points[2 * i + 1]}; }
 
 // Where a point lies in the reduced cell: fractions from 0 to 1, and by how many of its vectors it was moved there.
 struct Place {

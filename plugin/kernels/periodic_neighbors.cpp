@@ -19,7 +19,7 @@ bool nearer(const Vector &r, double limit)
 {
   const double square = dot(r, r), bound = limit * limit;
   if (square > bound * (1 + 1e-14)) return false;
-  return square < bound * (1 - 1e-14) || std::hypot(r.x, r.y) < limit;
+  return square < bound * (1 - 1e-14) || size(r) < limit;
 }
 
 }  // namespace
@@ -61,8 +61,7 @@ JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *rea
       const Vector apart = lattice.cell[0] * (entry.f[0] + image.first - place.f[0]) +
                            lattice.cell[1] * (entry.f[1] + image.second - place.f[1]);
       if (dot(apart, apart) > reach * reach * (1 + 1e-14)) return;
-      const Image &own = place.wrap, &theirs = places_b[entry.index].wrap;
-      const Image moved = lattice.in_box({image.first + own.first - theirs.first, image.second + own.second - theirs.second});
+      const Image moved = lattice.in_box(image + place.wrap - places_b[entry.index].wrap);
       if (once && entry.index == k && !moved.positive()) return;
       const Vector vector = point(b, entry.index) - point(a, k) + lattice.translation(moved);
       if (nearer(vector, reach_a[k] + reach_b[entry.index])) near.push_back({entry.index, moved, vector});
@@ -72,8 +71,7 @@ JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *rea
       if (count < room) {
         i[count] = k;
         j[count] = found.j;
-        r[2 * count] = found.r.x;
-        r[2 * count + 1] = found.r.y;
+        put(r, count, found.r);
         shift[2 * count] = found.shift.first;
         shift[2 * count + 1] = found.shift.second;
       }

@@ -39,7 +39,7 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
 {
   const int64_t n = polygons.n;
   double longest = 0.0;
-  for (int64_t e = 0; e < n; ++e) longest = std::max(longest, std::hypot(polygons.edge(e).x, polygons.edge(e).y));
+  for (int64_t e = 0; e < n; ++e) longest = std::max(longest, size(polygons.edge(e)));
   const double furthest = reach + 0.5 * longest;
   const double rounding = 1e-14 * (2 * largest_coordinate(n, polygons.x) + lattice.longest);
   lattice.report(furthest + rounding, search);
@@ -74,7 +74,7 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
       const double place = square > 0 ? std::min(std::max(dot(r, edge) / square, 0.0), 1.0) : 0.0;
       const Vector apart = r - edge * place;
       if (!(dot(apart, apart) < reach * reach)) return;
-      found.push_back({v, e, in_box, place, std::hypot(apart.x, apart.y), apart, moved});
+      found.push_back({v, e, in_box, place, size(apart), apart, moved});
       ++start[v + 1];
     });
   }
@@ -201,10 +201,8 @@ JAMLAB_KERNEL vertex_meetings(int64_t particles, const int64_t *offsets, const d
     vertex[k] = all[k].vertex;
     tail[k] = all[k].tail;
     place[k] = all[k].place;
-    separation[2 * k] = all[k].separation.x;
-    separation[2 * k + 1] = all[k].separation.y;
-    shift[2 * k] = all[k].shift.x;
-    shift[2 * k + 1] = all[k].shift.y;
+    put(separation, k, all[k].separation);
+    put(shift, k, all[k].shift);
   }
   return count;
 }
