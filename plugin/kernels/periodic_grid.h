@@ -28,8 +28,7 @@ class Lattice {
  public:
   Vector box[2], cell[2];  // rows: the vectors as given, and the shortest ones
   double height[2];        // of the cell across each pair of its sides
-  double determinant;
-  double longest;  // coordinate of the box
+  double longest;          // coordinate of the box
 
   explicit Lattice(const double *rows)
   {
@@ -40,11 +39,14 @@ class Lattice {
     for (int k = 0; k < 2; ++k) height[k] = std::fabs(determinant) / std::hypot(cell[1 - k].x, cell[1 - k].y);
   }
 
+  // Coordinates in vectors of the cell.
+  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) / determinant, cross(cell[0], p) / determinant}; }
+
   // False for a point so far away that its image cannot be counted.
   bool locate(const Vector &p, Place &place) const
   {
-    const double f[2] = {(p.x * cell[1].y - p.y * cell[1].x) / determinant,
-                         (p.y * cell[0].x - p.x * cell[0].y) / determinant};
+    const Vector whole = fraction(p);
+    const double f[2] = {whole.x, whole.y};
     double wrap[2];
     for (int k = 0; k < 2; ++k) {
       wrap[k] = std::floor(f[k]);
@@ -86,6 +88,7 @@ class Lattice {
 
  private:
   Image combination[2] = {{1, 0}, {0, 1}};  // cell = combination @ box
+  double determinant;
 
   void reduce()
   {
@@ -122,15 +125,23 @@ inline bool locate_all(const Lattice &lattice, int64_t n, const double *points, 
   return true;
 }
 
-class PeriodicGrid {
+inline std::vector<int64_t> count_up(int64_t n)
+{
+  std::vector<int64_t> numbers(n);
+  for (int64_t i = 0; i < n; ++i) numbers[i] = i;
+  return numbers;
+}
+
+// Items at their places: numbers of points, or more that a search wants at hand.
+template <class Item> class PeriodicGrid {
  public:
   struct Entry {
     double f[2];
-    int64_t index;
+    Item item;
   };
 
-  // Bins as large as the reach of the usual search, or as the mean distance of points if that is larger.
-  PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, double reach)
+  // Bins as large as the reach of the usual search, or as the mean distance of places if that is larger.
+  PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, const std::vector<Item> &items, double reach)
   {
     const int64_t n = static_cast<int64_t>(places.size());
     const double spread = std::sqrt(lattice.height[0] / std::max<double>(n, 1)) * std::sqrt(lattice.height[1]);
@@ -148,7 +159,7 @@ class PeriodicGrid {
     for (std::size_t b = 1; b < start.size(); ++b) start[b] += start[b - 1];
     std::vector<int64_t> next(start.begin(), start.end() - 1);
     entries.resize(n);
-    for (int64_t i = 0; i < n; ++i) entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, i};
+    for (int64_t i = 0; i < n; ++i) entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, items[i]};
   }
 
   // Call visit(entry, image) for every point that may lie between two fractions; image: the one that does.

@@ -19,7 +19,7 @@ bool nearer(const Vector &r, double limit)
 {
   const double square = dot(r, r), bound = limit * limit;
   if (square > bound * (1 + 1e-14)) return false;
-  return square < bound * (1 - 1e-14) || size(r) < limit;
+  return square < bound * (1 - 1e-14) || std::hypot(r.x, r.y) < limit;
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *rea
   if (!locate_all(lattice, n_b, b, places_b)) return TOO_FAR;
   if (!once && !locate_all(lattice, n_a, a, places_a)) return TOO_FAR;
   const std::vector<Place> &from = once ? places_b : places_a;
-  const PeriodicGrid grid(lattice, places_b, furthest + rounding);
+  const PeriodicGrid<int64_t> grid(lattice, places_b, count_up(n_b), furthest + rounding);
   const double most_b = *std::max_element(reach_b, reach_b + n_b);
 
   std::vector<Neighbor> near;
@@ -56,15 +56,15 @@ JAMLAB_KERNEL periodic_neighbors(int64_t n_a, const double *a, const double *rea
       high[axis] = place.f[axis] + lattice.margin(reach, axis);
     }
     near.clear();
-    grid.search(low, high, [&](const PeriodicGrid::Entry &entry, const Image &image) {
-      if (once && entry.index < k) return;
+    grid.search(low, high, [&](const PeriodicGrid<int64_t>::Entry &entry, const Image &image) {
+      if (once && entry.item < k) return;
       const Vector apart = lattice.cell[0] * (entry.f[0] + image.first - place.f[0]) +
                            lattice.cell[1] * (entry.f[1] + image.second - place.f[1]);
       if (dot(apart, apart) > reach * reach * (1 + 1e-14)) return;
-      const Image moved = lattice.in_box(image + place.wrap - places_b[entry.index].wrap);
-      if (once && entry.index == k && !moved.positive()) return;
-      const Vector vector = point(b, entry.index) - point(a, k) + lattice.translation(moved);
-      if (nearer(vector, reach_a[k] + reach_b[entry.index])) near.push_back({entry.index, moved, vector});
+      const Image moved = lattice.in_box(image + place.wrap - places_b[entry.item].wrap);
+      if (once && entry.item == k && !moved.positive()) return;
+      const Vector vector = point(b, entry.item) - point(a, k) + lattice.translation(moved);
+      if (nearer(vector, reach_a[k] + reach_b[entry.item])) near.push_back({entry.item, moved, vector});
     });
     std::sort(near.begin(), near.end());
     for (const Neighbor &found : near) {

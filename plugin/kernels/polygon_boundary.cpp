@@ -105,27 +105,41 @@ void cut_line(const Edges &edges, int64_t i, int64_t j, const Vector &from_tail,
   cover.add(low, high);
 }
 
-// Direction of the middle of the arc around the tail of edge i, and how far its ends are from there, in rims.
+// The arc around the tail of edge i: direction of its middle, and how far its ends are from there, in rims.
 struct Arc {
-  Vector middle;
+  Vector first, middle;
   double chord;
   bool narrow;
 };
 
 Arc find_arc(const Edges &edges, int64_t i)
 {
-  const Vector sum = point(edges.normal, i) + point(edges.normal, edges.before[i]);
+  const Vector first = point(edges.normal, edges.before[i]), sum = point(edges.normal, i) + first;
   const double cosine = 0.5 * size(sum);  // of half the turn
-  if (!(cosine > 0.1)) return {sum, 2.0, false};
-  return {sum * (0.5 / cosine), std::sqrt(std::max(2 - 2 * cosine, 0.0)), true};
+  if (!(cosine > 0.1)) return {first, sum, 2.0, false};
+  return {first, sum * (0.5 / cosine), std::sqrt(std::max(2 - 2 * cosine, 0.0)), true};
+}
+
+double sine_to(double cosine) { return std::sqrt(std::max((1 - cosine) * (1 + cosine), 0.0)); }
+
+// Direction in which the circle of radius w around the corner leaves the capsule, towards the end of sign * x.
+//
+// In the frame of the capsule, x along it and y >= 0 the distance of the corner from its line, directions are counted
+// from the one straight at the line, (sine, cosine): the circle crosses the near side y = w of the capsule at +-beta,
+// cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end.
+Vector leave_capsule(double x, double y, double length, double w, double sign)
+{
+  const double cosine = std::min(std::max(y / w - 1, -1.0), 1.0), sine = sine_to(cosine);
+  const double crossing = x + sign * w * sine;
+  if (crossing >= 0 && crossing <= length) return {sign * sine, cosine};
+  const double aside = (crossing > length ? length : 0.0) - x, apart = std::sqrt(aside * aside + y * y);
+  const Vector toward = apart > 0 ? Vector{aside / apart, y / apart} : Vector{0.0, 1.0};
+  const double c = std::min(0.5 * apart / w, 1.0), s = sign * sine_to(c);
+  return {toward.x * c + toward.y * s, toward.y * c - toward.x * s};
 }
 
 // Part of the arc around the tail of edge i in the capsule around edge j.
-//
-// In the frame of the capsule, x along it, y >= 0 the distance of the corner from its line, and the angle psi counted
-// from the direction straight at the line: the circle crosses the far side y = w of the capsule at +-beta,
-// cos(beta) = y/w - 1, if it does so between its ends, else it crosses the disk around that end.
-void cut_arc(const Edges &edges, int64_t i, int64_t j, const Vector &r, const Arc &arc, Cover &cover)
+void cut_arc(const Edges &edges, int64_t j, const Vector &r, const Arc &arc, Cover &cover)
 {
   const double w = edges.rim, length = edges.length[j];
   const Vector v = point(edges.along, j);
@@ -138,143 +152,173 @@ void cut_arc(const Edges &edges, int64_t i, int64_t j, const Vector &r, const Ar
     if (inner > 0 && square < inner * inner) return cover.add(0.0, cover.extent);
   }
   const double x = -dot(r, v), across = -cross(v, r), y = std::fabs(across);  // of the corner
-  const double closest = std::min(std::max(x, 0.0), length);
-  if (!(std::hypot(x - closest, y) < 2 * w)) return;
-  const double side = across >= 0 ? 1.0 : -1.0, beta = std::acos(std::min(std::max(y / w - 1, -1.0), 1.0));
-  double end[2];
+  const double beyond = x - std::min(std::max(x, 0.0), length), distance = std::sqrt(beyond * beyond + y * y);
+  if (!(distance < 2 * w)) return;
+  const double side = across >= 0 ? 1.0 : -1.0;
+  const Vector down = {side * v.y, -side * v.x};
+  double end[2];  // of the interval, counter-clockwise from the beginning of the arc
   for (int k = 0; k < 2; ++k) {
-    const double sign = k ? 1.0 : -1.0, crossing = x + sign * w * std::sin(beta);
-    if (crossing >= 0 && crossing <= length) {
-      end[k] = sign * beta;
-      continue;
-    }
-    const double cap = crossing > length ? length : 0.0;
-    end[k] = std::atan2(cap - x, y) + sign * std::acos(std::min(0.5 * std::hypot(cap - x, y) / w, 1.0));
+    const Vector local = leave_capsule(x, y, length, w, side * (k ? 1.0 : -1.0));
+    const Vector direction = v * local.x + down * local.y;
+    end[k] = std::atan2(cross(arc.first, direction), dot(arc.first, direction));
   }
-  const double low = side > 0 ? end[0] : -end[1], width = end[1] - end[0];
-  const double zero = std::atan2(v.y, v.x) - 0.25 * TURN * side;
-  double begin = std::fmod(zero + low - edges.normal_angle(edges.before[i]), TURN);
-  if (begin < 0) begin += TURN;
+  // the interval spans more than 2 pi/3 from nearer than w/2, and less than 4 pi/3 from further away
+  double width = end[1] - end[0];
+  if (width < (distance < 0.5 * w ? 1.0 : -1.0)) width += TURN;
+  const double begin = end[0] < 0 ? end[0] + TURN : end[0];
   cover.add(begin, begin + width);  // an interval that runs through the beginning of the arc shows at both ends
   cover.add(begin - TURN, begin - TURN + width);
 }
+
+// An edge near a run of others, in the image that is near, and the box around it.
+struct NearEdge {
+  Vector low, high, shift;
+  int64_t edge;
+  bool own;  // of the same polygon, not of an image of it
+};
 
 // Edges cut into segments of moderate length and sorted into bins: one long edge does not widen every search.
 class EdgeGrid {
  public:
   int64_t refusal = 0;
+  double reach;  // two rims, and rounding
 
-  EdgeGrid(const Edges &all, const Lattice &space, double most_copies, double *search) : edges(all), lattice(space)
+  EdgeGrid(const Edges &all, int64_t particles, const Lattice &space, double most_copies, double *search)
+    : edges(all), lattice(space), dented(particles, 0)
   {
-    const int64_t m = edges.count;
     double longest = 0.0, sum = 0.0;
-    for (int64_t e = 0; e < m; ++e) {
+    for (int64_t e = 0; e < edges.count; ++e) {
       longest = std::max(longest, edges.length[e]);
       sum += edges.length[e];
+      if (edges.turn[e] < 0) dented[edges.particle[e]] = 1;
     }
-    reach = 2 * edges.rim + 1e-14 * (2 * largest_coordinate(m, edges.tail) + lattice.longest);
+    reach = 2 * edges.rim + 1e-14 * (2 * largest_coordinate(edges.count, edges.tail) + lattice.longest);
     lattice.report(reach + longest, search);
-    if (lattice.too_many_images(reach + longest, m, most_copies)) {
+    if (lattice.too_many_images(reach + longest, edges.count, most_copies)) {
       refusal = TOO_MANY_IMAGES;
       return;
     }
-    if (!locate_all(lattice, m, edges.tail, tails)) refusal = TOO_FAR;
-    const double size = std::max(reach, sum / std::max<double>(m, 1));
-    for (int64_t e = 0; e < m && !refusal; ++e) {
-      const int64_t pieces = 1 + static_cast<int64_t>(edges.length[e] / size);
-      for (int64_t k = 0; k < pieces; ++k) {
-        Place place;
-        const double middle = (k + 0.5) / pieces;
-        if (!lattice.locate(point(edges.tail, e) + edges.edge(e) * middle, place)) refusal = TOO_FAR;
-        segments.push_back({e, k, pieces});
-        places.push_back(place);
-      }
-    }
-    half = 0.5 * size;
-    if (!refusal) grid.emplace_back(lattice, places, reach);
+    segment_size = std::max(reach, sum / std::max<double>(edges.count, 1));
+    if (!place_segments()) refusal = TOO_FAR;
   }
 
-  // Call visit(j, shift) for every edge j in an image that may come nearer to edge i than two rims; a few come twice.
-  template <class Visit> void search(int64_t i, Visit &&visit) const
+  // Edges that may come nearer than two rims to those from `first` to `last` of one polygon; a few are listed twice.
+  // Of the polygon itself only if it has dents, where alone one edge hides the outline of another.
+  void find_near(int64_t first, int64_t last, std::vector<NearEdge> &near) const
   {
-    const Fractions own = in_cell(i);
+    const Place &origin = tails[first];
     double low[2], high[2], wide_low[2], wide_high[2];
     for (int k = 0; k < 2; ++k) {
-      low[k] = tails[i].f[k] + std::min(own.f[k], 0.0) - lattice.margin(reach, k);
-      high[k] = tails[i].f[k] + std::max(own.f[k], 0.0) + lattice.margin(reach, k);
-      wide_low[k] = low[k] - lattice.margin(half, k);
-      wide_high[k] = high[k] + lattice.margin(half, k);
-    }
-    grid[0].search(wide_low, wide_high, [&](const PeriodicGrid::Entry &entry, const Image &image) {
-      const Segment &segment = segments[entry.index];
-      const double at[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
-      bool meets = true;
-      for (int k = 0; k < 2; ++k) meets = meets && at[k] > wide_low[k] && at[k] < wide_high[k];
-      if (!meets) return;
-      const Fractions whole = in_cell(segment.edge);
-      bool earlier = segment.number > 0;  // the segment before comes near as well: the edge comes with that
-      for (int k = 0; k < 2; ++k) {
-        const double step = whole.f[k] / segment.of, extent = 0.5 * std::fabs(step);
-        meets = meets && at[k] + extent > low[k] && at[k] - extent < high[k];
-        earlier = earlier && at[k] - step + extent > low[k] + NEAR && at[k] - step - extent < high[k] - NEAR;
+      low[k] = high[k] = origin.f[k];
+      for (int64_t i = first; i < last; ++i) {
+        const Image moved = tails[i].wrap - origin.wrap;
+        const Vector whole = lattice.fraction(edges.edge(i));
+        const double tail = tails[i].f[k] + (k ? moved.second : moved.first), head = tail + (k ? whole.y : whole.x);
+        low[k] = std::min(low[k], std::min(tail, head));
+        high[k] = std::max(high[k], std::max(tail, head));
       }
-      if (meets && !earlier) visit(segment.edge, lattice.in_box(image + tails[i].wrap - places[entry.index].wrap));
+      low[k] -= lattice.margin(reach, k);
+      high[k] += lattice.margin(reach, k);
+      wide_low[k] = low[k] - lattice.margin(0.5 * segment_size, k);
+      wide_high[k] = high[k] + lattice.margin(0.5 * segment_size, k);
+    }
+    near.clear();
+    const int64_t particle = edges.particle[first];
+    grid[0].search(wide_low, wide_high, [&](const PeriodicGrid<Segment>::Entry &entry, const Image &image) {
+      const Segment &segment = entry.item;
+      const Image shift = image + origin.wrap - segment.wrap;
+      const bool own = edges.particle[segment.edge] == particle && shift.home();
+      if (own && !dented[particle]) return;
+      const double at[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
+      const Vector edge = edges.edge(segment.edge), step = lattice.fraction(edge) * (1.0 / segment.of);
+      bool meets = true, earlier = segment.number > 0;  // the segment before comes near too: the edge comes with that
+      for (int k = 0; k < 2; ++k) {
+        const double along = k ? step.y : step.x, extent = 0.5 * std::fabs(along);
+        meets = meets && at[k] + extent > low[k] && at[k] - extent < high[k];
+        earlier = earlier && at[k] - along + extent > low[k] + NEAR && at[k] - along - extent < high[k] - NEAR;
+      }
+      if (!meets || earlier) return;
+      const Vector moved = lattice.translation(lattice.in_box(shift)), tail = point(edges.tail, segment.edge) + moved;
+      near.push_back({tail + Vector{std::min(edge.x, 0.0), std::min(edge.y, 0.0)},
+                      tail + Vector{std::max(edge.x, 0.0), std::max(edge.y, 0.0)}, moved, segment.edge, own});
     });
   }
 
  private:
   struct Segment {
-    int64_t edge, number, of;
-  };
-  struct Fractions {
-    double f[2];
+    int64_t edge;
+    int32_t number, of;
+    Image wrap;
   };
 
   const Edges &edges;
   const Lattice &lattice;
-  double reach, half;
-  std::vector<Place> tails, places;
-  std::vector<Segment> segments;
-  std::vector<PeriodicGrid> grid;  // one, or none
+  std::vector<char> dented;
+  double segment_size;
+  std::vector<Place> tails;
+  std::vector<PeriodicGrid<Segment>> grid;  // one, or none
 
-  Fractions in_cell(int64_t e) const
+  bool place_segments()
   {
-    const Vector edge = edges.edge(e);
-    return {{cross(edge, lattice.cell[1]) / lattice.determinant, cross(lattice.cell[0], edge) / lattice.determinant}};
+    if (!locate_all(lattice, edges.count, edges.tail, tails)) return false;
+    std::vector<Place> places;
+    std::vector<Segment> segments;
+    places.reserve(2 * edges.count);
+    segments.reserve(2 * edges.count);
+    for (int64_t e = 0; e < edges.count; ++e) {
+      const int32_t pieces = 1 + static_cast<int32_t>(edges.length[e] / segment_size);
+      for (int32_t k = 0; k < pieces; ++k) {
+        Place place;
+        if (!lattice.locate(point(edges.tail, e) + edges.edge(e) * ((k + 0.5) / pieces), place)) return false;
+        segments.push_back({e, k, pieces, place.wrap});
+        places.push_back(place);
+      }
+    }
+    grid.emplace_back(lattice, places, segments, reach);
+    return true;
   }
 };
 
 // Cut all edges and arcs; the polygons that cross, if any do.
-bool cut_elements(const Edges &edges, const Lattice &lattice, const EdgeGrid &grid, const std::vector<char> &dented,
-                  std::vector<Part> &lines, std::vector<Part> &arcs, int64_t *crossing)
+bool cut_elements(const Edges &edges, const EdgeGrid &grid, std::vector<Part> &lines, std::vector<Part> &arcs,
+                  int64_t *crossing)
 {
+  constexpr int64_t RUN = 8;  // edges in a row that are searched together
+  std::vector<NearEdge> near;
   Cover line, arc;
-  bool crossed = false;
-  for (int64_t i = 0; i < edges.count && !crossed; ++i) {
-    const Vector a = edges.edge(i);
-    const Arc around = find_arc(edges, i);
-    line.clear(edges.length[i]);
-    arc.clear(edges.turn[i]);
-    grid.search(i, [&](int64_t j, const Image &shift) {
-      const bool own = edges.particle[i] == edges.particle[j] && shift.home();
-      if (own && (i == j || !dented[edges.particle[i]])) return;
-      const Vector r = point(edges.tail, j) - point(edges.tail, i) + lattice.translation(shift);
-      const Vector b = edges.edge(j);
-      if (!own && cross(a, r) * cross(a, r + b) < 0 && cross(b, r * -1.0) * cross(b, a - r) < 0) {
-        crossed = true;
-        crossing[0] = edges.particle[i];
-        crossing[1] = edges.particle[j];
+  for (int64_t first = 0, last; first < edges.count; first = last) {
+    for (last = first + 1; last < edges.count && last < first + RUN && edges.particle[last] == edges.particle[first];)
+      ++last;
+    grid.find_near(first, last, near);
+    for (int64_t i = first; i < last; ++i) {
+      const Vector tail = point(edges.tail, i), a = edges.edge(i);
+      const Vector low = {std::min(a.x, 0.0) - grid.reach, std::min(a.y, 0.0) - grid.reach};
+      const Vector high = {std::max(a.x, 0.0) + grid.reach, std::max(a.y, 0.0) + grid.reach};
+      const Vector below = tail + low, above = tail + high;
+      const Arc around = find_arc(edges, i);
+      line.clear(edges.length[i]);
+      arc.clear(edges.turn[i]);
+      for (const NearEdge &other : near) {
+        if (other.high.x < below.x || other.low.x > above.x || other.high.y < below.y || other.low.y > above.y) continue;
+        const int64_t j = other.edge;
+        if (other.own && i == j) continue;
+        const Vector r = point(edges.tail, j) - tail + other.shift, b = edges.edge(j);
+        if (!other.own && cross(a, r) * cross(a, r + b) < 0 && cross(b, r * -1.0) * cross(b, a - r) < 0) {
+          crossing[0] = edges.particle[i];
+          crossing[1] = edges.particle[j];
+          return true;
+        }
+        // neighbors on one polygon hide each other only at reflex corners; on an image of it they are like any others
+        const bool before = other.own && j == edges.before[i], after = other.own && j == edges.after[i];
+        const bool beside = (after && edges.turn[j] >= 0) || (before && edges.turn[i] >= 0);
+        if (!line.whole && !beside) cut_line(edges, i, j, r, line);
+        if (!arc.whole && !before) cut_arc(edges, j, r, around, arc);
       }
-      // neighbors on one polygon hide each other only at reflex corners; on an image of it they are like any others
-      const bool before = own && j == edges.before[i], after = own && j == edges.after[i];
-      const bool beside = (after && edges.turn[j] >= 0) || (before && edges.turn[i] >= 0);
-      if (!line.whole && !beside) cut_line(edges, i, j, r, line);
-      if (!arc.whole && !before) cut_arc(edges, i, j, r, around, arc);
-    });
-    keep_free_parts(i, line, lines);
-    keep_free_parts(i, arc, arcs);
+      keep_free_parts(i, line, lines);
+      keep_free_parts(i, arc, arcs);
+    }
   }
-  return crossed;
+  return false;
 }
 
 struct Drawn {
@@ -317,13 +361,10 @@ JAMLAB_KERNEL free_outlines(int64_t m, int64_t particles, const int64_t *particl
 {
   const Edges edges = {m, particle, tail, length, along, normal, before, after, turn, rim};
   const Lattice lattice(box);
-  const EdgeGrid grid(edges, lattice, most_copies, search);
+  const EdgeGrid grid(edges, particles, lattice, most_copies, search);
   if (grid.refusal) return grid.refusal;
-  std::vector<char> dented(particles, 0);
-  for (int64_t e = 0; e < m; ++e)
-    if (turn[e] < 0) dented[particle[e]] = 1;
   std::vector<Part> lines, arcs;
-  if (cut_elements(edges, lattice, grid, dented, lines, arcs, crossing)) return OUTLINES_CROSS;
+  if (cut_elements(edges, grid, lines, arcs, crossing)) return OUTLINES_CROSS;
 
   const int64_t straight = static_cast<int64_t>(lines.size()), count = straight + static_cast<int64_t>(arcs.size());
   if (count > room) return count;

@@ -17,7 +17,7 @@ struct Vector {
 
 inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y; }
 inline double cross(const Vector &a, const Vector &b) { return a.x * b.y - a.y * b.x; }
-inline double size(const Vector &a) { return std::hypot(a.x, a.y); }
+inline double size(const Vector &a) { return std::sqrt(dot(a, a)); }  // lengths lie between 1e-100 and 1e100
 
 inline Vector point(const double *points, int64_t i) { return {points[2 * i], points[2 * i + 1]}; }
 

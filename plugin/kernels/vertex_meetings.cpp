@@ -46,7 +46,7 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
   if (lattice.too_many_images(furthest + rounding, n, most_copies)) return TOO_MANY_IMAGES;
   std::vector<Place> places;
   if (!locate_all(lattice, n, polygons.x, places)) return TOO_FAR;
-  const PeriodicGrid grid(lattice, places, reach + rounding);
+  const PeriodicGrid<int64_t> grid(lattice, places, count_up(n), reach + rounding);
 
   std::vector<int64_t> start(n + 1, 0);
   std::vector<Meeting> found;
@@ -54,16 +54,16 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
     const Vector edge = polygons.edge(e), middle = polygons.at(e) + edge * 0.5;
     const double square = dot(edge, edge);
     // around the box of the edge in fractions of the cell, seen from the image of the tail in it
-    const double fraction[2] = {cross(edge, lattice.cell[1]) / lattice.determinant,
-                                cross(lattice.cell[0], edge) / lattice.determinant};
+    const Vector whole = lattice.fraction(edge);
+    const double fraction[2] = {whole.x, whole.y};
     double low[2], high[2];
     for (int axis = 0; axis < 2; ++axis) {
       const double margin = lattice.margin(reach + rounding, axis);
       low[axis] = places[e].f[axis] + std::min(fraction[axis], 0.0) - margin;
       high[axis] = places[e].f[axis] + std::max(fraction[axis], 0.0) + margin;
     }
-    grid.search(low, high, [&](const PeriodicGrid::Entry &entry, const Image &image) {
-      const int64_t v = entry.index;
+    grid.search(low, high, [&](const PeriodicGrid<int64_t>::Entry &entry, const Image &image) {
+      const int64_t v = entry.item;
       const Image shift = places[v].wrap - places[e].wrap - image;  // of the edge, that brings it beside the vertex
       if (polygons.particle[v] == polygons.particle[e] && shift.home()) return;
       const double f[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
@@ -74,7 +74,7 @@ int64_t find_all(const Polygons &polygons, const Lattice &lattice, double reach,
       const double place = square > 0 ? std::min(std::max(dot(r, edge) / square, 0.0), 1.0) : 0.0;
       const Vector apart = r - edge * place;
       if (!(dot(apart, apart) < reach * reach)) return;
-      found.push_back({v, e, in_box, place, size(apart), apart, moved});
+      found.push_back({v, e, in_box, place, std::hypot(apart.x, apart.y), apart, moved});
       ++start[v + 1];
     });
   }
