@@ -265,7 +265,7 @@ def finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) ->
         InputError: what are no numbers, another shape, or values that are not finite.
     """
     try:
-        array = np.array(values, dtype=np.float64)
+        array = np.array(values, dtype=np.float64, order="C")  # as compiled code wants it
     except (TypeError, ValueError):
         raise InputError(f"{name} must hold numbers only, in rows of one length") from None
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):

@@ -6,13 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.cross_product import cross
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SHORTEST = 1e-12  # of the perimeter: rounding of the vertices (1e-16) still leaves a shorter edge a direction to 1e-4
+
+_OUT = (INTEGERS, REALS, REALS, REALS, REALS, INTEGERS, INTEGERS, REALS)
+_edge_rings = kernel("edge_rings", INTEGER, INTEGERS, REALS, REAL, *_OUT)
 
 
 @dataclass(frozen=True)
@@ -49,14 +52,9 @@ def edge_rings(packing: Packing) -> EdgeRings:
     """
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have outlines and rims; this packing has model sp")
-    kept = np.hypot(*packing.edges.T) > SHORTEST * packing.perimeters[packing.particle]
-    particle, tail = packing.particle[kept], packing.positions[kept]
-    first = np.searchsorted(particle, np.arange(packing.n + 1))
-    before, after = np.arange(-1, len(tail) - 1), np.arange(1, len(tail) + 1)
-    before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
-    edge = tail[after] - tail
-    length = np.hypot(*edge.T)
-    along = edge / length[:, None]
-    normal = np.column_stack([along[:, 1], -along[:, 0]])
-    turn = np.arctan2(cross(along[before], along), np.einsum("ij,ij->i", along[before], along))
-    return EdgeRings(particle, tail, length, along, normal, before, after, turn, 0.5 * packing.params["delta"])
+    size = len(packing.positions)
+    (particle, before, after), (length, turn) = np.empty((3, size), dtype=np.int64), np.empty((2, size))
+    tail, along, normal = np.empty((3, size, 2))
+    rings = (particle, tail, length, along, normal, before, after, turn)
+    m = _edge_rings(packing.n, packing.offsets, packing.positions, SHORTEST, *rings)
+    return EdgeRings(*(values[:m] for values in rings), 0.5 * packing.params["delta"])

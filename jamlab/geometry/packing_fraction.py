@@ -12,7 +12,7 @@ from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
 from jamlab.geometry.touching_disks import touching_disks
-from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -71,14 +71,14 @@ def cover_by_disks(packing: Packing, touching: Pairs) -> tuple[float, str]:
     return packing.phi - float(_lenses(touching, radius).sum() / packing.area), "pairs"
 
 
-def cover_outside_voids(packing: Packing, found: Voids) -> float:
+def cover_outside_voids(packing: Packing, found: Voids | BoundedVoids) -> float:
     """rho of a packing from its voids, which leave the rest of the cell to the particles."""
     return 1.0 - float(found.area.sum() / packing.area)
 
 
 def _cover_by_droplets(packing: Packing) -> tuple[float, str]:
     try:
-        return cover_outside_voids(packing, voids(packing)), "boundary"
+        return cover_outside_voids(packing, bound_voids(packing)), "boundary"
     except BoundaryError:
         return float(particle_areas(packing).sum() / packing.area), "outlines"
 

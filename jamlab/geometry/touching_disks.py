@@ -1,7 +1,5 @@
 """Contacts between disks: they touch where r < (d_i + d_j)/2."""
 
-import numpy as np
-
 from jamlab.errors import InputError
 from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.packing import Packing
@@ -22,5 +20,4 @@ def touching_disks(packing: Packing) -> Pairs:
     """
     if packing.diameters is None:
         raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()))
-    return near.select(np.hypot(*near.r.T) < 0.5 * (packing.diameters[near.i] + packing.diameters[near.j]))
+    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters)

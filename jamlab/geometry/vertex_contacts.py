@@ -14,17 +14,23 @@ A periodic image of a polygon is another polygon, also to itself: in a small box
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.cross_product import cross
-from jamlab.packing.neighbors import Pairs, periodic_neighbors, positive_image
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
+from jamlab.packing.neighbors import MOST_IMAGES, Pairs, positive_image, search_lattice
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+_OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
+_meetings = kernel("vertex_meetings", INTEGER, INTEGERS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, *_OUT)
+_FORMS = {"segment/smooth": 0, "outline": 1, "segment": 2}  # ContactForm of vertex_meetings.cpp
+_OUTLINES_CROSS = -3
 
 
 @dataclass(frozen=True)
@@ -65,15 +71,22 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
             that has come inside further in.
     """
     delta, form = packing.params["delta"], packing.params["contact"]
-    if form == "segment":
-        return _find_segment_contacts(packing, delta)
-    found = _find_meetings(packing, delta)
-    _refuse_crossing(packing, found.vertex, found)
-    if form == "outline":
-        particle = packing.particle
-        image = np.round(found.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-        return _keep_closest(found, (found.vertex, particle[found.tail], image[:, 0], image[:, 1]))
-    return found
+    offsets = np.asarray(packing.offsets)
+    crossing = np.zeros(2, dtype=np.int64)
+
+    def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:
+        vertex, tail, place = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room)
+        separation, shift = np.empty((room, 2)), np.empty((room, 2))
+        count = _meetings(
+            packing.n, offsets, packing.positions, packing.box, delta, _FORMS[form], MOST_IMAGES, room,
+            vertex, tail, place, separation, shift, crossing, search,
+        )  # fmt: skip
+        if count == _OUTLINES_CROSS:
+            m, n = crossing
+            raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
+        return count, (vertex, tail, place, separation, shift)
+
+    return VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
 
 
 def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
@@ -101,65 +114,3 @@ def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDA
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
     return np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), swapped
-
-
-def _find_meetings(packing: Packing, reach: float) -> VertexContacts:
-    """All (vertex, edge) pairs of different polygons, images of one polygon included, closer than `reach`."""
-    x, edges = packing.positions, packing.edges
-    middle = x + 0.5 * edges
-    length = np.hypot(*edges.T)
-    near = periodic_neighbors(x, middle, packing.box, reach + 0.5 * length.max())
-    vertex, tail, to_middle, image = near.i, near.j, near.r, near.shift
-    other = (packing.particle[vertex] != packing.particle[tail]) | image.any(axis=1)
-    vertex, tail, to_middle, image = vertex[other], tail[other], to_middle[other], image[other]
-
-    e = edges[tail]
-    r = 0.5 * e - to_middle  # from the tail (in its image) to the vertex
-    square = np.einsum("ij,ij->i", e, e)
-    along = np.einsum("ij,ij->i", r, e)
-    place = np.clip(np.divide(along, square, out=np.zeros_like(along), where=square > 0), 0.0, 1.0)
-    separation = r - place[:, None] * e
-    close = np.einsum("ij,ij->i", separation, separation) < reach**2
-    shift = image[close] @ packing.box
-    return VertexContacts(vertex[close], tail[close], place[close], separation[close], shift)
-
-
-def _keep_closest(found: VertexContacts, keys: tuple[Indices, ...]) -> VertexContacts:
-    """The one closest meeting of every group of equal keys; of equals the one with the lowest tail."""
-    order = np.lexsort((found.tail, found.distance, *keys[::-1]))
-    sorted_keys = np.column_stack([key[order] for key in keys])
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = np.any(sorted_keys[1:] != sorted_keys[:-1], axis=1)
-    return found.select(order[first])
-
-
-def _find_segment_contacts(packing: Packing, delta: float) -> VertexContacts:
-    """Every meeting belongs to two edge pairs: that of either edge that starts or ends in the vertex."""
-    found = _find_meetings(packing, delta)
-    predecessor = np.empty(len(packing.positions), dtype=np.int64)
-    predecessor[packing.successor] = np.arange(len(packing.positions))
-    both = VertexContacts(*(np.concatenate([a, a]) for a in vars(found).values()))
-    own = np.concatenate([found.vertex, predecessor[found.vertex]])
-    # one name for an edge pair from both sides: the lower edge first, the image seen from it
-    image = np.round(both.shift @ np.linalg.inv(packing.box)).astype(np.int64)
-    lower = (own < both.tail) | ((own == both.tail) & positive_image(image))
-    sign = np.where(lower, 1, -1)
-    keys = (np.minimum(own, both.tail), np.maximum(own, both.tail), sign * image[:, 0], sign * image[:, 1])
-    contacts = _keep_closest(both, keys)
-    _refuse_crossing(packing, own, both)
-    return contacts
-
-
-def _refuse_crossing(packing: Packing, own: Indices, meetings: VertexContacts) -> None:
-    x, edges = packing.positions, packing.edges
-    a = x[own]
-    b = a + edges[own]
-    c = x[meetings.tail] + meetings.shift
-    d = c + edges[meetings.tail]
-
-    crossed = np.flatnonzero(
-        (cross(b - a, c - a) * cross(b - a, d - a) < 0) & (cross(d - c, a - c) * cross(d - c, b - c) < 0)
-    )
-    if len(crossed):
-        m, n = packing.particle[own[crossed[0]]], packing.particle[meetings.tail[crossed[0]]]
-        raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")

@@ -1,26 +1,33 @@
 """Find neighbours in a periodic parallelogram, exactly for any tilt and for boxes smaller than the cutoff.
 
 The lattice is first reduced to its shortest vectors (Lagrange-Gauss), so that few images are needed even in a strongly
-sheared box. The points are then wrapped into the reduced cell, copied as far as the cutoff reaches, and searched with a
-k-d tree. Wrapping only serves the search: the vectors returned are computed from the points as they were given.
+sheared box. The points are then wrapped into the reduced cell and sorted into bins, of which every point searches those
+that the cutoff reaches, in compiled code (`plugin/kernels/periodic_grid.h`). Wrapping only serves the search: the
+vectors returned are computed from the points as they were given.
 
-The library vesin lists the pairs of one set of points five times faster (1024 disks: 0.5 ms instead of 3 ms, of 38 ms
-for a whole measurement) and the tests compare with it. It knows neither two sets of points nor the copies that voids
-and cells need, so that none of this file would go.
+The library vesin, with which the tests compare, lists pairs too. It knows neither two sets of points, nor cutoffs that
+vary from pair to pair, nor the copies that cells need.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from jamlab.errors import InputError
+from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MOST_IMAGES = 20_000_000  # copies of points that a search may make: 1 GB with their fractions and images
+MOST_IMAGES = 20_000_000  # copies of points that a search may reach: more take minutes, and gigabytes to list
+
+_OUT = (INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, REALS)
+_neighbors = kernel("periodic_neighbors", INTEGER, REALS, REALS, INTEGER, REALS, REALS, REALS, INTEGER, REAL, *_OUT)
+_copies = kernel("periodic_copies", INTEGER, REALS, REALS, REAL, REAL, INTEGER, INTEGERS, INTEGERS, REALS)
+_TOO_MANY_IMAGES = -1  # as in periodic_grid.h
 
 
 @dataclass(frozen=True)
@@ -49,13 +56,13 @@ def positive_image(shift: Indices) -> NDArray[np.bool_]:
     return np.asarray((shift[:, 0] > 0) | ((shift[:, 0] == 0) & (shift[:, 1] > 0)))
 
 
-def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
+def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:
     """Find every pair of points of one set nearer than the cutoff, once.
 
     Args:
         points: (n, 2), anywhere (need not lie inside the box).
         box: (2, 2), rows are the lattice vectors, box[0, 1] = 0, any tilt box[1, 0].
-        cutoff: distance, in the unit of the points.
+        cutoff: distance, in the unit of the points; or (n,) a reach of each point, the cutoff of two is the sum.
 
     Returns:
         Pairs with i <= j. Several images of one pair each have their own row. i == j is a point and its own image; of
@@ -64,9 +71,7 @@ def periodic_pairs(points: Array, box: Array, cutoff: float) -> Pairs:
     Raises:
         InputError: see `periodic_neighbors`.
     """
-    i, j, shift = _search(points, points, box, cutoff)
-    once = (i < j) | ((i == j) & positive_image(shift))
-    return _cut_off(points, points, box, cutoff, i[once], j[once], shift[once])
+    return _search(points, points, box, cutoff, once=True)
 
 
 def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: float) -> Pairs:
@@ -84,7 +89,7 @@ def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: flo
     Raises:
         InputError: if the cutoff is not a positive finite number, or reaches over more images than fit in memory.
     """
-    return _cut_off(points_a, points_b, box, cutoff, *_search(points_a, points_b, box, cutoff))
+    return _search(points_a, points_b, box, cutoff, once=False)
 
 
 def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, Indices]:
@@ -102,77 +107,50 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
     Raises:
         InputError: if the reach takes in more periodic images than fit in memory.
     """
-    cell, combination = _reduce_lattice(box)
-    wrapped, wrap = _wrap(points, cell)
-    source, image = _copy_images(wrapped, cell, reach)
-    moved = image.any(axis=1)
-    home = np.arange(len(points))
-    source, image = np.concatenate([home, source[moved]]), np.concatenate([np.zeros_like(wrap), image[moved]])
-    return source, (image - wrap[source]) @ combination
+    points, box = np.ascontiguousarray(points), np.ascontiguousarray(box)
+
+    def fill(room: int, search: Array) -> tuple[int, tuple[Indices, Indices]]:
+        out = np.empty(room, dtype=np.int64), np.empty((room, 2), dtype=np.int64)
+        return _copies(len(points), points, box, reach, MOST_IMAGES, room, *out, search), out
+
+    source, shift = search_lattice(fill, 2 * len(points) + 64)
+    return source, shift
 
 
-def _search(points_a: Array, points_b: Array, box: Array, cutoff: float) -> tuple[Indices, Indices, Indices]:
-    """i, j and shift of all neighbours, plus perhaps a few that lie beyond the cutoff by rounding."""
-    if not (np.isfinite(cutoff) and cutoff > 0):
+def search_lattice(fill: Callable[[int, Array], tuple[int, tuple[Any, ...]]], room: int) -> tuple[Any, ...]:
+    """Call a kernel that searches a periodic lattice with as much room as it needs.
+
+    Args:
+        fill: (room, search) -> what the kernel returned, and its arrays with so many rows; search: (5,) out, reach and
+            reduced cell of the search.
+        room: rows to try first.
+
+    Raises:
+        InputError: the kernel refuses: too many images, or points too far away.
+    """
+    search = np.zeros(5)
+    count, arrays = fill(room, search)
+    if count > room:
+        count, arrays = fill(count, search)
+    if count < 0:
+        reach, cell = search[0], search[1:].reshape(2, 2).tolist()
+        if count == _TOO_MANY_IMAGES:
+            raise InputError(f"cutoff {reach:.6g} reaches over too many periodic images of box {cell}")
+        raise InputError(f"a point lies more than {2**52:.2g} boxes away from box {cell}: move it into the box")
+    return tuple(array[:count] for array in arrays)
+
+
+def _search(points_a: Array, points_b: Array, box: Array, cutoff: float | Array, once: bool) -> Pairs:
+    if not (np.isfinite(cutoff).all() and np.greater(cutoff, 0).all()):
         raise InputError(f"cutoff is {cutoff}: must be a positive finite number")
-    if not len(points_a) or not len(points_b):
-        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2), np.int64)
-    cell, combination = _reduce_lattice(box)
-    wrapped_a, wrap_a = _wrap(points_a, cell)
-    wrapped_b, wrap_b = _wrap(points_b, cell)
-    # wrapping costs a few units in the last place of the coordinates
-    rounding = 1e-14 * (np.abs(points_a).max() + np.abs(points_b).max() + np.abs(box).max())
-    reach = cutoff + rounding
-    source, image = _copy_images(wrapped_b, cell, reach)
-    copies = wrapped_b[source] + image @ cell
-    found = cKDTree(wrapped_a).sparse_distance_matrix(cKDTree(copies), reach, output_type="ndarray")
-    i, copy = found["i"].astype(np.int64), found["j"]
-    j = source[copy]
-    return i, j, (image[copy] - wrap_b[j] + wrap_a[i]) @ combination
+    a, b, box = (np.ascontiguousarray(values, dtype=np.float64) for values in (points_a, points_b, box))
+    reach_a = np.ascontiguousarray(np.broadcast_to(cutoff, len(a)), dtype=np.float64)
+    reach_b = reach_a if np.ndim(cutoff) else np.zeros(len(b))
 
+    def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:
+        i, j = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+        r, shift = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
+        arguments = (len(a), a, reach_a, len(b), b, reach_b, box, once, MOST_IMAGES, room)
+        return _neighbors(*arguments, i, j, r, shift, search), (i, j, r, shift)
 
-def _cut_off(
-    points_a: Array, points_b: Array, box: Array, cutoff: float, i: Indices, j: Indices, shift: Indices
-) -> Pairs:
-    r = points_b[j] - points_a[i] + shift @ box
-    near = np.hypot(r[:, 0], r[:, 1]) < cutoff
-    i, j, r, shift = i[near], j[near], r[near], shift[near]
-    order = np.lexsort((shift[:, 1], shift[:, 0], j, i))
-    return Pairs(i[order], j[order], r[order], shift[order])
-
-
-def _reduce_lattice(box: Array) -> tuple[Array, Indices]:
-    """Lagrange-Gauss reduction: the two shortest lattice vectors and the integers with cell = integers @ box."""
-    cell, integers = np.array(box, dtype=np.float64), np.eye(2, dtype=np.int64)
-    while True:
-        if cell[1] @ cell[1] < cell[0] @ cell[0]:
-            cell, integers = cell[::-1].copy(), integers[::-1].copy()
-        times = int(np.rint(cell[0] @ cell[1] / (cell[0] @ cell[0])))
-        if times == 0:
-            return cell, integers
-        shorter = cell[1] - times * cell[0]
-        if shorter @ shorter >= cell[1] @ cell[1]:
-            return cell, integers
-        cell[1] = shorter
-        integers[1] -= times * integers[0]
-
-
-def _wrap(points: Array, cell: Array) -> tuple[Array, Indices]:
-    """Points moved into the cell, and by how many lattice vectors each was moved back."""
-    wrap = np.floor(points @ np.linalg.inv(cell))
-    return points - wrap @ cell, wrap.astype(np.int64)
-
-
-def _copy_images(wrapped: Array, cell: Array, reach: float) -> tuple[Indices, Indices]:
-    """Copies of wrapped points that may lie within reach of the cell: index of the point, lattice multiples (m, 2)."""
-    area = abs(cell[0, 0] * cell[1, 1] - cell[0, 1] * cell[1, 0])
-    height = area / np.hypot(*cell[::-1].T)  # of the cell, across each pair of its sides
-    margin = reach / height + 1e-9  # beyond the rounding of fractions; a copy too many costs nothing
-    layers = np.ceil(margin)
-    if np.prod(2 * layers + 1) * len(wrapped) > MOST_IMAGES:
-        raise InputError(f"cutoff {reach:.6g} reaches over too many periodic images of box {cell.tolist()}")
-    first, second = (np.arange(-k, k + 1) for k in layers.astype(np.int64))
-    image = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1).reshape(-1, 2)
-    fraction = wrapped @ np.linalg.inv(cell) + image[:, None, :]
-    kept, source = np.nonzero(((fraction >= -margin) & (fraction <= 1 + margin)).all(axis=2))
-    return source, image[kept]
+    return Pairs(*search_lattice(fill, 4 * (len(a) + len(b)) + 64))

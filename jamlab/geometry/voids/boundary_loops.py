@@ -10,16 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, min_weight_full_bipartite_matching
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from jamlab.errors import BoundaryError
-from jamlab.geometry.voids.torus_graph import sum_images
+from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 from jamlab.packing.neighbors import periodic_neighbors
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 JOINT = 1e-6  # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
+
+_chain_loops = kernel("chain_loops", INTEGER, INTEGERS, INTEGERS, INTEGERS, INTEGERS, INTEGERS, INTEGERS)
 
 
 @dataclass(frozen=True)
@@ -47,19 +49,6 @@ class Pieces:
     def length(self) -> Array:
         """(k,) length of each piece."""
         return np.where(self.radius > 0, self.radius * self.angle, np.hypot(*(self.end - self.start).T))
-
-    @property
-    def bulge(self) -> Array:
-        """(k,) area between a circular piece and its chord, R^2 (angle - sin(angle))/2."""
-        return np.asarray(0.5 * self.radius**2 * (self.angle - np.sin(self.angle)))
-
-    @property
-    def bulge_moment(self) -> Array:
-        """(k, 2) integral of x over the area between piece and chord; its own part is (2/3) R^3 sin(angle/2)^3."""
-        middle = self.begin + 0.5 * self.angle
-        own = 2 / 3 * (self.radius * np.sin(0.5 * self.angle)) ** 3
-        direction = np.column_stack([np.cos(middle), np.sin(middle)])
-        return np.asarray(self.bulge[:, None] * self.centre + own[:, None] * direction)
 
 
 @dataclass(frozen=True)
@@ -92,16 +81,10 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary
         shift: (k, 2) int64, which periodic image of it.
     """
     k = len(following)
-    pieces_in_turn = np.arange(k)
-    count, loop = connected_components(csr_array((np.ones(k), (pieces_in_turn, following)), shape=(k, k)))
-    origin = np.full(count, k)
-    np.minimum.at(origin, loop, pieces_in_turn)
-    before, image = np.empty(k, dtype=np.int64), np.empty((k, 2), dtype=np.int64)
-    before[following], image[following] = pieces_in_turn, shift
-    last = before[origin]
-    before[origin], image[origin] = origin, 0
-    image = sum_images(before, image)
-    return Boundary(pieces, following, loop.astype(np.int64), image, image[last] + shift[last], origin)
+    (loop, origin), (image, winding) = np.empty((2, k), dtype=np.int64), np.empty((2, k, 2), dtype=np.int64)
+    loops = _chain_loops(k, following, shift, loop, image, winding, origin)
+    assert loops >= 0, "every piece follows one other"
+    return Boundary(pieces, following, loop, image, winding[:loops], origin[:loops])
 
 
 def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:

@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import checked
-from jamlab.geometry.cross_product import cross
 from jamlab.geometry.voids.boundary_loops import Boundary
 from jamlab.geometry.voids.disk_boundary import trace_disks
 from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.torus_graph import find_components
 from jamlab.geometry.voids.void_rays import find_first_hits
+from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
@@ -38,6 +38,13 @@ Indices = NDArray[np.int64]
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY
 PLATEAU_BORDER = np.pi / (4 * np.sqrt(3) - 2 * np.pi)  # shape of the void between three equal disks that touch, 4.8706
+
+_PIECES = (REALS, REALS, REALS, REALS, INTEGERS, INTEGERS)
+_loop_areas = kernel("loop_areas", INTEGER, INTEGER, *_PIECES, INTEGERS, INTEGERS, REALS, REALS)
+_sum_voids = kernel(
+    "sum_voids", INTEGER, INTEGER, INTEGERS, REALS, *_PIECES, INTEGERS, INTEGERS, FLAGS, FLAGS, REAL, REALS,
+    INTEGERS, INTEGERS, REALS, INTEGERS, REALS, REALS,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -128,42 +135,64 @@ def voids(packing: Packing) -> Voids:
     Raises:
         BoundaryError: if more boundaries meet in one point than can be told apart; DP: if outlines of polygons cross.
     """
+    bounded = bound_voids(packing)
+    boundary, area, percolating = bounded.boundary, bounded.area, bounded.percolating
+    pieces, k, count = boundary.pieces, len(boundary.loop), len(area)
+    # of a void that percolates the particles on all loops are sides, of others those on the loop around it
+    percolates = percolating > 0
+    counts = (bounded.kind == LoopKind.AROUND) | np.append(percolates, False)[bounded.void]
+    shortest = SLIVER * np.sqrt(packing.area / packing.n)
+    void, image = np.empty(k, dtype=np.int64), np.empty((k, 2), dtype=np.int64)
+    perimeter, sides, (reference, moment) = np.empty(count), np.empty(count, dtype=np.int64), np.empty((2, count, 2))
+    _sum_voids(
+        k, count, pieces.particle, pieces.start, pieces.end, pieces.centre, pieces.radius, pieces.angle, boundary.loop,
+        boundary.image, bounded.void, bounded.image, counts, ~percolates, shortest, packing.box,
+        void, image, perimeter, sides, reference, moment,
+    )  # fmt: skip
+    centre = reference + moment / area[:, None]
+    centre -= np.floor(centre @ np.linalg.inv(packing.box)) @ packing.box
+    centre[percolates] = np.nan
+    return Voids(sides, area, perimeter, centre, percolating, bounded.islands, boundary, void, image, packing)
+
+
+@dataclass(frozen=True)
+class BoundedVoids:
+    """Voids by the loops that bound them; `area`, `percolating`, `islands` and `boundary` as in `Voids`.
+
+    Attributes:
+        kind: (loops,) int64, a `LoopKind`.
+        void: (loops,) int64, void that each loop bounds; -1 for none.
+        image: (loops, 2) int64, in which image of the void the loop lies.
+    """
+
+    area: Array
+    percolating: Indices
+    islands: Indices
+    boundary: Boundary
+    kind: Indices
+    void: Indices
+    image: Indices
+
+
+def bound_voids(packing: Packing) -> BoundedVoids:
+    """Find the voids of a packing and their areas alone.
+
+    Raises:
+        BoundaryError: see `voids`.
+    """
     boundary = trace_disks(packing) if packing.model == "sp" else trace_polygons(packing)
     signed = _sign_areas(boundary, packing.box)
     kind = _classify_loops(boundary, signed, EMPTY * packing.area / packing.n)
-    count, void_of_loop, loop_image = _group_loops(boundary, packing.box, kind)
-
+    count, void, image = _group_loops(boundary, packing.box, kind)
     enclosing, winding, islands = (
-        np.bincount(void_of_loop[kind == which], minlength=count)
+        np.bincount(void[kind == which], minlength=count)
         for which in (LoopKind.AROUND, LoopKind.WINDING, LoopKind.ISLAND)
     )
     percolating = np.where(enclosing > 0, 0, np.where(winding > 0, 1, 2))
     loops = np.flatnonzero(kind != LoopKind.ROUNDING)
-    area = np.bincount(void_of_loop[loops], signed[loops], count).astype(np.float64)
+    area = np.bincount(void[loops], signed[loops], count).astype(np.float64)
     area = np.where(percolating > 0, np.mod(area, packing.area), area)
-
-    void, image = void_of_loop[boundary.loop], boundary.image + loop_image[boundary.loop]
-    length = boundary.pieces.length
-    k = np.flatnonzero(void >= 0)
-    perimeter = np.bincount(void[k], length[k], count).astype(np.float64)
-    # of a void that percolates the particles on all loops are sides, of others those on the loop around it
-    k = k[length[k] > SLIVER * np.sqrt(packing.area / packing.n)]
-    percolates = percolating[void[k]] > 0
-    particle_image = np.where(percolates[:, None], 0, image[k])
-    corners = np.column_stack([void[k], boundary.pieces.particle[k], particle_image])
-    corners = corners[percolates | (kind[boundary.loop[k]] == LoopKind.AROUND)]
-    sides = np.bincount(corners[_find_different(corners), 0], minlength=count)
-    centroid = _find_centroids(boundary, packing.box, void, image, area)
-    centroid[percolating > 0] = np.nan
-    return Voids(sides, area, perimeter, centroid, percolating, islands, boundary, void, image, packing)
-
-
-def _find_different(rows: Indices) -> Indices:
-    """Find the first of every kind of row (m, 4), by sorting: `np.unique` over rows takes four times as long."""
-    order = np.lexsort(rows.T)
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
-    return order[new]
+    return BoundedVoids(area, percolating, islands, boundary, kind, void, image)
 
 
 def _classify_loops(boundary: Boundary, signed: Array, smallest: float) -> Indices:
@@ -176,43 +205,31 @@ def _classify_loops(boundary: Boundary, signed: Array, smallest: float) -> Indic
 
 def _sign_areas(boundary: Boundary, box: Array) -> Array:
     """(loops,) area to the right of each loop; of a loop that winds, up to multiples of the cell."""
-    pieces, loop = boundary.pieces, boundary.loop
-    winding = boundary.winding @ box
-    place = boundary.image @ box
-    origin = pieces.start[boundary.origin] + place[boundary.origin]
-    # loops that close are measured from their own beginning, which keeps the digits of small ones
-    reference = np.where((boundary.winding != 0).any(axis=1)[:, None], 0.0, origin)
-    p, q = (x + place - reference[loop] for x in (pieces.start, pieces.end))
-    green = np.bincount(loop, 0.5 * cross(p, q) + pieces.bulge, len(winding))
-    return np.asarray(0.5 * cross(winding, origin) - green)
+    pieces, area = boundary.pieces, np.empty(len(boundary.winding))
+    _loop_areas(
+        len(boundary.loop), len(area), pieces.start, pieces.end, pieces.radius, pieces.angle, boundary.loop,
+        boundary.image, boundary.winding, boundary.origin, box, area,
+    )  # fmt: skip
+    return area
 
 
 def _group_loops(boundary: Boundary, box: Array, kind: Indices) -> tuple[int, Indices, Indices]:
     """Number of voids, the void that each loop bounds (-1: none), and in which image of the void the loop lies."""
     rounding = kind == LoopKind.ROUNDING
     casting = np.flatnonzero((kind == LoopKind.ISLAND) | (kind == LoopKind.WINDING))
-    hit, shift = find_first_hits(boundary, box, casting, rounding)
-    found = find_components(len(kind), casting, hit, shift)
-    group = found.label.copy()
-    held = np.zeros(found.count, dtype=bool)
-    held[group[kind != LoopKind.ISLAND]] = True
-    if not held.all():  # islands that nothing encloses share the one void that percolates in both directions
-        group[~held[group]] = np.flatnonzero(~held)[0]
-    group[rounding] = -1
-    names, void = np.unique(group, return_inverse=True)
-    none = int(len(names) > 0 and names[0] == -1)
-    return len(names) - none, void - none, found.image
-
-
-def _find_centroids(boundary: Boundary, box: Array, void: Indices, image: Indices, area: Array) -> Array:
-    """(m, 2) centres of area, wrapped into the cell; meaningless for voids that percolate."""
-    pieces = boundary.pieces
-    k = np.flatnonzero(void >= 0)
-    first = k[np.unique(void[k], return_index=True)[1]]
-    reference = pieces.start[first] + image[first] @ box
-    move = image[k] @ box - reference[void[k]]
-    p, q = pieces.start[k] + move, pieces.end[k] + move
-    moment = (p + q) * cross(p, q)[:, None] / 6 + pieces.bulge_moment[k] + pieces.bulge[k][:, None] * move
-    total = np.column_stack([np.bincount(void[k], -moment[:, axis], len(area)) for axis in (0, 1)])
-    centre = reference + total / area[:, None]
-    return np.asarray(centre - np.floor(centre @ np.linalg.inv(box)) @ box)
+    group, image = np.arange(len(kind)), np.zeros((len(kind), 2), dtype=np.int64)
+    if len(casting):
+        hit, shift = find_first_hits(boundary, box, casting, rounding)
+        joined = np.union1d(casting, hit)  # few: other loops bound a void each
+        found = find_components(len(joined), np.searchsorted(joined, casting), np.searchsorted(joined, hit), shift)
+        lowest = joined[np.unique(found.label, return_index=True)[1]]
+        group[joined], image[joined] = lowest[found.label], found.image
+        held = np.zeros(len(kind), dtype=bool)
+        held[group[kind != LoopKind.ISLAND]] = True
+        free = ~held[group]
+        if free.any():  # islands that nothing encloses share the one void that percolates in both directions
+            group[free] = group[free].min()
+    bounding = np.zeros(len(kind), dtype=bool)
+    bounding[group[~rounding]] = True
+    number = np.cumsum(bounding) - 1
+    return int(bounding.sum()), np.where(rounding, -1, number[group]), image

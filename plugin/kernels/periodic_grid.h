@@ -1,0 +1,201 @@
+// Points in a periodic parallelogram, sorted into bins of its reduced cell: what may lie near a place, in every image.
+//
+// The lattice is first reduced to its shortest vectors (Lagrange-Gauss), so that few images are needed even in a
+// strongly sheared box. Wrapping only serves the search: callers compute distances from the points as they were given.
+#pragma once
+
+#include "periodic_image.h"
+#include "vector.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace jamlab {
+
+enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
+
+constexpr double LARGEST_WRAP = 4503599627370496.0;  // 2^52: integers below are exact, and their sums fit in 64 bits
+
+// Where a point lies in the reduced cell: fractions from 0 to 1, and by how many of its vectors it was moved there.
+struct Place {
+  double f[2];
+  Image wrap;
+};
+
+class Lattice {
+ public:
+  Vector box[2], cell[2];  // rows: the vectors as given, and the shortest ones
+  double height[2];        // of the cell across each pair of its sides
+  double longest;          // coordinate of the box
+
+  explicit Lattice(const double *rows)
+  {
+    for (int k = 0; k < 2; ++k) box[k] = cell[k] = {rows[2 * k], rows[2 * k + 1]};
+    for (int k = 0; k < 4; ++k) longest = std::max(k ? longest : 0.0, std::fabs(rows[k]));
+    reduce();
+    determinant = cross(cell[0], cell[1]);
+    for (int k = 0; k < 2; ++k) height[k] = std::fabs(determinant) / std::hypot(cell[1 - k].x, cell[1 - k].y);
+  }
+
+  // Coordinates in vectors of the cell.
+  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) / determinant, cross(cell[0], p) / determinant}; }
+
+  // False for a point so far away that its image cannot be counted.
+  bool locate(const Vector &p, Place &place) const
+  {
+    const Vector whole = fraction(p);
+    const double f[2] = {whole.x, whole.y};
+    double wrap[2];
+    for (int k = 0; k < 2; ++k) {
+      wrap[k] = std::floor(f[k]);
+      if (!(std::fabs(wrap[k]) < LARGEST_WRAP)) return false;
+      place.f[k] = f[k] - wrap[k];
+    }
+    place.wrap = {static_cast<int64_t>(wrap[0]), static_cast<int64_t>(wrap[1])};
+    return true;
+  }
+
+  // A translation in vectors of the cell, in those of the box.
+  Image in_box(const Image &m) const
+  {
+    return {m.first * combination[0].first + m.second * combination[1].first,
+            m.first * combination[0].second + m.second * combination[1].second};
+  }
+
+  Vector translation(const Image &shift) const
+  {
+    const double a = static_cast<double>(shift.first), b = static_cast<double>(shift.second);
+    return {a * box[0].x + b * box[1].x, a * box[0].y + b * box[1].y};
+  }
+
+  // Fraction of the cell that a distance takes, in either direction, beyond the rounding of fractions.
+  double margin(double reach, int k) const { return reach / height[k] + 1e-9; }
+
+  // Whether so many points have more copies within reach of the cell than a search may visit.
+  bool too_many_images(double reach, int64_t points, double most) const
+  {
+    const double images = (2 * std::ceil(margin(reach, 0)) + 1) * (2 * std::ceil(margin(reach, 1)) + 1);
+    return !(images * static_cast<double>(points) <= most);
+  }
+
+  void report(double reach, double *search) const
+  {
+    const double values[5] = {reach, cell[0].x, cell[0].y, cell[1].x, cell[1].y};
+    std::copy(values, values + 5, search);
+  }
+
+ private:
+  Image combination[2] = {{1, 0}, {0, 1}};  // cell = combination @ box
+  double determinant;
+
+  void reduce()
+  {
+    while (true) {
+      if (dot(cell[1], cell[1]) < dot(cell[0], cell[0])) {
+        std::swap(cell[0], cell[1]);
+        std::swap(combination[0], combination[1]);
+      }
+      const double times = std::rint(dot(cell[0], cell[1]) / dot(cell[0], cell[0]));
+      if (!(std::fabs(times) >= 1 && std::fabs(times) < 1e9)) return;
+      const Vector shorter = cell[1] - cell[0] * times;
+      if (!(dot(shorter, shorter) < dot(cell[1], cell[1]))) return;
+      cell[1] = shorter;
+      const int64_t whole = static_cast<int64_t>(times);
+      combination[1] = {combination[1].first - whole * combination[0].first,
+                        combination[1].second - whole * combination[0].second};
+    }
+  }
+};
+
+// Rounding of a search that wraps points: a few units in the last place of the coordinates.
+inline double largest_coordinate(int64_t n, const double *points)
+{
+  double largest = 0.0;
+  for (int64_t k = 0; k < 2 * n; ++k) largest = std::max(largest, std::fabs(points[k]));
+  return largest;
+}
+
+inline bool locate_all(const Lattice &lattice, int64_t n, const double *points, std::vector<Place> &places)
+{
+  places.resize(n);
+  for (int64_t i = 0; i < n; ++i)
+    if (!lattice.locate(point(points, i), places[i])) return false;
+  return true;
+}
+
+inline std::vector<int64_t> count_up(int64_t n)
+{
+  std::vector<int64_t> numbers(n);
+  for (int64_t i = 0; i < n; ++i) numbers[i] = i;
+  return numbers;
+}
+
+// Items at their places: numbers of points, or more that a search wants at hand.
+template <class Item> class PeriodicGrid {
+ public:
+  struct Entry {
+    double f[2];
+    Item item;
+  };
+
+  // Bins as large as the reach of the usual search, or as the mean distance of places if that is larger.
+  PeriodicGrid(const Lattice &lattice, const std::vector<Place> &places, const std::vector<Item> &items, double reach)
+  {
+    const int64_t n = static_cast<int64_t>(places.size());
+    const double spread = std::sqrt(lattice.height[0] / std::max<double>(n, 1)) * std::sqrt(lattice.height[1]);
+    for (int k = 0; k < 2; ++k) {
+      const double wanted = lattice.height[k] / std::max(reach, spread);
+      bins[k] = wanted >= 1 ? static_cast<int64_t>(std::min<double>(wanted, 4.0 * n + 4.0)) : 1;
+    }
+    if (bins[0] > (4 * n + 16) / bins[1]) bins[0] = bins[1] = 1;  // cannot be: their product is at most n
+    std::vector<int64_t> bin(n);
+    start.assign(bins[0] * bins[1] + 1, 0);
+    for (int64_t i = 0; i < n; ++i) {
+      bin[i] = locate(places[i].f[0], 0) * bins[1] + locate(places[i].f[1], 1);
+      ++start[bin[i] + 1];
+    }
+    for (std::size_t b = 1; b < start.size(); ++b) start[b] += start[b - 1];
+    std::vector<int64_t> next(start.begin(), start.end() - 1);
+    entries.resize(n);
+    for (int64_t i = 0; i < n; ++i) entries[next[bin[i]]++] = {{places[i].f[0], places[i].f[1]}, items[i]};
+  }
+
+  // Call visit(entry, image) for every point that may lie between two fractions; image: the one that does.
+  template <class Visit> void search(const double *low, const double *high, Visit &&visit) const
+  {
+    int64_t from[2], to[2];
+    for (int k = 0; k < 2; ++k) {
+      from[k] = static_cast<int64_t>(std::floor(low[k] * bins[k]));
+      to[k] = static_cast<int64_t>(std::floor(high[k] * bins[k]));
+    }
+    for (int64_t row = from[0]; row <= to[0]; ++row) {
+      const int64_t first = whole_cells(row, bins[0]), offset = (row - first * bins[0]) * bins[1];
+      for (int64_t column = from[1]; column <= to[1];) {
+        const int64_t second = whole_cells(column, bins[1]), zero = second * bins[1];
+        const int64_t last = std::min(to[1], zero + bins[1] - 1);
+        const int64_t stop = start[offset + last - zero + 1];
+        for (int64_t k = start[offset + column - zero]; k < stop; ++k) visit(entries[k], Image{first, second});
+        column = last + 1;
+      }
+    }
+  }
+
+ private:
+  int64_t bins[2];
+  std::vector<int64_t> start;
+  std::vector<Entry> entries;
+
+  int64_t locate(double fraction, int k) const
+  {
+    return std::min(static_cast<int64_t>(fraction * bins[k]), bins[k] - 1);
+  }
+
+  static int64_t whole_cells(int64_t bin, int64_t bins)
+  {
+    return bin >= 0 ? bin / bins : -((bins - 1 - bin) / bins);
+  }
+};
+
+}  // namespace jamlab

@@ -1,0 +1,23 @@
+// Periodic images: translations in multiples of two lattice vectors.
+#pragma once
+
+#include <cstdint>
+
+namespace jamlab {
+
+using std::int64_t;
+
+struct Image {
+  int64_t first, second;
+  bool operator==(const Image &other) const { return first == other.first && second == other.second; }
+  bool operator<(const Image &other) const
+  {
+    return first != other.first ? first < other.first : second < other.second;
+  }
+  Image operator+(const Image &other) const { return {first + other.first, second + other.second}; }
+  Image operator-(const Image &other) const { return {first - other.first, second - other.second}; }
+  bool home() const { return first == 0 && second == 0; }
+  bool positive() const { return first > 0 || (first == 0 && second > 0); }  // of the two opposite ones
+};
+
+}  // namespace jamlab

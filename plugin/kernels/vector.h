@@ -1,0 +1,30 @@
+// Vectors of the plane, read from and written to arrays (n, 2).
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace jamlab {
+
+using std::int64_t;
+
+struct Vector {
+  double x, y;
+  Vector operator+(const Vector &other) const { return {x + other.x, y + other.y}; }
+  Vector operator-(const Vector &other) const { return {x - other.x, y - other.y}; }
+  Vector operator*(double factor) const { return {factor * x, factor * y}; }
+};
+
+inline double dot(const Vector &a, const Vector &b) { return a.x * b.x + a.y * b.y; }
+inline double cross(const Vector &a, const Vector &b) { return a.x * b.y - a.y * b.x; }
+inline double size(const Vector &a) { return std::sqrt(dot(a, a)); }  // lengths lie between 1e-100 and 1e100
+
+inline Vector point(const double *points, int64_t i) { return {points[2 * i], points[2 * i + 1]}; }
+
+inline void put(double *points, int64_t i, const Vector &p)
+{
+  points[2 * i] = p.x;
+  points[2 * i + 1] = p.y;
+}
+
+}  // namespace jamlab
