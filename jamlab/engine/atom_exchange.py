@@ -12,9 +12,9 @@ from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
 Array = NDArray[np.float64]
 
 _POINTER = ctypes.c_void_p
-_put_positions = kernel("put_positions", INTEGER, _POINTER, _POINTER, REALS, REALS, _POINTER)
+_put_positions = kernel("put_positions", INTEGER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)
 _take_positions = kernel("take_positions", INTEGER, _POINTER, _POINTER, REALS, _POINTER, REALS)
-_take_forces = kernel("take_forces", INTEGER, _POINTER, _POINTER, REALS)
+_take_forces = kernel("take_forces", INTEGER, _POINTER, _POINTER, _POINTER)
 _place_atoms = kernel("place_atoms", INTEGER, _POINTER, REALS, INTEGERS, _POINTER, _POINTER)
 
 
@@ -41,7 +41,10 @@ class AtomExchange:
     def set_positions(self, positions: Array, box: Array) -> None:
         """Move every atom to an unwrapped position (n, 2)."""
         count = len(positions)
-        _check(_put_positions(count, *self._arrays(b"id", b"image"), box, positions, *self._arrays(b"x")), count)
+        x, box = np.ascontiguousarray(positions, dtype=np.float64), np.ascontiguousarray(box)
+        # bare addresses: checks of every argument would take as long as the copy
+        arrays = (*self._arrays(b"id", b"image"), box.ctypes.data, x.ctypes.data, *self._arrays(b"x"))
+        _check(_put_positions(count, *arrays), count)
 
     def place(self, inside: Array, images: NDArray[np.int64]) -> None:
         """Put every atom at a position (n, 2) inside the box, with the image (n, 2) that it stands for."""
@@ -51,7 +54,7 @@ class AtomExchange:
     def forces(self, count: int) -> Array:
         """(count, 2) forces of the last evaluation."""
         forces = np.empty((count, 2))
-        _check(_take_forces(count, *self._arrays(b"id", b"f"), forces), count)
+        _check(_take_forces(count, *self._arrays(b"id", b"f"), forces.ctypes.data), count)
         return forces
 
     def _arrays(self, *names: bytes) -> list[int]:

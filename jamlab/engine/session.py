@@ -207,7 +207,7 @@ class Session:
 
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
-        self._atoms.set_positions(np.ascontiguousarray(positions, dtype=np.float64), self._packing.box)
+        self._atoms.set_positions(positions, self._packing.box)
 
     # building ---------------------------------------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@ from scipy.linalg.blas import dtrsv
 Array = NDArray[np.float64]
 Forces = Callable[[Array], tuple[float, Array]]
 Solve = Callable[[Array], Array]
-Preconditioner = Callable[[Array], Solve]
+Preconditioner = Callable[[Array, float], Solve]
 Enough = Callable[[float], bool]
 
 
@@ -40,8 +40,8 @@ class LbfgsSettings:
         energy_digits: relative change of the energy below which it is rounding.
         sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
         curved: least cosine between a step and the change of the force along it for the pair to be remembered.
-        first_shift: added to the Hessian's diagonal at first: while contacts change, long steps miss.
-        shift_decay: factor of the shift at every new factorisation.
+        shift: added to the Hessian's diagonal over the largest force: far from balance long steps miss, and the Hessian
+            has negative modes down to some ten times that.
         least_shift: with less, steps along soft modes are longer than the quadratic model holds.
     """
 
@@ -53,8 +53,7 @@ class LbfgsSettings:
     energy_digits: float = 1e-13
     sufficient: float = 1e-4
     curved: float = 1e-10
-    first_shift: float = 1e-2
-    shift_decay: float = 0.6
+    shift: float = 2.0
     least_shift: float = 3e-4
 
 
@@ -75,7 +74,8 @@ def descend_by_lbfgs(
     Args:
         forces_at: positions (n, 2) -> energy, forces (n, 2).
         start: (n, 2).
-        preconditioner: positions -> function that multiplies a (2 n,) force by an approximate inverse Hessian.
+        preconditioner: positions and a shift -> function that multiplies a (2 n,) force by an approximate inverse of
+            the Hessian there, with at least that shift on its diagonal.
         tolerance: on the largest force.
         steps: at most.
         enough: largest force -> whether to stop; asked at each step.
@@ -86,14 +86,14 @@ def descend_by_lbfgs(
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
-    pairs = _Pairs(x.size, preconditioner(start))
-    age, longest = 0, LBFGS.reach
+    age, longest = LBFGS.refresh, LBFGS.reach
     for _ in range(steps):
         largest = float(np.hypot(*force.reshape(shape).T).max())
         if largest <= tolerance or (enough is not None and enough(largest)):
             return x.reshape(shape), largest <= tolerance
         if age == LBFGS.refresh:
-            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape))), 0
+            shift = max(LBFGS.shift * largest, LBFGS.least_shift)
+            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape), shift)), 0
         age += 1
         step = pairs.inverse_times(force)
         if step @ force <= 0:

@@ -252,11 +252,9 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
 
 def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
     packing = session.packing()
-    shift, solver = LBFGS.first_shift / LBFGS.shift_decay, positive_solver()
+    solver = positive_solver()
 
-    def preconditioner(positions: Array) -> Callable[[Array], Array]:
-        nonlocal shift
-        shift = max(shift * LBFGS.shift_decay, LBFGS.least_shift)
+    def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
         factorise(hessian(packing.with_state(positions=positions)), shift, solver)
         return solver.solve
 
