@@ -8,6 +8,8 @@ Y. Chen, T. A. Davis, W. W. Hager and S. Rajamanickam, ACM Trans. Math. Softw. 3
 
 import importlib.util
 import os
+import sys
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -69,6 +71,7 @@ class _Superlu:
 
     def factorise(self, matrix: sparse.csc_array) -> None:
         """See `PositiveSolver`."""
+        _check_finite(matrix)
         known = self._pattern.known(matrix)
         self._factors = SymmetricFactors(matrix, analysis=self._factors if known else None)
         if self._factors.negative:
@@ -80,13 +83,27 @@ class _Superlu:
         return self._factors.solve(right)
 
 
+@cache
+def _load_cholmod() -> tuple[Any, Any, Any]:
+    """CHOLMOD with the BLAS that it was built for, and cvxopt's dense and sparse matrices.
+
+    liblammps offers the symbols of a plain BLAS to every library loaded after it. Bound to these, CHOLMOD factorises
+    three times slower, and last digits would depend on what a process has loaded first.
+    """
+    flags = sys.getdlopenflags()
+    sys.setdlopenflags(flags | getattr(os, "RTLD_DEEPBIND", 0))
+    try:
+        from cvxopt import cholmod, matrix, spmatrix
+    finally:
+        sys.setdlopenflags(flags)
+    return cholmod, matrix, spmatrix
+
+
 class _Cholmod:
     """CHOLMOD of cvxopt: supernodal Cholesky factors of the lower triangle, whose symbolic analysis is used again."""
 
     def __init__(self) -> None:
-        from cvxopt import cholmod, matrix, spmatrix
-
-        self._cholmod, self._dense, self._sparse = cholmod, matrix, spmatrix
+        self._cholmod, self._dense, self._sparse = _load_cholmod()
         self._pattern = _Pattern()
         self._lower = np.zeros(0, dtype=np.bool_)
         self._matrix: Any = None
@@ -94,8 +111,7 @@ class _Cholmod:
 
     def factorise(self, matrix: sparse.csc_array) -> None:
         """See `PositiveSolver`."""
-        if not np.isfinite(matrix.data).all():  # CHOLMOD takes them for numbers
-            raise ConvergenceError("a matrix has elements that are not finite")
+        _check_finite(matrix)
         if not matrix.has_sorted_indices:
             matrix = matrix.sorted_indices()
         if self._pattern.known(matrix) and self._factors is not None:
@@ -109,6 +125,7 @@ class _Cholmod:
         try:
             self._cholmod.numeric(self._matrix, self._factors)
         except ArithmeticError as error:
+            self._factors = None  # used again, it would give other last digits from one process to the next
             raise ConvergenceError(f"a matrix is not positive definite from column {error.args[0]} on") from error
 
     def solve(self, right: Array) -> Array:
@@ -116,6 +133,11 @@ class _Cholmod:
         solution = self._dense(right)
         self._cholmod.solve(self._factors, solution)
         return np.asarray(solution).reshape(right.shape)
+
+
+def _check_finite(matrix: sparse.csc_array) -> None:
+    if not np.isfinite(matrix.data).all():  # the libraries take them for numbers
+        raise ConvergenceError("a matrix has elements that are not finite")
 
 
 class _Pattern:

@@ -26,7 +26,7 @@ def assemble(sites: Sequence[Indices], blocks: Sequence[Array], size: int) -> sp
 
     Args:
         sites: for each group (k, m) int64, the m sites of each of its k terms.
-        blocks: for each group (k, m, 2, m, 2) float64.
+        blocks: for each group (k, m, 2, m, 2) float64, each symmetric.
         size: number of sites.
 
     Returns:

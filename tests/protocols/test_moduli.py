@@ -1,5 +1,7 @@
 """Elastic moduli and G*(omega) against finite strain, closed forms, limits, finite differences and plain loops."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.deformation import sheared
 
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
+STATES = Path(__file__).with_name("states")
 
 
 @pytest.fixture(scope="module")
@@ -273,8 +276,7 @@ def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length(scale):
 
 def test_a_droplet_squeezed_by_two_others_bears_load():
     """For z it is a rattler, as a disk would be; taken out, its neighbors were out of balance and G was not defined."""
-    onset = jamlab.jam(model="dp", n=16, seed=3)
-    p = next(iter(jamlab.compress(onset, jamlab.packing_fraction(onset) + 0.003, 0.003)))
+    p = jamlab.read(STATES / "squeezed_droplet.h5")  # n = 16, 0.003 above onset
     found = jamlab.contacts(p)
     squeezed = found.rattlers & (np.bincount(found.pairs.ravel(), minlength=p.n) == 2)
     assert squeezed.sum() == 1

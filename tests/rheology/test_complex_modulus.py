@@ -10,7 +10,6 @@ import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.force_network import force_network
-from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.slow_and_fast_limits import find_limits
@@ -287,16 +286,16 @@ def test_large_packings_are_refused_by_the_dense_solver():
         jamlab.complex_modulus(p, [1.0], method="dense")
 
 
-@pytest.mark.parametrize("name", ["pardiso", "scipy", "guess"])
+@pytest.mark.parametrize("name", ["cholmod", "scipy", "guess"])
 def test_factorisation_is_chosen_at_run_time(packings, monkeypatch, name):
-    """Where PARDISO is installed both give the same; where it is not, and for other names, the remedy is named."""
+    """Where CHOLMOD is installed both give the same; where it is not, and for other names, the remedy is named."""
     plain = jamlab.complex_modulus(packings[1e-4], OMEGA, method="reduced")
     monkeypatch.setenv("JAMLAB_FACTORISATION", name)
     if name == "guess":
-        with pytest.raises(jamlab.InputError, match=r"JAMLAB_FACTORISATION.*'guess'.*pardiso, scipy"):
+        with pytest.raises(jamlab.InputError, match=r"JAMLAB_FACTORISATION.*'guess'.*cholmod, scipy"):
             jamlab.complex_modulus(packings[1e-4], OMEGA)
         return
-    if name == "pardiso" and find_spec("pypardiso") is None:
+    if name == "cholmod" and find_spec("cvxopt") is None:
         with pytest.raises(jamlab.InputError, match=r"pip install 'jamlab\[fast\]'"):
             jamlab.complex_modulus(packings[1e-4], OMEGA)
         return
@@ -323,23 +322,3 @@ def test_direct_solver_refuses_what_rounding_has_taken(dp_dense):
 def test_no_frequency_is_refused(packings):
     with pytest.raises(jamlab.InputError, match="give one number or one row"):
         jamlab.complex_modulus(packings[1e-4], [])
-
-
-def test_mkl_is_looked_for_once(monkeypatch):
-    """A second solver must not search all packages for the library: that cost more than G* of a small packing."""
-    if find_spec("pypardiso") is None:
-        monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
-        with pytest.raises(jamlab.InputError, match="not installed"):
-            positive_solver()
-        return
-    from pypardiso import pardiso_wrapper
-
-    monkeypatch.setenv("JAMLAB_FACTORISATION", "pardiso")
-    positive_solver()
-
-    def searched(*_):
-        raise AssertionError("looked for MKL again")
-
-    monkeypatch.setattr(pardiso_wrapper, "find_library", searched)
-    monkeypatch.setattr(pardiso_wrapper.glob, "glob", searched)
-    positive_solver()

@@ -1,0 +1,61 @@
+"""Factorisations of positive definite matrices: both libraries against dense numpy, and what they refuse."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import jamlab
+from jamlab.mechanics.positive_solver import positive_solver
+
+
+@pytest.fixture(params=["cholmod", "scipy"])
+def solver(request, monkeypatch):
+    monkeypatch.setenv("JAMLAB_FACTORISATION", request.param)
+    return positive_solver()
+
+
+def matrices():
+    """Positive definite, of two patterns, each twice with other values."""
+    rng = np.random.default_rng(3)
+    for density in (0.02, 0.05):
+        half = sparse.random_array((150, 150), density=density, rng=rng)
+        whole = (half + half.T + 12 * sparse.eye_array(150)).tocsc()
+        yield whole
+        yield (2 * whole + sparse.eye_array(150)).tocsc()
+
+
+def test_solutions_are_those_of_dense_numpy(solver):
+    """One right side and several, in either memory layout, while values and patterns change."""
+    rng = np.random.default_rng(4)
+    for matrix in matrices():
+        solver.factorise(matrix)
+        for right in (rng.normal(size=150), rng.normal(size=(150, 3)), np.asfortranarray(rng.normal(size=(150, 3)))):
+            assert solver.solve(right) == pytest.approx(np.linalg.solve(matrix.toarray(), right), rel=1e-12, abs=1e-13)
+
+
+def test_what_has_a_negative_mode_is_refused_and_the_next_is_not(solver):
+    """The shift of Newton steps is found by failing."""
+    matrix = next(matrices())
+    solver.factorise(matrix)
+    with pytest.raises(jamlab.ConvergenceError, match=r"negative eigenvalue|not positive definite"):
+        solver.factorise((matrix - 13 * sparse.eye_array(150)).tocsc())
+    solver.factorise((matrix + sparse.eye_array(150)).tocsc())
+    dense = matrix.toarray() + np.eye(150)
+    assert solver.solve(np.ones(150)) == pytest.approx(np.linalg.solve(dense, np.ones(150)), rel=1e-12)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_not_finite_is_refused(solver, value):
+    matrix = next(matrices())
+    matrix[3, 3] = value
+    with pytest.raises(jamlab.ConvergenceError):
+        solver.factorise(matrix)
+
+
+def test_unsorted_columns_are_the_same_matrix(solver):
+    matrix = next(matrices())
+    rows = [np.arange(a, b)[::-1] for a, b in zip(matrix.indptr[:-1], matrix.indptr[1:], strict=True)]
+    order = np.concatenate(rows)
+    turned = sparse.csc_array((matrix.data[order], matrix.indices[order], matrix.indptr), shape=matrix.shape)
+    solver.factorise(turned)
+    assert solver.solve(np.ones(150)) == pytest.approx(np.linalg.solve(matrix.toarray(), np.ones(150)), rel=1e-12)
