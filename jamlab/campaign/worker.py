@@ -12,6 +12,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import Task
 from jamlab.errors import StorageError
 from jamlab.packing.atomic_file import check_target
+from jamlab.processes.cores import cores_given
 
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
@@ -54,7 +55,7 @@ def run_task(
         if not place.task_file(name).exists():
             place.check_target(place.task_file(name))  # before the work, not after
             check_target(place.task_file(name))
-            with threadpool_limits(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
+            with threadpool_limits(1), cores_given(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
                 _make_file(place, task, began, source, modules)
         return end(FINISHED, task.label)
     except StorageError as error:
@@ -76,19 +77,19 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     from jamlab.campaign.stored_states import read_stored, shared_tables
     from jamlab.campaign.tables import STATE_COLUMNS
     from jamlab.campaign.task_file import write_task_file
-    from jamlab.measure import COLUMNS, table
+    from jamlab.measure import COLUMNS, measure_all
 
     functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
     stored = read_stored(folder, source) if source is not None else None
     if stored is None:
         states, known, before = make_states(task.parameters), {}, 0.0
-        measured = table(states.packings)
+        measured = measure_all(states.packings)
     else:
         file, states = stored
         shared = {"onset", *shared_tables(task.parameters, file.parameters)}
         known, before = {name: columns for name, columns in file.tables.items() if name in shared}, file.seconds
         whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
-        measured = file.observables if whole else table(states.packings)
+        measured = file.observables if whole else measure_all(states.packings)
     tables = measure_tables(task.parameters, states, measured["pressure"], known)
     taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
     for name in sorted(functions.keys() - known.keys()):

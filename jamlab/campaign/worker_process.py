@@ -5,21 +5,12 @@ killed the driver and whatever this process is doing.
 """
 
 import asyncio
-import ctypes
-import os
-import signal
 import sys
+
+from jamlab.processes.child import die_with
 
 DEATH_TIMEOUT = 60  # s without a scheduler after which a worker exits; as long as a connection may take, see workers.py
 _LOOPBACK = "127.0.0.1"
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
-
-
-def die_with(parent: int) -> None:
-    """Have the kernel kill this process when its parent dies; exit at once if the parent is dead already."""
-    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)
 
 
 async def _serve(scheduler: str) -> None:
