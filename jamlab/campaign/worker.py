@@ -34,7 +34,12 @@ class Outcome(NamedTuple):
 
 
 def run_task(
-    folder: str, name: str, parameters: dict[str, Any], source: str | None = None, modules: Sequence[str] = ()
+    folder: str,
+    name: str,
+    parameters: dict[str, Any],
+    source: str | None = None,
+    modules: Sequence[str] = (),
+    ranks: int = 1,
 ) -> Outcome:
     """Run a task unless its file exists.
 
@@ -44,18 +49,19 @@ def run_task(
         parameters: of the task.
         source: finished task whose states are those of this one.
         modules: folders that hold modules of the user's own observables.
+        ranks: MPI ranks, hence cores, that the task may use.
     """
     began = time.perf_counter()
 
     def end(state: str, line: str) -> Outcome:
         return Outcome(state, line, time.perf_counter() - began)
 
-    place, task = CampaignFolder(Path(folder)), Task(name, parameters)
+    place, task = CampaignFolder(Path(folder)), Task(name, parameters, ranks)
     try:
         if not place.task_file(name).exists():
             place.check_target(place.task_file(name))  # before the work, not after
             check_target(place.task_file(name))
-            with threadpool_limits(1), cores_given(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
+            with threadpool_limits(1), cores_given(ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
                 _make_file(place, task, began, source, modules)
         return end(FINISHED, task.label)
     except StorageError as error:
@@ -82,7 +88,7 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
     stored = read_stored(folder, source) if source is not None else None
     if stored is None:
-        states, known, before = make_states(task.parameters), {}, 0.0
+        states, known, before = make_states(task.parameters, task.ranks), {}, 0.0
         measured = measure_all(states.packings)
     else:
         file, states = stored

@@ -26,10 +26,12 @@ class WorkerSupply:
         scheduler: its address.
         count: number of processes.
         give_up: called when workers die as fast as they start; `failure` then holds the reason, and none is started.
+        cores: that each of them holds.
     """
 
-    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:
-        self._line = [sys.executable, "-P", "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None], cores: int = 1) -> None:
+        module = "jamlab.campaign.worker_process"
+        self._line = [sys.executable, "-P", "-m", module, scheduler, str(os.getpid()), str(cores)]
         self._count = count
         self.failure: str | None = None
         self._give_up = give_up

@@ -57,7 +57,7 @@ def test_mpiexec_is_told_how_many(start, monkeypatch):
     monkeypatch.setattr(subprocess, "run", lambda line, **kept: lines.append(line) or run(line, **kept))
     minimize_on_ranks(start, force=1e-9, style="cg", steps=1, ranks=2)
     (line,) = lines
-    assert line[0].endswith("mpiexec") and line[1:3] == ["-n", "2"]
+    assert line[0].endswith("mpiexec") and line[3:5] == ["-n", "2"]
 
 
 def test_few_steps_stop_early(start):
