@@ -15,7 +15,7 @@ MODULE = importlib.import_module("jamlab.measure")  # the package has a function
 
 @pytest.fixture(scope="module")
 def sweep():
-    return [state for model in ("sp", "dp") for state in jamlab.read_all(example_file(model))]
+    return [state for model in ("sp", "dp") for state in jamlab.read_all(example_file(model))[::3]]
 
 
 @pytest.fixture

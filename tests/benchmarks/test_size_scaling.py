@@ -24,6 +24,7 @@ def test_a_power_law_is_found_again():
     assert bytes_at(costs, 10**6) == pytest.approx(7_001_000)
 
 
+@pytest.mark.slow
 def test_a_part_is_measured_in_a_process_of_its_own():
     found = cost("droplets: 10 forces", 32)
     assert found.n == 32 and 0 < found.seconds < 1 and 2e7 < found.bytes < 2e9
