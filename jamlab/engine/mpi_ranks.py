@@ -16,6 +16,8 @@ from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, write_data
 from jamlab.packing.packing import Packing
+from jamlab.processes.child import child_environment
+from jamlab.processes.dying_program import dying_line
 
 Array = NDArray[np.float64]
 
@@ -72,7 +74,8 @@ def minimize_on_ranks(
         for name, value in {"dir": inputs.parent, **variables}.items():
             line += ["-var", name, value]
         try:
-            done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, check=False)
+            words, modules = dying_line([str(word) for word in line]), child_environment()
+            done = subprocess.run(words, cwd=folder, env=modules, capture_output=True, text=True, check=False)
         except OSError as error:
             raise EngineError(f"no mpiexec and lmp in {programs} for ranks = {ranks}: run `jamlab doctor`") from error
         if done.returncode not in (0, _NOT_CONVERGED):
