@@ -15,22 +15,12 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.benchmarks.size_scaling import repeated
 from jamlab.figures.papers.example_packings import example_file
-from jamlab.packing.packing import Packing
 from jamlab.processes.cores import available_cores
 
 ROUNDS = 5
 FIGURES_WITHIN = 30.0  # s, with two cores
-
-
-def tiled(packing: Packing, times: int) -> Packing:
-    """A packing of droplets repeated along both sides of its box."""
-    cells = np.indices((times, times)).reshape(2, -1).T
-    positions = (packing.positions + (cells @ packing.box)[:, None]).reshape(-1, 2)
-    counts = np.tile(np.diff(packing.offsets), len(cells))
-    params = packing.params | {"a0": np.tile(packing.params["a0"], len(cells))}
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    return Packing("dp", times * packing.box, positions, params, packing.units, offsets=offsets)
 
 
 def seconds(run):
@@ -44,7 +34,7 @@ def test_a_sweep_is_measured_by_all_cores():
     if available_cores() < 2:
         pytest.skip("one core")
     few = jamlab.read_all(example_file("dp"))[:4]
-    many = [tiled(state, 4) for state in few[1:]] * 20
+    many = [repeated(state, 4) for state in few[1:]] * 20
     print(f"\n{'states':>8s}{'droplets':>10s}{'one, s':>10s}{'all, s':>10s}{'gain':>8s}")
     gains = {}
     for sweep in (few, many):
