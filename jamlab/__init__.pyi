@@ -36,6 +36,7 @@ from .geometry.voids.void_statistics import void_statistics as void_statistics
 from .geometry.voids.voids import Voids as Voids
 from .geometry.voids.voids import voids as voids
 from .measure import measure as measure
+from .measure import measure_all as measure_all
 from .mechanics.elasticity import ElasticTensor as ElasticTensor
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
 from .mechanics.slow_shear import SlowShear as SlowShear

@@ -1,14 +1,16 @@
 """Measure a packing: its standard observables as plain numbers for tables and files."""
 
-from collections.abc import Callable, Iterable
-from functools import cached_property
+import time
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from jamlab.checks import check_choice, checked
-from jamlab.errors import BoundaryError, ConvergenceError
+from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_lengths import contact_lengths
 from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_certain
 from jamlab.geometry.orientational_order import orientational_order
@@ -22,6 +24,10 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
+from jamlab.processes.cores import available_cores
+from jamlab.processes.side_by_side import run_side_by_side
+
+Array = NDArray[np.float64]
 
 COLUMNS = (
     *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),
@@ -31,6 +37,9 @@ COLUMNS = (
 
 
 QUANTITIES = (*COLUMNS, "psi_6", "psi_6_overall")
+
+_TRIAL = 0.5  # s after which `measure_all` looks at the time that a state takes
+_START = 2.0  # s that new processes take to start and to load what measures
 
 
 @checked
@@ -58,15 +67,20 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`.
     """
-    names = tuple(quantities)
-    for name in names:
-        check_choice("quantity", name, QUANTITIES)
+    names = _check_names(quantities)
     state = _State(packing)
     found: dict[str, float] = {}
     for group, observe in _GROUPS:
         if not set(group).isdisjoint(names):
             found |= observe(state)
     return {name: found[name] for name in names}
+
+
+def _check_names(quantities: Iterable[str]) -> tuple[str, ...]:
+    names = tuple(quantities)
+    for name in names:
+        check_choice("quantity", name, QUANTITIES)
+    return names
 
 
 def why_no_modulus(packing: Packing) -> str:
@@ -83,10 +97,70 @@ def why_no_modulus(packing: Packing) -> str:
     return ""
 
 
-def table(packings: list[Packing]) -> dict[str, np.ndarray]:
-    """Measurements of several packings: column name -> (len(packings),) float64."""
-    rows = [measure(packing) for packing in packings]
-    return {name: np.array([row[name] for row in rows]) for name in COLUMNS}
+@checked
+def measure_all(
+    packings: Sequence[Packing],
+    quantities: Iterable[str] = COLUMNS,
+    *,
+    processes: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> "dict[str, Array]":
+    """Observables of several packings, such as a sweep, side by side where that is faster.
+
+    >>> measured = jamlab.measure_all(jamlab.read_all("sweep.h5"))
+    >>> measured["rho"], measured["z"]
+
+    Args:
+        packings: SP or DP; each is measured on one core, so the numbers do not depend on `processes`.
+        quantities: see `measure`.
+        processes: at most so many at once, by default one for each core that this process may use. Work of a few
+            seconds, which new processes would not make shorter, is done in this one.
+        progress: called with the number of packings measured, and of all.
+
+    Returns:
+        Quantity -> (len(packings),) float64, in the order of the packings.
+
+    Raises:
+        InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
+        EngineError: a process was killed.
+        JamlabError: what `measure` raises; the message names the state, counted from 0.
+    """
+    if processes is not None and processes < 1:
+        raise InputError(f"processes = {processes}: must be 1 or more")
+    names, total = _check_names(quantities), len(packings)
+    show = progress or (lambda done, total: None)
+    states = list(enumerate(packings))
+    one = partial(_measure_state, names=names)
+    rows, began = [], time.perf_counter()
+    with threadpool_limits(1):
+        for state in states:
+            rows.append(one(state))
+            show(len(rows), total)
+            spent = time.perf_counter() - began
+            if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), processes) > 1:
+                break
+    if rest := states[len(rows) :]:
+        count, first = _count_processes(len(rest), spent / len(rows), processes), len(rows)
+        rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done, total))
+    return {name: np.array([row[name] for row in rows]) for name in names}
+
+
+def _measure_state(
+    state: tuple[int, Packing], report: Callable[..., None] = lambda *step: None, *, names: tuple[str, ...]
+) -> dict[str, float]:
+    index, packing = state
+    try:
+        return measure(packing, names)
+    except JamlabError as error:
+        raise type(error)(f"state {index}: {error}") from error
+
+
+def _count_processes(left: int, seconds: float, most: int | None) -> int:
+    """Number of processes for states that take some seconds each; 1 where starting more would take longer."""
+    if (left - 1) * seconds < _START:
+        return 1
+    count = min(left, available_cores() if most is None else most)
+    return count if left * seconds * (1 - 1 / count) > _START else 1
 
 
 class _State:

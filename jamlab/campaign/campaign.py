@@ -98,7 +98,8 @@ class Campaign:
         """Run all tasks that are neither finished nor failed; with `until`, until the standard errors are met.
 
         Args:
-            workers: number of processes on this machine, by default one per core; with `slurm`, number of jobs.
+            workers: number of processes on this machine, by default one per core, or per `ranks` cores; with `slurm`,
+                number of jobs.
             scheduler: address of a running Dask scheduler to use instead.
             slurm: run on SLURM, with the options of the table `slurm` of the campaign file.
             only: names of sweeps; by default all.
@@ -135,10 +136,16 @@ class Campaign:
                 return CampaignRun(0, 0, repaired)
             self._check_functions(chosen)
             stored = StoredStates(self.folder, batches(self.content))
-            with where.client() as client:
-                how = (progress, where.expected, stored, self._modules())
-                done = drive_rounds(client, self.folder, chosen, *how)
-        return replace(done, repaired=repaired)
+            done = CampaignRun(0, 0, repaired)
+            for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):  # workers hold as many cores each
+                part = [batch for batch in chosen if batch.ranks == ranks]
+                if _names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
+                    continue
+                there = replace(where, ranks=ranks)
+                with there.client() as client:
+                    more = drive_rounds(client, self.folder, part, progress, there.expected, stored, self._modules())
+                done = replace(done, finished=done.finished + more.finished, failed=done.failed + more.failed)
+        return done
 
     def _check_functions(self, chosen: list[Batch]) -> None:
         """Import the observables of the user's own before any work begins."""

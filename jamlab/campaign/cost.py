@@ -36,6 +36,8 @@ _PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
     ),
     "shear-stabilized": (((32, 0.31), (128, 0.64), (512, 0.94)), ((32, 1.25), (128, 3.7), (512, 20.0))),
 }
+_RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
+_RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each
 _MEASURE_TIME: dict[str, Points] = {  # of table "states"
     "sp": ((32, 0.0045), (128, 0.008), (512, 0.02), (2048, 0.065)),
     "dp": ((16, 0.017), (32, 0.029), (64, 0.055)),
@@ -75,9 +77,12 @@ def state_count(parameters: dict[str, Any]) -> int:
     return 1 + len(grid(start, how["to"], how["step"], how["nearest"], how["per_decade"]))
 
 
-def task_seconds(parameters: dict[str, Any]) -> float:
-    """Estimate the time of one task, s."""
-    return _making_seconds(parameters) + measuring_seconds(parameters)
+def task_seconds(parameters: dict[str, Any], ranks: int = 1) -> float:
+    """Estimate the wall time of one task whose packings are minimised by some MPI ranks, s."""
+    making = _making_seconds(parameters)
+    if ranks > 1:
+        making = making * (1 - _RANKED_SHARE + _RANKED_SHARE / ranks) + _RANKED_SECONDS * state_count(parameters)
+    return making + measuring_seconds(parameters)
 
 
 def _making_seconds(parameters: dict[str, Any]) -> float:

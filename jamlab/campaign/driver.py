@@ -10,6 +10,7 @@ from jamlab.campaign.standard_error import wanted_batches
 from jamlab.campaign.stored_states import StoredStates
 from jamlab.campaign.tasks import Batch, Task
 from jamlab.campaign.worker import FAILED, FINISHED, FULL, Outcome, run_task
+from jamlab.campaign.workers import resources
 from jamlab.errors import EngineError, StorageError
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ def drive(
             key = f"jamlab-{task.name}"
             under_way[key] = task
             source = stored.source(task.parameters) if stored is not None else None
-            work = (place, task.name, task.parameters, source and source.name, modules)
-            ended.add(client.submit(run_task, *work, key=key, pure=False))
+            work = (place, task.name, task.parameters, source and source.name, modules, task.ranks)
+            ended.add(client.submit(run_task, *work, key=key, pure=False, resources=resources(task.ranks)))
 
     fill()
     for future in ended:

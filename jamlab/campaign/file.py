@@ -43,6 +43,7 @@ OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
+MOST_RANKS = 1_024  # of a task: more than any one machine has cores
 MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
 MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file
@@ -154,6 +155,8 @@ class SweepTable(_Table):
         correlation_omega: frequencies of the displacement correlation.
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
+        ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
+            so many cores. Pays from about 10 000 disks.
     """
 
     name: Annotated[str, Field(pattern=_NAME)]
@@ -176,6 +179,7 @@ class SweepTable(_Table):
     correlation_omega: Frequencies | None = None
     force_law: dict[str, Any] = {}
     tolerances: Tolerances = Tolerances()
+    ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
@@ -228,6 +232,8 @@ class SweepTable(_Table):
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is for model sp: give droplets a separate sweep")
+        if droplets and self.ranks > 1:
+            raise ValueError(f"ranks = {self.ranks} is for model sp: give droplets a separate sweep with ranks = 1")
         if self.force_law and "sp" in self.model:
             raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
@@ -255,7 +261,8 @@ class CampaignTable(_Table):
         name: of the campaign, and of its folder.
         sweep: one or more sweeps.
         slurm: arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory
-            ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time on one core.
+            ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many
+            cores as its sweep has `ranks`.
     """
 
     name: Annotated[str, Field(pattern=_NAME)]

@@ -28,31 +28,34 @@ class TaskStates:
     missing: list[dict[str, str]]
 
 
-def make_states(parameters: dict[str, Any]) -> TaskStates:
+def make_states(parameters: dict[str, Any], ranks: int = 1) -> TaskStates:
     """Make the packings of a task.
 
     Args:
         parameters: of the task, see `tasks.py`.
+        ranks: MPI ranks that minimise.
 
     Raises:
         ConvergenceError: no onset was found, no pressure was reached, or the onset lies above `compress.to`.
     """
     missing: list[dict[str, str]] = []
     if "pressures" in parameters:
-        packings, targets = _at_pressures(parameters, missing)
+        packings, targets = _at_pressures(parameters, ranks, missing)
     else:
-        packings = _from_onset(parameters, missing)
+        packings = _from_onset(parameters, ranks, missing)
         targets = [float("nan")] * len(packings)
     return TaskStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
 
 
-def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> tuple[list[Packing], list[float]]:
+def _at_pressures(
+    parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]
+) -> tuple[list[Packing], list[float]]:
     """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other."""
     packings, targets = [], []
     for pressure in parameters["pressures"]:
         try:
             how = {"ensemble": parameters["ensemble"], "tolerance": parameters["tolerances"]["max_force"]}
-            packings.append(pack(parameters["n"], pressure, parameters["seed"], **how))
+            packings.append(pack(parameters["n"], pressure, parameters["seed"], ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
             missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
@@ -61,11 +64,11 @@ def _at_pressures(parameters: dict[str, Any], missing: list[dict[str, str]]) -> 
     return packings, targets
 
 
-def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> list[Packing]:
+def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
     law = parameters["force_law"] if parameters["model"] == "dp" else {}
     tolerance = parameters["tolerances"]["max_force"]
-    how = {"ensemble": parameters["ensemble"], "tolerance": tolerance}
+    how = {"ensemble": parameters["ensemble"], "tolerance": tolerance, "ranks": ranks}
     onset = jam(parameters["model"], parameters["n"], parameters["seed"], **how, **law)
     if "compress" not in parameters:
         return [onset]
@@ -76,7 +79,8 @@ def _from_onset(parameters: dict[str, Any], missing: list[dict[str, str]]) -> li
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        for packing in compress(onset, to, error=parameters["tolerances"]["step_error"], tolerance=tolerance, **sweep):
+        sweep |= {"error": parameters["tolerances"]["step_error"], "tolerance": tolerance, "ranks": ranks}
+        for packing in compress(onset, to, **sweep):
             packings.append(packing)
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})

@@ -39,10 +39,12 @@ class Task:
     Attributes:
         name: hash of the parameters, 32 hexadecimal digits.
         parameters: everything the result depends on, as plain numbers and text.
+        ranks: MPI ranks that it may use; they change rounding only.
     """
 
     name: str
     parameters: dict[str, Any]
+    ranks: int = 1
 
     @property
     def label(self) -> str:
@@ -59,17 +61,19 @@ class Batch:
         parameters: of every task, without the seed.
         seeds: one for each task.
         until: column -> standard error at which no more seeds are added; empty: all seeds are wanted.
+        ranks: MPI ranks of each task.
     """
 
     sweep: str
     parameters: dict[str, Any]
     seeds: list[int] | range
     until: dict[str, float] = field(default_factory=dict)
+    ranks: int = 1
 
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
         for seed in self.seeds:
-            yield Task(self.name_of(seed), {**self.parameters, "seed": seed})
+            yield Task(self.name_of(seed), {**self.parameters, "seed": seed}, self.ranks)
 
     def names(self) -> Iterator[str]:
         """Yield the names of the tasks."""
@@ -119,7 +123,7 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
             raise InputError(f"campaign {campaign.name} has no sweep {name!r}: use one of {', '.join(names)}")
     chosen = [sweep for sweep in campaign.sweep if not only or sweep.name in only]
     return [
-        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds, sweep.until or {})
+        Batch(sweep.name, _parameters(sweep, model, n), sweep.seeds, sweep.until or {}, sweep.ranks)
         for sweep in chosen
         for model in sweep.model
         for n in sweep.n

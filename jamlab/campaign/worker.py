@@ -12,6 +12,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import Task
 from jamlab.errors import StorageError
 from jamlab.packing.atomic_file import check_target
+from jamlab.processes.cores import cores_given
 
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
@@ -33,7 +34,12 @@ class Outcome(NamedTuple):
 
 
 def run_task(
-    folder: str, name: str, parameters: dict[str, Any], source: str | None = None, modules: Sequence[str] = ()
+    folder: str,
+    name: str,
+    parameters: dict[str, Any],
+    source: str | None = None,
+    modules: Sequence[str] = (),
+    ranks: int = 1,
 ) -> Outcome:
     """Run a task unless its file exists.
 
@@ -43,18 +49,19 @@ def run_task(
         parameters: of the task.
         source: finished task whose states are those of this one.
         modules: folders that hold modules of the user's own observables.
+        ranks: MPI ranks, hence cores, that the task may use.
     """
     began = time.perf_counter()
 
     def end(state: str, line: str) -> Outcome:
         return Outcome(state, line, time.perf_counter() - began)
 
-    place, task = CampaignFolder(Path(folder)), Task(name, parameters)
+    place, task = CampaignFolder(Path(folder)), Task(name, parameters, ranks)
     try:
         if not place.task_file(name).exists():
             place.check_target(place.task_file(name))  # before the work, not after
             check_target(place.task_file(name))
-            with threadpool_limits(1):  # one task, one core: LAMMPS, BLAS and PARDISO alike
+            with threadpool_limits(1), cores_given(ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
                 _make_file(place, task, began, source, modules)
         return end(FINISHED, task.label)
     except StorageError as error:
@@ -76,19 +83,19 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     from jamlab.campaign.stored_states import read_stored, shared_tables
     from jamlab.campaign.tables import STATE_COLUMNS
     from jamlab.campaign.task_file import write_task_file
-    from jamlab.measure import COLUMNS, table
+    from jamlab.measure import COLUMNS, measure_all
 
     functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
     stored = read_stored(folder, source) if source is not None else None
     if stored is None:
-        states, known, before = make_states(task.parameters), {}, 0.0
-        measured = table(states.packings)
+        states, known, before = make_states(task.parameters, task.ranks), {}, 0.0
+        measured = measure_all(states.packings)
     else:
         file, states = stored
         shared = {"onset", *shared_tables(task.parameters, file.parameters)}
         known, before = {name: columns for name, columns in file.tables.items() if name in shared}, file.seconds
         whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
-        measured = file.observables if whole else table(states.packings)
+        measured = file.observables if whole else measure_all(states.packings)
     tables = measure_tables(task.parameters, states, measured["pressure"], known)
     taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
     for name in sorted(functions.keys() - known.keys()):

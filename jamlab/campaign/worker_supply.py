@@ -12,7 +12,8 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+from jamlab.processes.child import child_environment
+
 _LOOK = 0.1  # s between looks at the processes: short against the second that a start takes
 _EARLY = 30.0  # s of life below which a death counts as early: a start, also on a loaded machine
 _EARLY_DEATHS = 12  # in a row and per worker: twice what one task may cause before it fails, see workers.py
@@ -25,10 +26,12 @@ class WorkerSupply:
         scheduler: its address.
         count: number of processes.
         give_up: called when workers die as fast as they start; `failure` then holds the reason, and none is started.
+        cores: that each of them holds.
     """
 
-    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None]) -> None:
-        self._line = [sys.executable, "-P", "-m", "jamlab.campaign.worker_process", scheduler, str(os.getpid())]
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None], cores: int = 1) -> None:
+        module = "jamlab.campaign.worker_process"
+        self._line = [sys.executable, "-P", "-m", module, scheduler, str(os.getpid()), str(cores)]
         self._count = count
         self.failure: str | None = None
         self._give_up = give_up
@@ -68,7 +71,5 @@ class WorkerSupply:
                 process.wait()
 
     def _start(self) -> subprocess.Popen[bytes]:
-        environment = os.environ | dict.fromkeys(_THREADS, "1") | {"DASK_LOGGING__DISTRIBUTED": "critical"}
-        # the same modules as here, whatever lies in the folder that this script runs in
-        environment["PYTHONPATH"] = os.pathsep.join(map(os.path.abspath, sys.path))
+        environment = child_environment() | {"DASK_LOGGING__DISTRIBUTED": "critical"}
         return subprocess.Popen(self._line, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)

@@ -8,7 +8,6 @@ the driver.
 import contextlib
 import inspect
 import logging
-import os
 import shutil
 import socket
 import subprocess
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from jamlab.campaign.worker_process import DEATH_TIMEOUT
 from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.errors import EngineError, InputError
+from jamlab.processes.cores import available_cores
 
 if TYPE_CHECKING:
     from dask_jobqueue import SLURMCluster
@@ -37,7 +37,8 @@ _FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs alread
 _KNOCK_TIMEOUT = 5.0  # s
 _SBATCH_TIMEOUT = 60.0  # s
 _RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
-_SLURM_DEFAULTS = {"cores": 1, "memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
+_CORES = "cores"  # resource of workers that hold the cores of several ranks
+_SLURM_DEFAULTS = {"memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,14 @@ class Workers:
         scheduler: address of a running Dask scheduler whose workers see the same folder.
         slurm: start SLURM jobs with `slurm_options`.
         slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
+        ranks: MPI ranks of each task; a worker holds as many cores.
     """
 
     count: int | None = None
     scheduler: str | None = None
     slurm: bool = False
     slurm_options: dict[str, Any] = field(default_factory=dict)
+    ranks: int = 1
 
     def __post_init__(self) -> None:
         if self.count is not None and self.count < 1:
@@ -67,23 +70,27 @@ class Workers:
         """Connect a client; what is started for it ends with it.
 
         Raises:
-            InputError: no scheduler answers, its workers run several tasks at once, or SLURM cannot be used.
+            InputError: no scheduler answers, its workers run several tasks at once or hold fewer cores than a task has
+                ranks, as this machine may, or SLURM cannot be used.
             EngineError: the workers on this machine die as soon as they start.
         """
         import dask
         from distributed import Client
 
+        expected = self.expected
         with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
             if self.scheduler is not None:
-                yield stack.enter_context(_connect(self.scheduler))
+                client = stack.enter_context(_connect(self.scheduler))
+                _check_cores(client, self.scheduler, self.ranks)
+                yield client
                 return
             cluster = stack.enter_context(self._slurm_cluster() if self.slurm else _local_scheduler())
             client = stack.enter_context(Client(cluster, set_as_default=False))
             if self.slurm:
-                cluster.scale(jobs=self.expected)
+                cluster.scale(jobs=expected)
                 yield client
                 return
-            supply = WorkerSupply(cluster.scheduler_address, self.expected, lambda: _cancel_all(client))
+            supply = WorkerSupply(cluster.scheduler_address, expected, lambda: _cancel_all(client), self.ranks)
             stack.enter_context(supply)
             try:
                 yield client
@@ -92,10 +99,14 @@ class Workers:
 
     @property
     def expected(self) -> int:
-        """Number of workers to come; 1 where a scheduler has its own."""
-        if self.scheduler is not None or self.slurm:
+        """Number of workers to come; 1 where a scheduler has its own.
+
+        Raises:
+            InputError: this machine has fewer cores for this process than a task has ranks.
+        """
+        if self.count or self.scheduler is not None or self.slurm:
             return self.count or 1
-        return self.count or len(os.sched_getaffinity(0))
+        return local_workers(self.ranks)
 
     def _slurm_cluster(self) -> "SLURMCluster":
         try:
@@ -110,11 +121,19 @@ class Workers:
                 " --workers or --scheduler"
             )
         options = _SLURM_DEFAULTS | self.slurm_options
+        if taken := [name for name in ("cores", "processes", "job_cpu") if options.get(name, 1) != 1]:
+            raise InputError(
+                f"[slurm] of the campaign file: {taken[0]} = {options[taken[0]]}: leave it out, and set ranks of a"
+                " sweep: its jobs hold as many cores"
+            )
         known = {name for part in (SLURMJob, Job, JobQueueCluster) for name in inspect.signature(part).parameters}
         if unknown := options.keys() - known:
             names = ", ".join(sorted(unknown))
             raise InputError(f"[slurm] of the campaign file: unknown key {names}; see dask_jobqueue.SLURMCluster")
-        fixed = {"processes": 1, "death_timeout": DEATH_TIMEOUT}
+        # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
+        fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": DEATH_TIMEOUT}
+        held = ["--resources", f"{_CORES}={self.ranks}"]
+        fixed["worker_extra_args"] = [*options.get("worker_extra_args", []), *held]
         try:
             cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
@@ -126,6 +145,37 @@ class Workers:
             cluster.close()
             raise
         return cluster
+
+
+def local_workers(ranks: int) -> int:
+    """Number of workers of so many cores each that fit into those that this process may use.
+
+    Raises:
+        InputError: not even one.
+    """
+    cores = available_cores()
+    if ranks > cores:
+        raise InputError(
+            f"ranks = {ranks}: this process may use {cores} cores: lower ranks, or use --slurm, --scheduler, or"
+            " --workers to share cores"
+        )
+    return cores // ranks
+
+
+def resources(ranks: int) -> dict[str, float]:
+    """Resources that a task with so many ranks asks of its worker; one rank runs on any."""
+    return {_CORES: float(ranks)} if ranks > 1 else {}
+
+
+def _check_cores(client: "Client", address: str, ranks: int) -> None:
+    """Refuse workers that a task with several ranks would wait for without end."""
+    known = client.scheduler_info(n_workers=-1)["workers"].values()
+    most = max((worker["resources"].get(_CORES, 1) for worker in known), default=ranks)
+    if most < ranks:
+        raise InputError(
+            f"ranks = {ranks}: no worker of {address} holds as many cores: start some with `dask worker --nthreads 1"
+            f" --resources {_CORES}={ranks} ADDRESS`"
+        )
 
 
 def _try_submission(script: str) -> None:

@@ -128,28 +128,26 @@ def status(
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
     """Dry run: count tasks, estimate time and disk space."""
-    import os
-
     from jamlab.campaign.campaign import open_campaign
-    from jamlab.campaign.cost import WORKER_SECONDS
+    from jamlab.campaign.plan import total_time
 
     campaign = open_campaign(file, out)
     lines = campaign.plan(only)
-    count = workers or len(os.sched_getaffinity(0))
-    seconds, size = sum(line.seconds for line in lines), sum(line.bytes for line in lines)
-    if any(line.left for line in lines):
-        seconds += WORKER_SECONDS * count
+    size, (seconds, core_seconds, cores) = sum(line.bytes for line in lines), total_time(lines, workers)
     if as_json:
-        totals = {"workers": count, "seconds": seconds / count, "core_seconds": seconds, "bytes": size}
+        totals = {"workers": workers or cores, "seconds": seconds, "core_seconds": core_seconds, "bytes": size}
         print_json({**totals, "tasks": sum(line.left for line in lines), "sweeps": [vars(line) for line in lines]})
         return
     names = ["sweep", "model", "n", "tasks", "left", "stored", "states", "core time", "size", "time from"]
     print_table(f"campaign {campaign.name}", names, [_format_cells(line) for line in lines])
-    left, time = sum(line.left for line in lines), _format_time(seconds / count)
-    out_console.print(f"{left} tasks left: about {time} on {count} free cores, {size / 1e6:.0f} MB")
+    left, time = sum(line.left for line in lines), _format_time(seconds)
+    out_console.print(f"{left} tasks left: about {time} on {cores} free cores, {size / 1e6:.0f} MB")
     if stored := sum(line.stored for line in lines):
         out_console.print(f"{stored} of them measure states that are stored already")
     for line in lines:
+        if line.ranks > 1 and line.left:
+            held = f"each task by {line.ranks} MPI ranks, on a worker of {line.ranks} cores"
+            out_console.print(f"{line.sweep} {line.model} n={line.n}: {held}", soft_wrap=True, highlight=False)
         if line.until and line.left:
             aims = ", ".join(f"{column} to {error:g}" for column, error in line.until.items())
             out_console.print(f"{line.sweep} {line.model} n={line.n}: at most, until the means are known: {aims}")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import File, Frame, Json, Out, Tolerance
+from jamlab.cli.options import File, Frame, Json, Out, Ranks, Tolerance
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -20,6 +20,7 @@ def compress(
     nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
     error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
     frame: Frame = -1,
+    ranks: Ranks = 1,
     tolerance: Tolerance = None,
     out: Out = Path("sweep.h5"),
     as_json: Json = False,
@@ -32,6 +33,7 @@ def compress(
     expect_output(out)
     start = read(file, frame)
     with progress_bar("compress", to, start.model) as progress:
-        how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "tolerance": tolerance}
+        how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "ranks": ranks}
+        how["tolerance"] = tolerance
         packings = [start, *run(start, to, step, progress=progress, **how)]
     print_packings(packings, out, as_json)

@@ -15,18 +15,18 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from jamlab.checks import check_bidisperse, check_number
-from jamlab.cli.model_processes import run_side_by_side
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures.explorer.units import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
-from jamlab.measure import table, why_no_modulus
+from jamlab.measure import measure_all, why_no_modulus
 from jamlab.packing.atomic_file import check_target
 from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
 from jamlab.packing.versions import versions
 from jamlab.plotting.palette import MODEL_STYLE
+from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import Progress
@@ -101,7 +101,9 @@ def run_demo(
 def _run_into(
     out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    sweeps = run_side_by_side(partial(_run_model, n=n, seed=seed, to=to), ("sp", "dp"), progress)
+    run, models = partial(_run_model, n=n, seed=seed, to=to), ("sp", "dp")
+    found = run_side_by_side(run, models, len(models), report=lambda model, *step: progress[model](*step))
+    sweeps = dict(zip(models, found, strict=True))
     try:
         densest = sweeps["sp"].packings[-1]
         spectrum: Spectra | None = mean_spectra([densest], OMEGA)[0]
@@ -141,7 +143,7 @@ def _run_model(model: str, report: Progress, *, n: int, seed: int, to: float) ->
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
     packings = [onset, *compress(onset, to, STEP, progress=report)]
-    return ModelSweep(model, packings, table(packings), time.perf_counter() - began)
+    return ModelSweep(model, packings, measure_all(packings), time.perf_counter() - began)
 
 
 _LEAD = (

@@ -62,6 +62,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     from jamlab.cli.figure_tables import open_tables
     from jamlab.figures.papers import gallery
     from jamlab.figures.papers.example_packings import example_sections
+    from jamlab.processes.cores import available_cores
 
     chosen = gallery.check_names(names)
     tables = open_tables(source)
@@ -69,14 +70,15 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     with err_console.status("drawing") as status:
         if whole:
             opening = example_sections() if source is None else ()
-            drawings, failures = gallery.write_all(
-                chosen, tables, out, lambda name: status.update(f"drawing {name}"), opening
+            drawn, failures = gallery.write_all(
+                chosen, tables, out, lambda name: status.update(f"drawing {name}"), opening, available_cores()
             )
+            claims = [c for each in drawn for c in each.claims]
         else:
             drawings, failures = [gallery.draw(name, tables) for name in chosen], []
             for drawing in drawings:
                 gallery.write(drawing, out)
-    claims = [c for d in drawings for c in d.claims]
+            claims = [c for d in drawings for c in d.claims]
     if as_json:
         missing = {f.name: f.reason for f in failures}
         print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
@@ -85,7 +87,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
             out_console.print(
                 Text(c.line, style="" if c.agrees else "yellow" if c.undecided else "red"), soft_wrap=True
             )
-        names_written = gallery.PAGE if whole else ", ".join(f"{d.name}.png .pdf .csv" for d in drawings)
+        names_written = gallery.PAGE if whole else ", ".join(f"{name}.png .pdf .csv" for name in chosen)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:
         err_console.print(Text(f"not drawn: {f.name}: {f.reason}", style="red"), soft_wrap=True)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
+from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ranks, Ratio, Seed, Tolerance
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -24,6 +24,7 @@ def jam(
     large: Large = 0.5,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
     ensemble: Ensemble = "fixed-box",
+    ranks: Ranks = 1,
     tolerance: Tolerance = None,
     out: Out = Path("onset.h5"),
     as_json: Json = False,
@@ -36,6 +37,6 @@ def jam(
     with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         law = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-        how |= {"large": large} | {name: value for name, value in law.items() if value is not None}
+        how |= {"large": large, "ranks": ranks} | {name: value for name, value in law.items() if value is not None}
         packing = run(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

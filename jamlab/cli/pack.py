@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ratio, Seed, Tolerance
+from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ranks, Ratio, Seed, Tolerance
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.packing.atomic_file import check_target
@@ -17,7 +17,7 @@ def pack(
     n: N = 256,
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
-    ranks: Annotated[int, typer.Option(help="Number of MPI ranks; faster from about 10 000 disks.")] = 1,
+    ranks: Ranks = 1,
     ratio: Ratio = None,
     large: Large = 0.5,
     tolerance: Tolerance = None,

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jamlab.cli.console import print_json, print_note, print_table
+from jamlab.cli.progress import count_bar
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -30,11 +31,12 @@ _MODULI = ("g", "g_x", "b")
 
 def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -> None:
     """Measure packings, write them to `out` if it is given, and print what was measured."""
-    from jamlab.measure import table, why_no_modulus
+    from jamlab.measure import measure_all, why_no_modulus
     from jamlab.packing.hdf5 import write
     from jamlab.packing.observable_labels import LABELS, NEGATIVE_G
 
-    measured = table(packings)
+    with count_bar("states measured") as progress:
+        measured = measure_all(packings, progress=progress)
     if out is not None:
         write(out, packings, measured)
     marks = [_mark(p) for p in packings]

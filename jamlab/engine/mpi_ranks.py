@@ -16,6 +16,8 @@ from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, write_data
 from jamlab.packing.packing import Packing
+from jamlab.processes.child import child_environment
+from jamlab.processes.dying_program import dying_line
 
 Array = NDArray[np.float64]
 
@@ -23,8 +25,8 @@ _NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked
 _FEW = 8  # ranks that any machine may run, if slowly
 
 
-def check_ranks(ranks: int) -> None:
-    """Refuse what is no number of MPI ranks.
+def check_ranks(ranks: int, model: str = "sp") -> None:
+    """Refuse what is no number of MPI ranks, and more than one for droplets, which one rank minimises faster.
 
     Raises:
         InputError: naming the value.
@@ -32,6 +34,8 @@ def check_ranks(ranks: int) -> None:
     most = max(os.cpu_count() or 1, _FEW)
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= most:
         raise InputError(f"ranks = {ranks!r}: must be a whole number of MPI ranks, 1 or more and at most {most} here")
+    if ranks > 1 and model != "sp":
+        raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
 
 
 def minimize_on_ranks(
@@ -54,9 +58,7 @@ def minimize_on_ranks(
         EngineError: mpiexec or LAMMPS failed; the message holds the last line that LAMMPS wrote.
         InputError: for polygons, which one rank minimises faster.
     """
-    check_ranks(ranks)
-    if packing.model != "sp":
-        raise InputError(f"ranks = {ranks}: polygons are minimised on one rank")
+    check_ranks(ranks, packing.model)
     table = types(packing)
     variables: dict[str, object] = {"law": packing.units, "ntypes": table.ntypes, "minimizer": style}
     variables |= {"steps": steps, "stretch": stretch or steps}
@@ -66,11 +68,14 @@ def minimize_on_ranks(
     inputs = deck("in.sp.minimize")
     with tempfile.TemporaryDirectory() as folder:
         write_data(Path(folder) / "packing.data", packing)
-        line = [programs / "mpiexec", "-n", ranks, programs / "lmp", "-in", inputs, "-log", "none", "-nocite"]
+        # ranks share one machine: inside a job of SLURM mpiexec would ask it to start them
+        line: list[object] = [programs / "mpiexec", "-launcher", "fork", "-n", ranks]
+        line += [programs / "lmp", "-in", inputs, "-log", "none", "-nocite"]
         for name, value in {"dir": inputs.parent, **variables}.items():
             line += ["-var", name, value]
         try:
-            done = subprocess.run([str(word) for word in line], cwd=folder, capture_output=True, text=True, check=False)
+            words, modules = dying_line([str(word) for word in line]), child_environment()
+            done = subprocess.run(words, cwd=folder, env=modules, capture_output=True, text=True, check=False)
         except OSError as error:
             raise EngineError(f"no mpiexec and lmp in {programs} for ranks = {ranks}: run `jamlab doctor`") from error
         if done.returncode not in (0, _NOT_CONVERGED):

@@ -73,7 +73,7 @@ class Session:
 
     @checked
     def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
-        check_ranks(ranks)
+        check_ranks(ranks, packing.model)
         self._packing = packing
         self._newton = newton
         self._ranks = ranks

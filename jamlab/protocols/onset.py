@@ -39,6 +39,7 @@ def jam(
     ensemble: str = "fixed-box",
     start: str = "carried",
     tolerance: float | None = None,
+    ranks: int = 1,
     ratio: float | None = None,
     large: float = 0.5,
     progress: Progress | None = None,
@@ -59,6 +60,7 @@ def jam(
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
         tolerance: largest force at the minimum, eps over length; default `force` of `*.minimum.parameters`, 1e-12 for
             disks and 1e-10 for droplets; from 1e-15 to 1e-9.
+        ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones. The unit of length stays the mean of the two
@@ -82,7 +84,7 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     loose = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
-    with Session(loose) as session:
+    with Session(loose, ranks=ranks) as session:
         force = force_tolerance(model) if tolerance is None else tolerance
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)

@@ -10,6 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from jamlab.processes.cores import available_cores
+
 CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 64\nseeds = 400\nonset = true\n'
 COMMANDS = {
     "demo": ["demo", "--n", "256", "--out", "out"],
@@ -17,6 +19,7 @@ COMMANDS = {
     "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
     "chart": ["chart", "speed-accuracy", "--quick", "--out", "out"],
 }
+FIGURES = ["figure", "all", "--out", "out"]
 CHILDREN = {"demo": 2, "campaign": 2, "jam": 0, "chart": 0}
 SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.toml` goes on"}
 
@@ -24,7 +27,7 @@ SAID = {"campaign": "of 400 tasks are finished in c; `jamlab campaign resume c.t
 def start(folder, name):
     """A command in a process group of its own, as a shell starts it."""
     (folder / "c.toml").write_text(CAMPAIGN)
-    line = [sys.executable, "-m", "jamlab.cli", *COMMANDS[name]]
+    line = [sys.executable, "-m", "jamlab.cli", *COMMANDS.get(name, FIGURES)]
     return subprocess.Popen(
         line, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
@@ -102,6 +105,24 @@ def test_ctrl_c_while_children_start(tmp_path, moment):
     os.killpg(process.pid, signal.SIGINT)
     printed = process.communicate(timeout=10)[1]
     assert printed.strip() == "interrupted: nothing was written", printed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_that_draws_is_left(tmp_path, number):
+    process = start(tmp_path, "figures")
+    while not list(tmp_path.glob("out/*.csv")):
+        assert process.poll() is None
+        time.sleep(0.05)
+    children = psutil.Process(process.pid).children()
+    assert children or available_cores() == 1
+    (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
+    _, err = process.communicate(timeout=10)
+    assert not psutil.wait_procs(children, timeout=10)[1]
+    assert not [path for path in tmp_path.rglob("*.tmp")]
+    if number != signal.SIGKILL:
+        assert process.returncode == 128 + number
+        assert "complete" in err.splitlines()[-1] and "Traceback" not in err
 
 
 def test_ctrl_c_while_the_command_is_imported(tmp_path):

@@ -1,9 +1,12 @@
 """Minimisation under mpiexec: the same minimum on any number of ranks, and what is refused."""
 
+import os
 import subprocess
 import sys
+import time
 
 import numpy as np
+import psutil
 import pytest
 
 import jamlab
@@ -57,7 +60,31 @@ def test_mpiexec_is_told_how_many(start, monkeypatch):
     monkeypatch.setattr(subprocess, "run", lambda line, **kept: lines.append(line) or run(line, **kept))
     minimize_on_ranks(start, force=1e-9, style="cg", steps=1, ranks=2)
     (line,) = lines
-    assert line[0].endswith("mpiexec") and line[1:3] == ["-n", "2"]
+    program = next(k for k, word in enumerate(line) if word.endswith("mpiexec"))
+    assert line[program + 3 : program + 5] == ["-n", "2"]
+
+
+ENDLESS = """
+import jamlab
+from jamlab.engine.mpi_ranks import minimize_on_ranks
+minimize_on_ranks(jamlab.pack(64, 1e-2), force=1e-300, style="fire", steps=100_000_000, ranks=2)
+"""
+
+
+@pytest.mark.slow
+def test_ranks_die_with_a_process_that_is_killed(tmp_path):
+    """As when a campaign ends its workers."""
+    (tmp_path / "endless.py").write_text(ENDLESS)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen([sys.executable, "endless.py"], cwd=tmp_path, env=environment)
+    family = psutil.Process(process.pid)
+    while sum(child.name() == "lmp" for child in family.children(recursive=True)) < 2:
+        assert process.poll() is None
+        time.sleep(0.1)
+    children = family.children(recursive=True)
+    process.kill()
+    process.wait()
+    assert not psutil.wait_procs(children, timeout=20)[1]
 
 
 def test_few_steps_stop_early(start):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -26,6 +27,7 @@ from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.figures.picture_file import save_picture
 from jamlab.packing.atomic_file import make_folder
 from jamlab.packing.versions import versions
+from jamlab.processes.side_by_side import run_side_by_side
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-4": boromand_geometry.figure_4,
@@ -107,21 +109,38 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
     return paths, png
 
 
+@dataclass(frozen=True)
+class Written:
+    """A figure whose files are written.
+
+    Attributes:
+        name, caption, claims: see `Drawing`.
+        png: the picture.
+    """
+
+    name: str
+    caption: str
+    claims: list[Claim]
+    png: bytes
+
+
 def write_all(
     names: Sequence[str],
     tables: EnsembleTables,
     folder: Path,
     progress: Callable[[str], None] = lambda name: None,
     opening: Sequence[Section] = (),
-) -> tuple[list[Drawing], list[Failure]]:
+    processes: int = 1,
+) -> tuple[list[Written], list[Failure]]:
     """Write figures, the table of verdicts and one self-contained HTML page.
 
     Args:
         names: of figures.
-        tables: to draw from.
+        tables: to draw from; they can be pickled where there are several processes.
         folder: made if it is not there.
         progress: called with each name before it is drawn.
         opening: sections before those of the figures, such as those of `example_packings`.
+        processes: that draw side by side.
 
     Returns:
         What was drawn, and what could not be.
@@ -131,21 +150,20 @@ def write_all(
         InputError: no figure could be drawn.
     """
     make_folder(folder)
-    drawings, failures, sections = [], [], list(opening)
-    for name in names:
-        progress(name)
-        try:
-            drawing = draw(name, tables)
-        except JamlabError as error:
-            failures.append(Failure(name, str(error)))
-            continue
-        _, png = write(drawing, folder)
-        shown = [_verdicts(drawing.claims)] if drawing.claims else []
-        sections.append(Section(f"{name}: {titles()[name]}", png, drawing.caption, shown))
-        drawings.append(drawing)
-    if not drawings:
+    one = partial(_draw_and_write, tables=tables, folder=folder)
+    if min(processes, len(names)) > 1:
+        ended = run_side_by_side(one, names, processes, report=lambda _, name: progress(name))
+    else:
+        ended = [one(name, progress) for name in names]
+    drawn = [each for each in ended if isinstance(each, Written)]
+    failures = [each for each in ended if isinstance(each, Failure)]
+    if not drawn:
         raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
-    claims = [c for d in drawings for c in d.claims]
+    sections = list(opening)
+    for each in drawn:
+        shown = [_verdicts(each.claims)] if each.claims else []
+        sections.append(Section(f"{each.name}: {titles()[each.name]}", each.png, each.caption, shown))
+    claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     if failures:
         lines = [(f.name, f.reason) for f in failures]
@@ -153,7 +171,19 @@ def write_all(
     write_report(
         folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions(), explorer_assets()
     )
-    return drawings, failures
+    return drawn, failures
+
+
+def _draw_and_write(
+    name: str, progress: Callable[[str], None], *, tables: EnsembleTables, folder: Path
+) -> Written | Failure:
+    progress(name)
+    try:
+        drawing = draw(name, tables)
+    except JamlabError as error:
+        return Failure(name, str(error))
+    _, png = write(drawing, folder)
+    return Written(name, drawing.caption, drawing.claims, png)
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

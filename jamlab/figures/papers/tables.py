@@ -3,7 +3,7 @@
 import gzip
 import json
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,8 @@ class EnsembleTables:
     """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
 
     Args:
-        read: gives a table by its name, such as `jamlab.open_campaign(path).table`.
+        read: gives a table by its name, such as `jamlab.open_campaign(path).table`; can be pickled where several
+            processes draw.
         facts: what the page says about the origin of the tables.
     """
 
@@ -131,16 +132,15 @@ def read_folder(folder: Path) -> EnsembleTables:
             f"{record} cannot be read ({error}): give a folder of reference tables or a campaign"
         ) from None
 
-    def read(name: str) -> pd.DataFrame:
-        path = folder / f"{name}.csv.gz"
-        try:
-            return pd.read_csv(path)
-        except (OSError, ValueError, EOFError) as error:
-            raise StorageError(
-                f"{path} cannot be read ({error}): make it with a campaign that measures {name}"
-            ) from None
+    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts["facts"].items()})
 
-    return EnsembleTables(read, {name: str(value) for name, value in facts["facts"].items()})
+
+def _read_table(folder: Path, name: str) -> pd.DataFrame:
+    path = folder / f"{name}.csv.gz"
+    try:
+        return pd.read_csv(path)
+    except (OSError, ValueError, EOFError) as error:
+        raise StorageError(f"{path} cannot be read ({error}): make it with a campaign that measures {name}") from None
 
 
 def save(tables: EnsembleTables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:

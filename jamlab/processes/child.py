@@ -1,0 +1,49 @@
+"""Run calls that a parent sends: `python -P -m jamlab.processes.child DESCRIPTOR PARENT_PID`, see `side_by_side.py`.
+
+The kernel kills this process when its parent dies (PR_SET_PDEATHSIG), so that no orphan goes on computing, whatever
+killed the parent and whatever this process is doing.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+from multiprocessing.connection import Connection
+
+from jamlab.processes.cores import cores_given
+
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+
+
+def die_with(parent: int, number: int = signal.SIGKILL) -> None:
+    """Have the kernel end this process by a signal when its parent dies; exit at once if it is dead already."""
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, number)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def child_environment() -> dict[str, str]:
+    """Environment of a Python process with one thread and the same modules as here, whatever folder it runs in."""
+    return os.environ | dict.fromkeys(_THREADS, "1") | {"PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))}
+
+
+def serve(connection: Connection) -> None:
+    """Answer calls until the parent closes the connection; first comes the function, then one item after the other."""
+    try:
+        function = connection.recv()
+        while True:
+            item = connection.recv()
+            try:
+                answer = ("result", function(item, lambda *step: connection.send(("report", step))))
+            except Exception as error:  # whatever it is, the parent raises it
+                answer = ("error", error)
+            connection.send(answer)
+    except (EOFError, ConnectionError):
+        return
+
+
+if __name__ == "__main__":
+    die_with(int(sys.argv[2]))
+    with cores_given(1), Connection(int(sys.argv[1])) as channel:
+        serve(channel)

@@ -1,0 +1,114 @@
+"""Tasks of several MPI ranks: the same names, workers of as many cores, and a plan that counts them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaigns import names, written
+from commands import call
+
+import jamlab
+from jamlab.campaign import states
+from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.plan import total_time
+from jamlab.campaign.tasks import batches
+from jamlab.campaign.worker_supply import WorkerSupply
+from jamlab.campaign.workers import Workers
+from jamlab.errors import InputError
+from jamlab.processes.cores import cores_given
+
+PRESSED = {"compress": None, "pressures": [1e-2], "n": 32}
+
+
+def test_ranks_do_not_enter_names_and_reach_the_protocols(tmp_path, monkeypatch):
+    one, two = written(tmp_path / "one.toml", **PRESSED), written(tmp_path / "two.toml", **PRESSED, ranks=2)
+    assert names(one) == names(two)
+    given, onset = [], jamlab.jam("sp", 8, 1)
+    for name, made in (("pack", onset), ("jam", onset), ("compress", [onset])):
+        monkeypatch.setattr(states, name, lambda *_, made=made, **how: given.append(how["ranks"]) or made)
+    for path in (two, written(tmp_path / "up.toml", ranks=3)):
+        task, _ = batches(read_campaign_file(path))[0].tasks()
+        states.make_states(task.parameters, task.ranks)
+    assert given == [2, 3, 3]
+
+
+def test_workers_hold_the_cores_of_their_ranks():
+    with cores_given(8):
+        assert [Workers(ranks=ranks).expected for ranks in (1, 2, 3, 8)] == [8, 4, 2, 1]
+        assert Workers(2, ranks=16).expected == 2
+        with pytest.raises(InputError, match=r"ranks = 9: this process may use 8 cores: lower ranks"):
+            _ = Workers(ranks=9).expected
+
+
+def test_plan_counts_the_cores_of_ranks(tmp_path):
+    large = PRESSED | {"n": 65536}
+    one, four = (jamlab.open_campaign(written(tmp_path / f"{r}.toml", **large, ranks=r)).plan()[0] for r in (1, 4))
+    assert (one.ranks, four.ranks) == (1, 4)
+    assert 1 < four.seconds / one.seconds < 1.5  # cores wait where one rank works
+    with cores_given(4):
+        assert total_time([four]) == total_time([four], 1)
+        (wall, work, cores), (alone, *_) = total_time([four]), total_time([one], 1)
+        assert cores == 4 and wall < alone / 2 and work == pytest.approx(4 * wall)
+        assert total_time([one, four])[2] == 4
+        free = total_time([replace(four, left=0, seconds=0.0)])
+    assert free == (0.0, 0.0, 4)
+    said = call(tmp_path, "campaign", "plan", "4.toml")
+    assert "disks sp n=65536: each task by 4 MPI ranks, on a worker of 4 cores" in said.stdout
+
+
+@pytest.fixture
+def scheduler():
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0") as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.mark.slow
+def test_a_scheduler_needs_workers_that_hold_as_many_cores(tmp_path, scheduler):
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **PRESSED, ranks=2))
+    with WorkerSupply(scheduler, 1, pytest.fail):
+        with pytest.raises(InputError, match=r"ranks = 2: no worker .*--resources cores=2"):
+            while True:  # until the worker is there
+                with Workers(scheduler=scheduler, ranks=2).client():
+                    pass
+    with WorkerSupply(scheduler, 1, pytest.fail, 2):
+        done = campaign.run(scheduler=scheduler)
+    assert (done.finished, done.failed) == (2, 0)
+
+
+@pytest.mark.slow
+def test_sweeps_of_one_and_two_ranks_in_one_run(tmp_path):
+    two = written(tmp_path / "c.toml", **PRESSED, ranks=2).read_text()
+    one = two.replace('"disks"', '"other"').replace("ranks = 2", "").replace("seeds = 2", "seeds = [7]")
+    (tmp_path / "c.toml").write_text(two + one.removeprefix('name = "c"\n'))
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
+    done = campaign.run(1)
+    assert (done.finished, done.failed) == (3, 0)
+    table = campaign.table("states")
+    assert table["converged"].all() and np.allclose(table["pressure"], 1e-2, rtol=1e-5)
+    assert np.isclose(table[table["seed"] == 7]["phi"].iloc[0], jamlab.pack(32, 1e-2, 7).phi, rtol=1e-12)
+
+
+def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
+    pytest.importorskip("dask_jobqueue")
+    for name in ("sbatch", "scancel"):
+        (tmp_path / name).write_text(f"#!/bin/sh\ncp $2 {tmp_path}/job.sh\necho no >&2\nexit 1\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    path = written(tmp_path / "c.toml", **PRESSED, ranks=4)
+    refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
+    assert refused.exit_code == 1 and "SLURM refuses the job: no" in refused.stderr
+    script = (tmp_path / "job.sh").read_text()
+    assert "--cpus-per-task=4" in script and "#SBATCH -n 1" in script
+    assert "--nthreads 1" in script and "--resources cores=4" in script
+    path.write_text(path.read_text() + "[slurm]\ncores = 4\n")
+    refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
+    assert refused.exit_code == 1 and "cores = 4: leave it out, and set ranks" in refused.stderr
+
+
+def test_a_table_of_numbers_is_json(tmp_path):
+    written(tmp_path / "c.toml", **PRESSED, ranks=2)
+    content = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--workers", "3", "--json").stdout)
+    assert content["workers"] == 3 and content["sweeps"][0]["ranks"] == 2

@@ -1,0 +1,91 @@
+"""Calls in several processes: order, reports, errors, and no process left."""
+
+import os
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from jamlab.errors import EngineError, InputError
+from jamlab.processes.cores import available_cores, cores_given
+from jamlab.processes.side_by_side import run_side_by_side
+
+CALLS = """
+import os, time
+from jamlab.errors import InputError
+from jamlab.processes.cores import available_cores
+
+def square(item, report):
+    report(item, os.getpid())
+    time.sleep(0.1 * (item == 0))  # the first one ends last
+    return item**2
+
+def cores(item, report):
+    return available_cores()
+
+def refuse(item, report):
+    if item == 1:
+        raise InputError(f"item = {item}: refused")
+    time.sleep(60)
+
+def die(item, report):
+    os.kill(os.getpid(), 9)
+
+def linger(item, report):
+    report(os.getpid())
+    time.sleep(600)
+"""
+SCRIPT = """
+from calls import linger
+from jamlab.processes.side_by_side import run_side_by_side
+run_side_by_side(linger, [0, 1], 2, report=lambda item, process: print(process, flush=True))
+"""
+
+
+@pytest.fixture
+def calls(tmp_path, monkeypatch):
+    (tmp_path / "calls.py").write_text(CALLS)
+    monkeypatch.syspath_prepend(tmp_path)
+    import calls
+
+    yield calls
+    del sys.modules["calls"]
+
+
+def test_results_come_in_the_order_of_the_items(calls):
+    reports, counts = [], []
+    found = run_side_by_side(calls.square, range(6), 2, report=lambda *step: reports.append(step), done=counts.append)
+    assert found == [0, 1, 4, 9, 16, 25] and counts == [1, 2, 3, 4, 5, 6]
+    assert sorted((item, named) for item, named, _ in reports) == [(k, k) for k in range(6)]
+    processes = {process for *_, process in reports}
+    assert len(processes) == 2 and os.getpid() not in processes
+    assert not any(map(psutil.pid_exists, processes))
+
+
+def test_a_child_has_one_core(calls):
+    assert run_side_by_side(calls.cores, [0], 4) == [1]
+    with cores_given(3):
+        assert available_cores() == 3
+    assert available_cores() <= len(os.sched_getaffinity(0))
+
+
+def test_an_error_comes_through_and_ends_the_others(calls):
+    began = time.monotonic()
+    with pytest.raises(InputError, match="item = 1: refused"):
+        run_side_by_side(calls.refuse, [0, 1], 2)
+    with pytest.raises(EngineError, match="was killed"):
+        run_side_by_side(calls.die, [0], 1)
+    assert time.monotonic() - began < 30 and not psutil.Process().children()
+
+
+def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
+    (tmp_path / "script.py").write_text(SCRIPT)  # without `if __name__ == "__main__":`
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    parent = subprocess.Popen([sys.executable, "script.py"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE)
+    children = [psutil.Process(int(parent.stdout.readline())) for _ in range(2)]
+    parent.kill()
+    parent.wait()
+    parent.stdout.close()
+    assert not psutil.wait_procs(children, timeout=10)[1]

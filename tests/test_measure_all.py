@@ -1,0 +1,55 @@
+"""A sweep measured in several processes: the rows of one process, in order, whatever happens."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.errors import InputError
+from jamlab.figures.papers.example_packings import example_file
+from jamlab.processes.cores import cores_given
+
+MODULE = importlib.import_module("jamlab.measure")  # the package has a function of that name
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    return [state for model in ("sp", "dp") for state in jamlab.read_all(example_file(model))[::3]]
+
+
+@pytest.fixture
+def at_once(monkeypatch):
+    """Let new processes start after the first state, however short the work."""
+    monkeypatch.setattr(MODULE, "_TRIAL", 0.0)
+    monkeypatch.setattr(MODULE, "_START", 0.0)
+
+
+def test_processes_give_the_rows_of_one_in_order(sweep, at_once):
+    counts = []
+    found = jamlab.measure_all(sweep, processes=2, progress=lambda *count: counts.append(count))
+    assert counts == [(k, len(sweep)) for k in range(1, len(sweep) + 1)]
+    assert list(found) == list(MODULE.COLUMNS)
+    rows = [jamlab.measure(state) for state in sweep]
+    for name, values in found.items():
+        np.testing.assert_array_equal(values, [row[name] for row in rows])
+
+
+def test_short_work_and_a_worker_stay_in_one_process(sweep, monkeypatch):
+    monkeypatch.setattr(MODULE, "run_side_by_side", lambda *_, **__: pytest.fail("a process was started"))
+    assert len(jamlab.measure_all(sweep, ["rho", "phi"])["phi"]) == len(sweep)
+    monkeypatch.setattr(MODULE, "_TRIAL", 0.0)
+    monkeypatch.setattr(MODULE, "_START", 0.0)
+    with cores_given(1):
+        jamlab.measure_all(sweep[:3], ["phi"])
+    assert jamlab.measure_all([])["rho"].shape == (0,)
+
+
+def test_an_error_names_its_state(sweep, at_once):
+    with pytest.raises(InputError, match=r"^processes = 0: "):
+        jamlab.measure_all(sweep, processes=0)
+    with pytest.raises(InputError, match=r"^unknown quantity 'weight'"):
+        jamlab.measure_all(sweep, ["weight"])
+    past_the_check = jamlab.measure_all.__wrapped__
+    with pytest.raises(InputError, match=r"^state 2: measure: packing = 'none'"):
+        past_the_check([sweep[0], sweep[1], "none", sweep[3]], processes=2)
