@@ -10,6 +10,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.engine.box_border import Border
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
@@ -49,37 +50,47 @@ _FAILURES = {_NOT_FINITE: "positions are not finite", _NO_MEMORY: "out of memory
 
 _fire_disks = kernel(
     "fire_disks",
-    *(INTEGER, REALS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, INTEGER, REAL, REALS, INTEGER, INTEGER, REALS),
+    *(INTEGER, REALS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, INTEGER, REAL, REALS, INTEGER, INTEGER),
+    *(INTEGER, REALS, REAL, REALS),
 )
 
 
-def fire_disks(packing: Packing, force: float, steps: int, threads: int = 1) -> tuple[Array, int, float] | None:
-    """Minimise the energy of disks at fixed box.
+def fire_disks(
+    packing: Packing, force: float, steps: int, threads: int = 1, border: Border | None = None
+) -> tuple[Packing, int, float] | None:
+    """Minimise the energy of disks, or their enthalpy where the box is free to strain.
+
+    A strain e of the box is a coordinate like those of the disks, of the inertia of all n of them: q = sqrt(n) d e.
 
     Args:
         packing: SP.
-        force: tolerance on the largest norm of a force.
+        force: tolerance on the largest norm of a force, and on unbalanced stress times mean diameter.
         steps: at most.
         threads: that share the work; pays from about 10 000 disks. Their number changes rounding only.
+        border: strains that the box may take; by default none.
 
     Returns:
-        (n, 2) unwrapped positions, the steps taken, and the largest norm of a force left. None if the box is so small
-        (three times the largest disk) that two disks may meet in two images, which the kernel does not count.
+        The packing, the steps taken, and the largest force left. None if the box is so small (three times the largest
+        disk) that two disks may meet in two images, which the kernel does not count.
 
     Raises:
         EngineError: out of memory or threads.
     """
     assert packing.diameters is not None
     positions, largest = packing.positions.copy(), np.zeros(1)
-    box = np.array([packing.box[0, 0], packing.box[1, 0], packing.box[1, 1]])
+    box = packing.box[[0, 1, 1], [0, 0, 1]]
     law = float(packing.params[packing.units]), int(packing.units == "eps")
-    settings = np.array(astuple(FIRE))
+    strains = np.zeros((0, 2, 2)) if border is None else border.strains
     taken = _fire_disks(
         *(packing.n, positions, packing.diameters, box, *law, force, steps, threads, SKIN),
-        *(settings, DELAY, MOST_UPHILL, largest),
+        *(np.array(astuple(FIRE)), DELAY, MOST_UPHILL, len(strains)),
+        *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
     )
     if taken == _BOX_TOO_SMALL:
         return None
     if taken < 0:
         raise EngineError(f"FIRE over {packing.n} disks stopped: {_FAILURES.get(taken, 'no threads could be started')}")
-    return positions, taken, float(largest[0])
+    moved = {"positions": positions}
+    if len(strains):
+        moved["box"] = np.array([[box[0], 0.0], box[1:]])
+    return packing.with_state(**moved), taken, float(largest[0])

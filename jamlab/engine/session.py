@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import checked
+from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.disk_fire import fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
@@ -148,7 +149,9 @@ class Session:
         return self._evaluation()
 
     @checked
-    def minimize(self, force: float, *, style: str, steps: int, stretch: int | None = None) -> Evaluation:
+    def minimize(
+        self, force: float, *, style: str, steps: int, stretch: int | None = None, border: Border | None = None
+    ) -> Evaluation:
         """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.
 
         Args:
@@ -157,12 +160,14 @@ class Session:
             steps: iterations at most; force evaluations at most ten times as many.
             stretch: iterations after which the minimiser starts anew, by default never. FIRE's only brake is that the
                 power of all forces together turns negative; in large packings soft modes then swing for long.
+            border: FIRE over disks: strains that the box takes as well, by default none. A box of less than three
+                diameters keeps its shape.
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
         stretch = min(stretch or steps, steps)
-        if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch):
+        if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border):
             return self.evaluate()
         if self._ranks > 1:
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
@@ -178,16 +183,15 @@ class Session:
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
 
-    def _fire_disks(self, force: float, steps: int, stretch: int) -> bool:
+    def _fire_disks(self, force: float, steps: int, stretch: int, border: Border | None) -> bool:
         """FIRE in the compiled kernel; False if the box is too small for it."""
         packing = self.packing()
         for _ in range(0, steps, stretch):
-            found = fire_disks(packing, force, stretch, self._ranks)
+            found = fire_disks(packing, force, stretch, self._ranks, border)
             if found is None:
                 return False
-            positions, taken, largest = found
+            packing, taken, largest = found
             self._compiled_steps += taken
-            packing = packing.with_state(positions=positions)
             if largest < force:
                 break
         self.load(packing)

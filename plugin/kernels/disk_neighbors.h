@@ -14,8 +14,13 @@ struct Disk {
   double x, y, radius, unused;  // one half of a cache line
 };
 
-struct Box {
-  double lx, xy, ly;  // rows (lx, 0) and (xy, ly)
+// A box with rows (xx, 0) and (xy, yy), or the map of positions that the transposed matrix makes.
+struct Triangle {
+  double xx, xy, yy;
+
+  Triangle after(const Triangle &f) const { return {f.xx * xx, f.xx * xy + f.xy * yy, f.yy * yy}; }
+  Vector operator()(double x, double y) const { return {xx * x + xy * y, yy * y}; }
+  double strain() const { return std::max({std::fabs(xx - 1), std::fabs(yy - 1)}) + std::fabs(xy); }
 };
 
 // Disks of one thread, [first, last) in sorted order, and its pairs: a disk of the share, and its neighbor's number
@@ -32,7 +37,7 @@ class DiskNeighbors {
   static constexpr int IMAGE = 28;  // bits above: 3 sx + sy + 4 for shifts -1, 0, 1 by the two rows
   static constexpr std::int64_t MOST = NUMBER;
 
-  DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Box box, int shares)
+  DiskNeighbors(std::int64_t n, const double *positions, const double *diameters, Triangle box, int shares)
       : box(box), disks(n), velocity(n), id(n), image_x(n), image_y(n), built(n), shares(shares)
   {
     for (std::int64_t i = 0; i < n; ++i) {
@@ -40,18 +45,24 @@ class DiskNeighbors {
       id[i] = i;
       largest = std::max(largest, diameters[i]);
     }
-    for (int k = 0; k < 9; ++k) shift[k] = {(k / 3 - 1) * box.lx + (k % 3 - 1) * box.xy, (k % 3 - 1) * box.ly};
+    set_box(box);
+  }
+
+  void set_box(Triangle to)
+  {
+    box = to;
+    for (int k = 0; k < 9; ++k) shift[k] = {(k / 3 - 1) * box.xx + (k % 3 - 1) * box.xy, (k % 3 - 1) * box.yy};
   }
 
   // Whether cells as wide as the reach fit three times into the box either way: a pair then meets in one image only.
   bool fits(double skin)
   {
     const double reach = (largest + skin) * (1 + 1e-12);
-    const double across = box.lx * box.ly / std::hypot(box.xy, box.ly);
-    if (!(reach > 0) || !(across >= 3 * reach) || !(box.ly >= 3 * reach)) return false;
+    const double across = box.xx * box.yy / std::hypot(box.xy, box.yy);
+    if (!(reach > 0) || !(across >= 3 * reach) || !(box.yy >= 3 * reach)) return false;
     const double most = std::sqrt(4.0 * static_cast<double>(disks.size())) + 3;  // wide empty boxes: larger cells
     columns = static_cast<std::int64_t>(std::min(across / reach, most));
-    rows = static_cast<std::int64_t>(std::min(box.ly / reach, most));
+    rows = static_cast<std::int64_t>(std::min(box.yy / reach, most));
     return true;
   }
 
@@ -62,11 +73,11 @@ class DiskNeighbors {
     std::vector<std::int64_t> cell(n);
     cell_start.assign(columns * rows + 1, 0);
     for (std::int64_t i = 0; i < n; ++i) {
-      double up = disks[i].y / box.ly, along = (disks[i].x - box.xy * up) / box.lx;
+      double up = disks[i].y / box.yy, along = (disks[i].x - box.xy * up) / box.xx;
       const double wrap_y = std::floor(up), wrap_x = std::floor(along);
       if (!(std::fabs(wrap_x) < 1e9) || !(std::fabs(wrap_y) < 1e9)) return false;
-      disks[i].x -= wrap_x * box.lx + wrap_y * box.xy;
-      disks[i].y -= wrap_y * box.ly;
+      disks[i].x -= wrap_x * box.xx + wrap_y * box.xy;
+      disks[i].y -= wrap_y * box.yy;
       image_x[i] += static_cast<std::int64_t>(wrap_x);
       image_y[i] += static_cast<std::int64_t>(wrap_y);
       const auto place = [](double fraction, std::int64_t cells) {
@@ -124,28 +135,31 @@ class DiskNeighbors {
     }
   }
 
-  // Largest distance that a disk of a share has moved since the disks were sorted.
-  double moved(const Share &share) const
+  // How far a disk of a share has moved at most since the disks were sorted, and half a pair by the strain of the box.
+  double moved(const Share &share, const Triangle &since, double skin) const
   {
     double most = 0.0;
     for (std::int64_t i = share.first; i < share.last; ++i) {
-      const double x = disks[i].x - built[i].x, y = disks[i].y - built[i].y;
+      const Vector along = since(built[i].x, built[i].y);
+      const double x = disks[i].x - along.x, y = disks[i].y - along.y;
       most = std::max(most, x * x + y * y);
     }
-    return std::sqrt(most);
+    return std::sqrt(most) + strained(since, skin);
   }
+
+  double strained(const Triangle &map, double skin) const { return 0.5 * map.strain() * (largest + skin); }
 
   // Positions in the order given at first, unwrapped.
   void unwrapped(double *positions) const
   {
     for (std::size_t i = 0; i < disks.size(); ++i) {
       const double right = static_cast<double>(image_x[i]), up = static_cast<double>(image_y[i]);
-      positions[2 * id[i]] = disks[i].x + right * box.lx + up * box.xy;
-      positions[2 * id[i] + 1] = disks[i].y + up * box.ly;
+      positions[2 * id[i]] = disks[i].x + right * box.xx + up * box.xy;
+      positions[2 * id[i] + 1] = disks[i].y + up * box.yy;
     }
   }
 
-  const Box box;
+  Triangle box;
   std::vector<Disk> disks;
   std::vector<Vector> velocity;
   std::vector<std::int64_t> id, image_x, image_y;
