@@ -12,7 +12,6 @@ Reference: J. Nocedal & S. J. Wright, Numerical Optimization, sections 4.1 and 1
 cell: M. Parrinello & A. Rahman, J. Appl. Phys. 52, 7182 (1981).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,35 +31,38 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BorderSettings:
-    """Numbers of the method; those of the shift and of acceptance mean what they do in `NewtonSettings`.
+    """Numbers of the method; those of the shift mean what they do in `NewtonSettings`.
 
     Attributes:
-        steps: factorisations at most.
+        steps: factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less.
         reach: longest move of a coordinate in one step, mean particle size.
         longest_strain: of the box in one step.
         first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
-        accepted, good, poor: parts of the work foretold that a step must gain.
+        searches: lengths tried along one step at most.
+        slack: part of the slope at its start that may be left at the end of a step, uphill.
+        good, poor: lengths of a step above which the shift shrinks and below which it grows.
         shrink, grow, definite: factors of the shift.
         softest: least curvature over the largest that a strain is divided by.
-        digits: relative misses of pressure and shear stress that rounding lets a last step reach.
+        digits: of unbalanced stress over pressure, at the end.
+        rounding: of a stress, over the stiffness of a contact.
     """
 
-    steps: int = 150
+    steps: int = 40
     reach: float = 0.1
     longest_strain: float = 0.02
     first_shift: float = 1e-4
     least_shift: float = 1e-10
     last_shift: float = 1e3
-    accepted: float = 1e-3
+    searches: int = 6
+    slack: float = 0.5
     good: float = 0.75
     poor: float = 0.25
     shrink: float = 0.2
     grow: float = 5.0
     definite: float = 4.0
     softest: float = 1e-9
-    searches: int = 6
-    slack: float = 0.5
     digits: float = 1e-12
+    rounding: float = 3e-16
 
 
 BORDER = BorderSettings()
@@ -85,40 +87,30 @@ class Model:
         strains = np.einsum("aij,ijkl,bkl->ab", m, k.ee, m) - packing.area * np.einsum("abij,ij->ab", second, state.stress)
         return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
 
-    def fall(self, forces: Array, gradient: Array, u: Array, e: Array) -> float:
-        """How much the enthalpy falls along a step."""
-        bent = u @ (self.sites @ u) + 2 * u @ (self.coupling @ e) + e @ self.strains @ e
-        return float(forces @ u - gradient @ e - 0.5 * bent)
 
-
-def descend_with_box(
-    session: Session,
-    border: Border,
-    tolerance: float,
-    *,
-    steps: int = BORDER.steps,
-    enough: Callable[[Evaluation], bool] = lambda state: False,
-) -> int:
+def descend_with_box(session: Session, border: Border, tolerance: float, *, steps: int = BORDER.steps) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
-    A step is judged by the work done along it, (F0 + F1) u/2 - (g0 + g1) e/2, as in `descend_by_newton`.
+    The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is
+    the work done: near a minimum enthalpies have no digits left. The shift grows where steps are cut short.
 
     Args:
         session: is left in the best state reached.
         border: strains that the box may take.
         tolerance: on the largest force.
         steps: factorisations at most.
-        enough: of a state: whether to give up there.
 
     Returns:
         The number of steps accepted.
     """
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken, model = positive_solver(), BORDER.first_shift, 0, None
+    solver, shift, taken = positive_solver(), BORDER.first_shift, 0
+    model: Model | None = None
     size = mean_size(packing)
     for _ in range(steps):
-        balanced = state.max_force <= tolerance and border.excess(state.stress) <= BORDER.digits * state.pressure
-        if balanced or shift > BORDER.last_shift or enough(state):
+        noise = stress_noise(packing, state.pressure)
+        at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
+        if (at_rest and excess <= noise) or shift > BORDER.last_shift:
             break
         gradient = border.gradient(state.stress, packing.area)
         try:
@@ -126,34 +118,60 @@ def descend_with_box(
             u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        length = min(1.0, BORDER.reach * size / np.abs(u).max(), BORDER.longest_strain / np.abs(e).max())
-        slope = float(state.forces.ravel() @ u - gradient @ e)
-        found = None
-        for _ in range(BORDER.searches):
-            try:
-                moved = border.move(packing, length * u.reshape(-1, 2), length * e)
-                session.load(moved)
-                trial = session.evaluate()
-            except InputError:  # a polygon crosses itself
-                length *= 0.5
-                continue
-            after = float(trial.forces.ravel() @ u - border.gradient(trial.stress, moved.area) @ e)
-            if slope + after > 0:
-                found = moved, trial
-            if abs(after) <= BORDER.slack * slope or after > 0:
-                break
-            length *= slope / (slope - after)
+        longest = min(1.0, BORDER.reach * size / np.abs(u).max(), BORDER.longest_strain / np.abs(e).max())
+        step = Step(longest * u.reshape(-1, 2), longest * e)
+        found, length = _search(session, border, packing, step, step.slope(state, gradient))
         if found is not None:
             (packing, state), model = found, None
             taken += 1
-        elif state.max_force <= tolerance and border.excess(state.stress) <= 1e3 * BORDER.digits * state.pressure:
-            break  # rounding
-        if found is not None and length > BORDER.good:
+        elif at_rest and excess <= BORDER.grow * noise:
+            break
+        if longest * length > BORDER.good:
             shift = max(BORDER.shrink * shift, BORDER.least_shift)
-        elif found is None or length < BORDER.poor:
+        elif longest * length < BORDER.poor:
             shift *= BORDER.grow
     session.load(packing)
     return taken
+
+
+def stress_noise(packing: Packing, pressure: float) -> float:
+    """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
+    stiffness = packing.params["k" if packing.units == "k" else "eps"] / mean_size(packing) ** 2
+    return max(BORDER.digits * pressure, BORDER.rounding * float(stiffness))
+
+
+@dataclass(frozen=True)
+class Step:
+    """Displacements (n_sites, 2) and strains (m,)."""
+
+    u: Array
+    e: Array
+
+    def slope(self, state: Evaluation, gradient: Array) -> float:
+        """-dH/dt along the step."""
+        return float(np.vdot(state.forces, self.u) - gradient @ self.e)
+
+
+def _search(
+    session: Session, border: Border, packing: Packing, step: Step, slope: float
+) -> tuple[tuple[Packing, Evaluation] | None, float]:
+    """A length of the step, 1 at most, at which the slope has not turned far uphill; None if no length goes downhill."""
+    length, best, reached = 1.0, None, 0.0
+    for _ in range(BORDER.searches if slope > 0 else 0):
+        try:
+            moved = border.move(packing, length * step.u, length * step.e)
+            session.load(moved)
+        except InputError:  # a polygon crosses itself
+            length *= 0.5
+            continue
+        trial = session.evaluate()
+        after = step.slope(trial, border.gradient(trial.stress, moved.area))
+        if slope + after > 0:
+            best, reached = (moved, trial), length
+        if after >= -BORDER.slack * slope:
+            break
+        length *= slope / (slope - after)
+    return best, reached
 
 
 def _step(

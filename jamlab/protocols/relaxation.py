@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import check_number
+from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -228,7 +229,9 @@ def _descend_many_disks(session: Session, noise: float, lowest: float, least_pre
     return _descend_preconditioned(session, target, LBFGS.steps)
 
 
-def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000) -> Evaluation:
+def quench(
+    session: Session, noise: float, *, floor: float, steps: int = 100_000, border: Border | None = None
+) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
     Args:
@@ -236,14 +239,15 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
         noise: largest force over pressure.
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
+        border: strains that the box may take, down to the same noise in their stress; by default none.
     """
     state = session.evaluate()
     for _ in range(SETTINGS.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)
-        if state.max_force <= target:
+        if state.max_force <= target and (border is None or border.excess(state.stress) <= target):
             break
         before = state.pressure
-        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch)
+        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border)
         if state.max_force > target and state.pressure > SETTINGS.jump * before:
             break
     return state
