@@ -2,7 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -13,18 +15,28 @@ class ThreadTeam {
 
   const int members;
 
-  // Wait for all. A barrier is passed twice a minimiser step, every 0.1 ms: spin, and let others in only after a while.
+  // Wait for all: awake for some 20 microseconds, then asleep, so that a busy machine runs the others.
   void meet()
   {
     if (members == 1) return;
-    const std::int64_t round = rounds.load(std::memory_order_acquire);
-    if (arrived.fetch_add(1, std::memory_order_acq_rel) + 1 == members) {
-      arrived.store(0, std::memory_order_relaxed);
-      rounds.fetch_add(1, std::memory_order_acq_rel);
+    const std::int64_t round = rounds.load();
+    if (arrived.fetch_add(1) + 1 == members) {
+      arrived.store(0);
+      rounds.fetch_add(1);
+      if (asleep.load() > 0) {
+        const std::lock_guard<std::mutex> lock(door);
+        bell.notify_all();
+      }
       return;
     }
-    for (int spins = 0; rounds.load(std::memory_order_acquire) == round; ++spins)
-      if (spins > 2000) std::this_thread::yield();
+    for (int spins = 0; spins < 20000; ++spins)
+      if (rounds.load(std::memory_order_acquire) != round) return;
+    asleep.fetch_add(1);
+    {
+      std::unique_lock<std::mutex> lock(door);
+      bell.wait(lock, [&] { return rounds.load() != round; });
+    }
+    asleep.fetch_sub(1);
   }
 
   // Run work(0) .. work(members - 1), which must not throw. False: no thread could be started, and nothing has run.
@@ -50,6 +62,8 @@ class ThreadTeam {
   }
 
  private:
-  std::atomic<int> arrived{0};
+  std::mutex door;
+  std::condition_variable bell;
+  std::atomic<int> arrived{0}, asleep{0};
   std::atomic<std::int64_t> rounds{0};
 };
