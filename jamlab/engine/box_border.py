@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 # upper triangles: they leave the first lattice vector along x
 COMPRESSION = np.eye(2)[None]
 SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [0.0, 0.0]]])
+PURE_SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # without rotation
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ whoever asks for FIRE need not know which it was; forces, energy and stress of t
 """
 
 from dataclasses import astuple, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +91,7 @@ def fire_disks(
         return None
     if taken < 0:
         raise EngineError(f"FIRE over {packing.n} disks stopped: {_FAILURES.get(taken, 'no threads could be started')}")
-    moved = {"positions": positions}
+    moved: dict[str, Any] = {"positions": positions}
     if len(strains):
         # many small shears must not add up to a change of area
         height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]

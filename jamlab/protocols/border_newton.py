@@ -29,6 +29,7 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 
+
 @dataclass(frozen=True)
 class BorderSettings:
     """Numbers of the method; those of the shift mean what they do in `NewtonSettings`.
@@ -84,7 +85,9 @@ class Model:
         both = np.einsum("aij,bjk->abik", m, m)  # exp(E) = 1 + E + E E/2: the second order works against the stress
         second = 0.5 * (both + both.transpose(1, 0, 2, 3))
         trace = np.einsum("aii->a", m)
-        strains = np.einsum("aij,ijkl,bkl->ab", m, k.ee, m) - packing.area * np.einsum("abij,ij->ab", second, state.stress)
+        strains = np.einsum("aij,ijkl,bkl->ab", m, k.ee, m) - packing.area * np.einsum(
+            "abij,ij->ab", second, state.stress
+        )
         return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
 
 
@@ -155,7 +158,7 @@ class Step:
 def _search(
     session: Session, border: Border, packing: Packing, step: Step, slope: float
 ) -> tuple[tuple[Packing, Evaluation] | None, float]:
-    """A length of the step, 1 at most, at which the slope has not turned far uphill; None if no length goes downhill."""
+    """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
     length, best, reached = 1.0, None, 0.0
     for _ in range(BORDER.searches if slope > 0 else 0):
         try:

@@ -29,9 +29,9 @@ class PressureSettings:
 
     Attributes:
         ladder: force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the
-            next is tried, or the box set free. A slower way changes the ensemble: by steps of p -> 0.6 p, relaxed to
-            1e-2, phi of 50 packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4; one level less, by -1.5e-4 +- 1e-4;
-            two more as these two, to 2e-5.
+            next is tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2,
+            phi of 50 packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +-
+            1e-4; two levels more change it by 2e-5 +- 2e-5.
     """
 
     ladder: tuple[tuple[float, float], ...] = ((3e-2, 2.0), (1e-2, 0.5))
@@ -94,8 +94,8 @@ def pack(
         progress("pressure", packing.phi)
     if not found.converged or abs(found.evaluation.pressure / pressure - 1) > search["miss"]:
         raise ConvergenceError(
-            f"pressure {pressure:g} not met with n = {n}: the search ended at {found.evaluation.pressure:g} with a force "
-            f"of {found.evaluation.max_force:.2g}; try another seed"
+            f"pressure {pressure:g} not met with n = {n}: the search ended at {found.evaluation.pressure:g} with a "
+            f"force of {found.evaluation.max_force:.2g}; try another seed"
         )
     return record(
         packing,
