@@ -89,7 +89,9 @@ def test_force_and_stress_are_met(random_disks):
     moved, taken, largest = fire_disks(random_disks(0.0, "k", n=100), 1e-10, 50_000, 1, border)
     state = jamlab.evaluate(moved)
     assert taken < 50_000 and largest < 1e-10
-    assert max(state.max_force, border.excess(state.stress) * moved.diameters.mean()) == pytest.approx(largest, rel=1e-3)
+    assert max(state.max_force, border.excess(state.stress) * moved.diameters.mean()) == pytest.approx(
+        largest, rel=1e-3
+    )
     assert state.pressure == pytest.approx(1e-2, rel=1e-8)
 
 
