@@ -27,12 +27,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BoxShearSettings:
-    """Numbers of the method.
+    """Numbers of the method, for droplets; what each costs: `tests/protocols/benchmark_solver_settings.py`.
 
-    One shear-stabilized sweep (N = 32): halved or doubled, `stress_tolerance`, `steps`, `longest_strain`, `grow`,
-    `softest`, a larger `reach` and a smaller `poor` change force evaluations and factorisations by less than 10 %. A
-    smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 % more. A larger `good` or `poor`
-    loses states: `tests/protocols/benchmark_solver_settings.py`.
+    Measured on a shear-stabilized sweep of disks (N = 32): halved or doubled, `stress_tolerance`, `steps`,
+    `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
+    factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
+    more. A larger `good` or `poor` loses states.
 
     Attributes:
         stress_tolerance: residual shear stress over pressure at the end.

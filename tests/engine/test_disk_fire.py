@@ -113,7 +113,7 @@ def test_session_takes_either_and_lammps_judges(random_disks, monkeypatch):
 def test_positions_that_no_box_holds_are_refused(random_disks):
     """Farther away than numbers can tell from their images."""
     start = random_disks(n=100)
-    far = start.positions + [[1e12, 0.0]]
+    far = start.positions + np.array([1e12, 0.0])
     object.__setattr__(start, "positions", far)
     with pytest.raises(EngineError, match="not finite"):
         fire_disks(start, 1e-9, 10)
