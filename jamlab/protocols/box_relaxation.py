@@ -71,9 +71,12 @@ def relax_disks_and_box(
     if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
     for noise in BOX_RELAXATION.noise * BOX_RELAXATION.finer ** np.arange(BOX_RELAXATION.rounds):
-        state = quench(session, noise, floor=max(least_pressure, lowest / noise), border=border)
+        floor = max(least_pressure, lowest / noise)
+        state = quench(session, noise, floor=floor, border=border)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+        if state.max_force > noise * max(state.pressure, floor):
+            continue  # still too far for Newton steps
         newton_steps += descend_with_box(session, border, tolerance)
         state = session.evaluate()
         if _ends(session.packing(), state, border, tolerance):
