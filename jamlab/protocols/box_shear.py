@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import check_choice
+from jamlab.engine.box_border import PURE_SHEARS, SHEARS, Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
@@ -18,19 +19,20 @@ from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import Minimizer, Relaxed, relax
+from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
+from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class BoxShearSettings:
-    """Numbers of the method.
+    """Numbers of the method, for droplets; what each costs: `tests/protocols/benchmark_solver_settings.py`.
 
-    One shear-stabilized sweep (N = 32): halved or doubled, `stress_tolerance`, `steps`, `longest_strain`, `grow`,
-    `softest`, a larger `reach` and a smaller `poor` change force evaluations and factorisations by less than 10 %. A
-    smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 % more. A larger `good` or `poor`
-    loses states: `tests/protocols/benchmark_solver_settings.py`.
+    Measured on a shear-stabilized sweep of disks (N = 32): halved or doubled, `stress_tolerance`, `steps`,
+    `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
+    factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
+    more. A larger `good` or `poor` loses states.
 
     Attributes:
         stress_tolerance: residual shear stress over pressure at the end.
@@ -58,7 +60,6 @@ class BoxShearSettings:
 
 
 BOX_SHEAR = BoxShearSettings()
-SHEARS = np.array([[[1.0, 0.0], [0.0, -1.0]], [[0.0, 1.0], [1.0, 0.0]]])  # pure shears along x and along the diagonal
 
 
 def minimizer(ensemble: str) -> Minimizer:
@@ -85,9 +86,11 @@ def relax_with_box_shear(
 ) -> Relaxed:
     """Minimise the energy over positions and over both shears of the box, at fixed area.
 
-    Newton steps in the two shear strains, eigenvalues of the 2 x 2 curvature taken by absolute value, with a trust
-    radius; the sites follow by linear response and are relaxed at each new box. The work of the shear stress along the
-    step stands for the fall of the energy, which has no digits left near the end.
+    Disks: FIRE and Newton steps over positions and box at once, see `relax_disks_and_box`. Droplets, which may rest on
+    corners, where a minimum has no Hessian: Newton steps in the two shear strains alone, eigenvalues of the 2 x 2
+    curvature taken by absolute value, with a trust radius; the sites follow by linear response and are relaxed at each
+    new box. The work of the shear stress along the step stands for the fall of the energy, which has no digits left
+    near the end.
 
     Args:
         session: is left in the minimum; without contacts it is left where contacts were lost.
@@ -96,10 +99,13 @@ def relax_with_box_shear(
         least_pressure: see `relax`.
 
     Returns:
-        The state reached; `converged` also means a residual shear stress below 1e-8 of the pressure; droplets: or as
-        low as the forces left allow, largest force over particle size. A packing that comes loose has no stress to
-        relax: `converged` then speaks of its forces alone, and its pressure is rounding.
+        The state reached; `converged` also means a residual shear stress below 1e-11 of the pressure or what rounding
+        leaves; droplets: 1e-8, or as low as the forces left allow, largest force over particle size. A packing that
+        comes loose has no stress to relax: `converged` then speaks of its forces alone, and its pressure is rounding.
     """
+    if session.model == "sp":
+        force = force_tolerance("sp") if tolerance is None else tolerance
+        return relax_disks_and_box(session, Border(SHEARS), force, near=near, least_pressure=least_pressure)
     found = relax(session, tolerance, near=near, least_pressure=least_pressure)
     radius = curvature = None
     last = np.inf
@@ -109,12 +115,10 @@ def relax_with_box_shear(
             return found
         tensor = _tensor(packing)
         if tensor is not None:
-            curvature = np.einsum("aij,ijkl,bkl->ab", SHEARS, tensor.relaxed, SHEARS) - 2 * state.pressure * np.eye(2)
+            curvature = shear_curvature(tensor.relaxed, state.pressure)
             stiffness = compression_modulus(tensor.relaxed, state.pressure)
         elif contacts(packing).rattlers.all():
             return found  # nothing is held, so there is no stress to relax
-        elif packing.model == "sp":  # too few contacts, balanced by symmetry alone: a saddle, no packing
-            return Relaxed(state, found.tolerance, False, found.newton_steps)
         elif curvature is None:
             stiffness = BOX_SHEAR.first_curvature * packing.params["eps"]
             curvature = stiffness * np.eye(2)
@@ -122,7 +126,7 @@ def relax_with_box_shear(
         if radius is None:
             radius = BOX_SHEAR.reach * state.pressure / stiffness
         step, length = _step(work, curvature, radius)
-        session.load(follow_box(packing, np.einsum("a,aij->ij", step, SHEARS), tensor))
+        session.load(follow_box(packing, np.einsum("a,aij->ij", step, PURE_SHEARS), tensor))
         trial = relax(session, tolerance, near=True, least_pressure=least_pressure)
         gained = 0.5 * (work + shear_work(trial.evaluation)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
@@ -143,9 +147,9 @@ def relax_with_box_shear(
 
 
 def _settled(state: Evaluation, packing: Packing, last: float) -> bool:
-    """Whether no shear stress is left; of droplets, whose forces end at 1e-10, whether it falls no further in these."""
+    """Whether no shear stress is left, or what is left falls no further in the noise of forces that end at 1e-10."""
     stress = shear_stress(state)
-    noise = state.max_force / mean_size(packing) if packing.model == "dp" else 0.0
+    noise = state.max_force / mean_size(packing)
     return stress <= BOX_SHEAR.stress_tolerance * state.pressure or last <= stress <= noise
 
 
@@ -159,7 +163,7 @@ def _tensor(packing: Packing) -> ElasticTensor | None:
 
 def shear_work(state: Evaluation) -> Array:
     """(2,) stress conjugate to either shear, per area."""
-    return np.asarray(np.einsum("aij,ij->a", SHEARS, state.stress))
+    return np.asarray(np.einsum("aij,ij->a", PURE_SHEARS, state.stress))
 
 
 def _step(work: Array, curvature: Array, radius: float) -> tuple[Array, float]:

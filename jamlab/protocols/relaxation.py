@@ -1,8 +1,9 @@
 """Relax a packing to a minimum of its potential energy: first-order steps into the basin, Newton steps to the bottom.
 
-SP: conjugate gradients in LAMMPS reach 1e-12 by themselves; FIRE and Newton help where they stall, and Newton ends the
-minimisation of large packings. DP: vertices slide along flats almost freely, so first-order methods crawl. L-BFGS on
-LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE and Newton steps help where it stalls.
+SP: conjugate gradients in LAMMPS reach 1e-12 by themselves, and FIRE and Newton help where they stall; large packings
+are left to FIRE, and Newton ends it. DP: vertices slide along flats almost freely, so first-order methods crawl.
+L-BFGS on LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE and Newton steps help where it
+stalls.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.checks import check_number
+from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
@@ -34,17 +36,14 @@ class RelaxationSettings:
 
     Attributes:
         rounds: starts with first-order steps; another follows when Newton steps leave their basin.
-        many_disks: from here on Newton steps end a minimisation sooner than conjugate gradients.
-        fire_only_disks: from here on FIRE goes on almost to the end: local events keep the one step length of L-BFGS
-            and Newton steps short.
-        newton_noise: at which Newton steps take over; started earlier they stall.
-        fire_only_noise: the same with `fire_only_disks`.
+        many_disks: from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the
+            one step length of any other method short.
+        newton_noise: at which Newton steps take over there; started earlier they stall.
         first_noise: of the first of several stages, each ten times better: a packing that comes loose is known early.
         stages: at most.
         jump: a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target.
         cg_steps: at most, in one call.
         fire_stretch: FIRE steps after which it starts anew.
-        fire_steps_disks: FIRE steps at most before L-BFGS, disks.
         fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
         settle_steps: L-BFGS steps when it only matters whether a packing jams.
         loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
@@ -52,15 +51,12 @@ class RelaxationSettings:
 
     rounds: int = 3
     many_disks: int = 1000
-    fire_only_disks: int = 4000
-    newton_noise: float = 1e-5
-    fire_only_noise: float = 1e-7
+    newton_noise: float = 1e-7
     first_noise: float = 1e-2
     stages: int = 12
     jump: float = 0.5
     cg_steps: int = 20_000
     fire_stretch: int = 3000
-    fire_steps_disks: int = 20_000
     fire_steps_droplets: int = 300
     settle_steps: int = 1500
     loose_force: float = 2e-5
@@ -199,7 +195,8 @@ def _entangled(session: Session) -> bool:
 def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
     lowest = 0.5 * tolerance  # LAMMPS compares components, jamlab compares norms
     if session.size >= SETTINGS.many_disks:
-        return _descend_many_disks(session, SETTINGS.newton_noise * 0.1**round_, lowest, least_pressure)
+        noise = SETTINGS.newton_noise * 0.1**round_
+        return quench(session, noise, floor=max(least_pressure, lowest / noise))
     style = "cg" if round_ % 2 == 0 else "fire"
     if not least_pressure:
         return session.minimize(lowest, style=style, steps=SETTINGS.cg_steps)
@@ -213,23 +210,9 @@ def _descend_disks(session: Session, tolerance: float, round_: int, least_pressu
     return state
 
 
-def _descend_many_disks(session: Session, noise: float, lowest: float, least_pressure: float) -> Evaluation:
-    """FIRE while contacts open and close in many places at once; L-BFGS where the packing slides in a soft direction.
-
-    L-BFGS and Newton steps have one length for the whole packing, which local events keep short in large ones: there
-    FIRE goes on, almost to the end.
-    """
-    if session.size >= SETTINGS.fire_only_disks:
-        noise *= SETTINGS.fire_only_noise / SETTINGS.newton_noise
-        return quench(session, noise, floor=max(least_pressure, lowest / noise))
-    state = quench(session, noise, floor=max(least_pressure, lowest / noise), steps=SETTINGS.fire_steps_disks)
-    target = max(noise * state.pressure, lowest)
-    if state.max_force <= target or state.pressure < least_pressure:
-        return state
-    return _descend_preconditioned(session, target, LBFGS.steps)
-
-
-def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000) -> Evaluation:
+def quench(
+    session: Session, noise: float, *, floor: float, steps: int = 100_000, border: Border | None = None
+) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
     Args:
@@ -237,14 +220,15 @@ def quench(session: Session, noise: float, *, floor: float, steps: int = 100_000
         noise: largest force over pressure.
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
+        border: strains that the box may take, down to the same noise in their stress; by default none.
     """
     state = session.evaluate()
     for _ in range(SETTINGS.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)
-        if state.max_force <= target:
+        if state.max_force <= target and (border is None or border.excess(state.stress) <= target):
             break
         before = state.pressure
-        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch)
+        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border)
         if state.max_force > target and state.pressure > SETTINGS.jump * before:
             break
     return state

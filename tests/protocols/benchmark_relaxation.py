@@ -26,12 +26,3 @@ def test_cost_against_size():
         print(f"\nN = {n}: {seconds[-1]:.2f} s", end="")
     exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
     print("\n" + json.dumps({"sizes": sizes, "seconds": seconds, "exponent": exponent}))
-
-
-@pytest.mark.benchmark
-def test_large_packing_on_two_ranks():
-    """N = 32 768, p = 1e-4 to max force 1e-12, beside 120 s."""
-    began = time.perf_counter()
-    p = jamlab.pack(32768, 1e-4, 1, ranks=2)
-    print("\n" + json.dumps({"seconds": time.perf_counter() - began, **p.provenance}))
-    assert p.converged

@@ -14,14 +14,25 @@ import pytest
 
 import jamlab
 from jamlab.engine.session import Session
-from jamlab.protocols import box_shear, compression, newton, onset_search, preconditioned_lbfgs, relaxation
+from jamlab.protocols import (
+    border_newton,
+    box_relaxation,
+    box_shear,
+    compression,
+    newton,
+    onset_search,
+    preconditioned_lbfgs,
+    relaxation,
+)
 from jamlab.protocols import target_pressure as pressure
 
 MODULES = {  # settings, the modules that read them, and the packings they matter for
     "NEWTON": ((newton, relaxation), ("droplets", "stabilized", "large")),
-    "LBFGS": ((preconditioned_lbfgs, relaxation), ("droplets", "large")),
+    "LBFGS": ((preconditioned_lbfgs, relaxation), ("droplets",)),
     "SETTINGS": ((relaxation,), ("disks", "droplets", "large")),
-    "BOX_SHEAR": ((box_shear,), ("stabilized",)),
+    "BOX_SHEAR": ((box_shear,), ("sheared droplets",)),
+    "BORDER": ((border_newton,), ("stabilized", "pressed")),
+    "BOX_RELAXATION": ((box_relaxation,), ("stabilized", "pressed")),
     "ONSET": ((onset_search,), ("disks", "droplets")),
     "SWEEP": ((compression,), ("disks", "followed")),
     "PRESSURE": ((pressure,), ("large", "pressed")),
@@ -37,6 +48,8 @@ def _states(kind):
     if kind == "stabilized":
         onset = jamlab.jam(n=32, seed=1, ensemble="shear-stabilized")
         return _sweep(onset, to=0.92, step=0.02)
+    if kind == "sheared droplets":
+        return _sweep(jamlab.jam("dp", n=12, seed=1, ensemble="shear-stabilized"), to=0.9, step=0.02)
     if kind == "followed":
         return _sweep(jamlab.jam(n=32, seed=1, ensemble="shear-stabilized"), to=0.9, step=0.02, error=1e-3)
     if kind == "pressed":
@@ -54,6 +67,7 @@ class Work:
     def __init__(self, monkeypatch):
         self.forces = self.factors = 0
         forces_at, minimize, factorise = Session.forces_at, Session.minimize, newton.factorise
+        border_step = border_newton._step
 
         def count_forces(session, positions):
             self.forces += 1
@@ -69,6 +83,11 @@ class Work:
             self.factors += 1
             return factorise(matrix, shift, solver)
 
+        def count_border(*arguments):
+            self.factors += 1
+            return border_step(*arguments)
+
+        monkeypatch.setattr(border_newton, "_step", count_border)
         monkeypatch.setattr(Session, "forces_at", count_forces)
         monkeypatch.setattr(Session, "minimize", count_steps)
         for module in (newton, relaxation):

@@ -1,0 +1,99 @@
+"""FIRE over soft disks in compiled code: the steps of LAMMPS' `min_style fire`, at less than half its price.
+
+A step of LAMMPS serves any force field in three dimensions; one of `plugin/kernels/disk_fire.cpp` knows only disks that
+repel by `jamlab.packing.force_laws.disk_law`, and its threads share memory. The states are the same to rounding, so
+whoever asks for FIRE need not know which it was; forces, energy and stress of the last state are always LAMMPS' own.
+"""
+
+from dataclasses import astuple, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.engine.box_border import Border
+from jamlab.errors import EngineError
+from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FireSettings:
+    """Numbers of the method, in the order of the kernel: `lammps_inputs/minimize.fire` and, beyond, LAMMPS' defaults.
+
+    Attributes:
+        timestep: at first.
+        tmax, tmin: longest and shortest time step over the first.
+        dmax: longest move of a coordinate in one step, mean diameter.
+        dtgrow, dtshrink: factors of the time step.
+        alpha0, alphashrink: how much the velocity is turned towards the force: at first, and its factor.
+    """
+
+    timestep: float = 0.1
+    tmax: float = 4.0
+    tmin: float = 0.02
+    dmax: float = 0.1
+    dtgrow: float = 1.1
+    dtshrink: float = 0.5
+    alpha0: float = 0.25
+    alphashrink: float = 0.99
+
+
+FIRE = FireSettings()
+DELAY = 20  # steps downhill after which the time step grows
+MOST_UPHILL = 2000  # steps uphill on end after which it gives up
+SKIN = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
+
+_BOX_TOO_SMALL, _NOT_FINITE, _NO_MEMORY = -1, -2, -3
+_FAILURES = {_NOT_FINITE: "positions are not finite", _NO_MEMORY: "out of memory"}
+
+_fire_disks = kernel(
+    "fire_disks",
+    *(INTEGER, REALS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, INTEGER, REAL, REALS, INTEGER, INTEGER),
+    *(INTEGER, REALS, REAL, REALS),
+)
+
+
+def fire_disks(
+    packing: Packing, force: float, steps: int, threads: int = 1, border: Border | None = None
+) -> tuple[Packing, int, float] | None:
+    """Minimise the energy of disks, or their enthalpy where the box is free to strain.
+
+    A strain e of the box is a coordinate like those of the disks, of the inertia of all n of them: q = sqrt(n) d e.
+
+    Args:
+        packing: SP.
+        force: tolerance on the largest norm of a force, and on unbalanced stress times mean diameter.
+        steps: at most.
+        threads: that share the work; pays from about 10 000 disks. Their number changes rounding only.
+        border: strains that the box may take; by default none.
+
+    Returns:
+        The packing, the steps taken, and the largest force left. None if the box is so small (three times the largest
+        disk) that two disks may meet in two images, which the kernel does not count.
+
+    Raises:
+        EngineError: out of memory or threads.
+    """
+    assert packing.diameters is not None
+    positions, largest = packing.positions.copy(), np.zeros(1)
+    box = packing.box[[0, 1, 1], [0, 0, 1]]
+    law = float(packing.params[packing.units]), int(packing.units == "eps")
+    strains = np.zeros((0, 2, 2)) if border is None else border.strains
+    taken = _fire_disks(
+        *(packing.n, positions, packing.diameters, box, *law, force, steps, threads, SKIN),
+        *(np.array(astuple(FIRE)), DELAY, MOST_UPHILL, len(strains)),
+        *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
+    )
+    if taken == _BOX_TOO_SMALL:
+        return None
+    if taken < 0:
+        raise EngineError(f"FIRE over {packing.n} disks stopped: {_FAILURES.get(taken, 'no threads could be started')}")
+    moved: dict[str, Any] = {"positions": positions}
+    if len(strains):
+        # many small shears must not add up to a change of area
+        height = box[2] if np.einsum("aii->a", strains).any() else packing.area / box[0]
+        moved["box"] = np.array([[box[0], 0.0], [box[1], height]])
+    return packing.with_state(**moved), taken, float(largest[0])

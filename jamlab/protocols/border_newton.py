@@ -1,0 +1,199 @@
+"""Newton steps over the sites and the box at once: strains of the box stand in the border of the Hessian.
+
+With displacements u of the sites and amplitudes e of a few homogeneous strains M_a of box and sites, the enthalpy
+H = U + p A has at a state with forces F the model
+
+    H(u, e) = H - F u + g e + u K u/2 + u C e + e D e/2,   C_a = K_uE : M_a,   g_a = -A S : M_a + p A tr M_a,
+
+so that one factorisation of K serves both: (D - C' K^-1 C) e = -g - C' K^-1 F and u = K^-1 (F - C e). Eigenvalues of
+that Schur complement count by absolute value: a box that is unstable against shear goes downhill as well.
+
+Reference: J. Nocedal & S. J. Wright, Numerical Optimization, sections 4.1 and 16.2; constant pressure by strains of the
+cell: M. Parrinello & A. Rahman, J. Appl. Phys. 52, 7182 (1981).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from jamlab.engine.box_border import Border
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.force_network import mean_size
+from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
+from jamlab.mechanics.stiffness import stiffness
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BorderSettings:
+    """Numbers of the method; those of the shift mean what they do in `NewtonSettings`.
+
+    Attributes:
+        steps: factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less.
+        reach: longest move of a coordinate in one step, mean particle size.
+        longest_strain: of the box in one step.
+        first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
+        searches: lengths tried along one step at most.
+        slack: part of the slope at its start that may be left at the end of a step, uphill.
+        good, poor: lengths of a step above which the shift shrinks and below which it grows.
+        shrink, grow, definite: factors of the shift.
+        softest: least curvature over the largest that a strain is divided by.
+        digits: of unbalanced stress over pressure, at the end.
+        rounding: of a stress, over the stiffness of a contact.
+    """
+
+    steps: int = 40
+    reach: float = 0.1
+    longest_strain: float = 0.02
+    first_shift: float = 1e-4
+    least_shift: float = 1e-10
+    last_shift: float = 1e3
+    searches: int = 6
+    slack: float = 0.5
+    good: float = 0.75
+    poor: float = 0.25
+    shrink: float = 0.2
+    grow: float = 5.0
+    definite: float = 4.0
+    softest: float = 1e-9
+    digits: float = 1e-12
+    rounding: float = 3e-16
+
+
+BORDER = BorderSettings()
+
+
+@dataclass(frozen=True)
+class Model:
+    """Second derivatives at a state: sites, coupling (2 n_sites, m), strains (m, m)."""
+
+    sites: sparse.csc_array
+    coupling: Array
+    strains: Array
+
+    @classmethod
+    def of(cls, packing: Packing, border: Border, state: Evaluation) -> "Model":
+        """The model of the enthalpy at a packing."""
+        k, m = stiffness(packing, energy_terms(packing)), border.strains
+        coupling = np.einsum("nij,aij->na", k.ue, m)
+        both = np.einsum("aij,bjk->abik", m, m)  # exp(E) = 1 + E + E E/2: the second order works against the stress
+        second = 0.5 * (both + both.transpose(1, 0, 2, 3))
+        trace = np.einsum("aii->a", m)
+        strains = np.einsum("aij,ijkl,bkl->ab", m, k.ee, m) - packing.area * np.einsum(
+            "abij,ij->ab", second, state.stress
+        )
+        return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
+
+
+def descend_with_box(session: Session, border: Border, tolerance: float, *, steps: int = BORDER.steps) -> int:
+    """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
+
+    The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is
+    the work done: near a minimum enthalpies have no digits left. The shift grows where steps are cut short.
+
+    Args:
+        session: is left in the best state reached.
+        border: strains that the box may take.
+        tolerance: on the largest force.
+        steps: factorisations at most.
+
+    Returns:
+        The number of steps accepted.
+    """
+    packing, state = session.packing(), session.evaluate()
+    solver, shift, taken = positive_solver(), BORDER.first_shift, 0
+    model: Model | None = None
+    size = mean_size(packing)
+    for _ in range(steps):
+        noise = stress_noise(packing, state.pressure)
+        at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
+        if (at_rest and excess <= noise) or shift > BORDER.last_shift:
+            break
+        gradient = border.gradient(state.stress, packing.area)
+        try:
+            model = model or Model.of(packing, border, state)
+            u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift)
+        except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
+            break
+        longest = min(1.0, BORDER.reach * size / np.abs(u).max(), BORDER.longest_strain / np.abs(e).max())
+        step = Step(longest * u.reshape(-1, 2), longest * e)
+        found, length = _search(session, border, packing, step, step.slope(state, gradient))
+        if found is not None:
+            (packing, state), model = found, None
+            taken += 1
+        elif at_rest and excess <= BORDER.grow * noise:
+            break
+        if longest * length > BORDER.good:
+            shift = max(BORDER.shrink * shift, BORDER.least_shift)
+        elif longest * length < BORDER.poor:
+            shift *= BORDER.grow
+    session.load(packing)
+    return taken
+
+
+def stress_noise(packing: Packing, pressure: float) -> float:
+    """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
+    stiffness = packing.params["k" if packing.units == "k" else "eps"] / mean_size(packing) ** 2
+    return max(BORDER.digits * pressure, BORDER.rounding * float(stiffness))
+
+
+@dataclass(frozen=True)
+class Step:
+    """Displacements (n_sites, 2) and strains (m,)."""
+
+    u: Array
+    e: Array
+
+    def slope(self, state: Evaluation, gradient: Array) -> float:
+        """-dH/dt along the step."""
+        return float(np.vdot(state.forces, self.u) - gradient @ self.e)
+
+
+def _search(
+    session: Session, border: Border, packing: Packing, step: Step, slope: float
+) -> tuple[tuple[Packing, Evaluation] | None, float]:
+    """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
+    length, best, reached = 1.0, None, 0.0
+    for _ in range(BORDER.searches if slope > 0 else 0):
+        try:
+            moved = border.move(packing, length * step.u, length * step.e)
+            session.load(moved)
+        except InputError:  # a polygon crosses itself
+            length *= 0.5
+            continue
+        trial = session.evaluate()
+        after = step.slope(trial, border.gradient(trial.stress, moved.area))
+        if slope + after > 0:
+            best, reached = (moved, trial), length
+        if after >= -BORDER.slack * slope:
+            break
+        length *= slope / (slope - after)
+    return best, reached
+
+
+def _step(
+    solver: PositiveSolver, model: Model, forces: Array, gradient: Array, shift: float
+) -> tuple[Array, Array, float]:
+    """Displacements and strains of one step, and the shift with which the Hessian of the sites is positive."""
+    identity = sparse.eye_array(model.sites.shape[0], format="csc")
+    while True:
+        try:
+            solver.factorise(model.sites + shift * identity, check=True)
+            break
+        except ConvergenceError:
+            shift *= BORDER.definite
+            if not shift < 1e6:
+                raise
+    solution = solver.solve(np.column_stack([forces, model.coupling]))
+    free, follow = solution[:, 0], solution[:, 1:]
+    held = 0.5 * shift * model.sites.shape[0] * np.eye(len(gradient))
+    values, vectors = np.linalg.eigh(model.strains + held - model.coupling.T @ follow)
+    values = np.maximum(np.abs(values), BORDER.softest * np.abs(values).max())
+    e = vectors @ ((vectors.T @ (-gradient - model.coupling.T @ free)) / values)
+    return free - follow @ e, e, shift

@@ -1,0 +1,118 @@
+"""Relax disks and their box together: at a pressure, without shear stress, or both.
+
+FIRE takes the strains of the box for coordinates beside those of the disks, so that rearrangements of thousands of
+disks cost only its cheap steps; Newton steps with the same strains in the border end the minimisation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.engine.box_border import PURE_SHEARS, Border
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.packing.packing import Packing
+from jamlab.protocols.border_newton import descend_with_box, stress_noise
+from jamlab.protocols.relaxation import Relaxed, quench
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BoxRelaxationSettings:
+    """Numbers of the method.
+
+    Attributes:
+        jammed: largest force over pressure at which a packing at fixed box shows whether anything holds the box.
+        noise: the same at which Newton steps take over; started at 1e-4 many fail.
+        finer: its factor where they fail.
+        rounds: at most.
+        near: Newton steps from a guess of the minimum, before anything else.
+        balanced: unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure.
+    """
+
+    jammed: float = 1e-2
+    noise: float = 1e-6
+    finer: float = 0.1
+    rounds: int = 4
+    near: int = 10
+    balanced: float = 10.0
+
+
+BOX_RELAXATION = BoxRelaxationSettings()
+
+
+def relax_disks_and_box(
+    session: Session, border: Border, tolerance: float, *, near: bool = False, least_pressure: float = 0.0
+) -> Relaxed:
+    """Minimise the energy of disks, or their enthalpy, over their positions and strains of the box.
+
+    Args:
+        session: SP; is left in the minimum.
+        border: strains that the box may take.
+        tolerance: on the largest force.
+        near: the state is a good guess of the minimum: try Newton steps before anything else.
+        least_pressure: give up a packing whose pressure falls below this; it has come loose.
+
+    Returns:
+        The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
+        pressure or to rounding, and that shear costs energy where the box may shear. Of a packing that has come loose
+        it speaks of forces alone.
+    """
+    newton_steps = descend_with_box(session, border, tolerance, steps=BOX_RELAXATION.near) if near else 0
+    state = session.evaluate()
+    if near and _ends(session.packing(), state, border, tolerance):
+        return _judge(session.packing(), state, border, tolerance, newton_steps)
+    lowest = 0.5 * tolerance
+    state = quench(session, BOX_RELAXATION.jammed, floor=max(least_pressure, lowest / BOX_RELAXATION.jammed))
+    if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
+        return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+    for noise in BOX_RELAXATION.noise * BOX_RELAXATION.finer ** np.arange(BOX_RELAXATION.rounds):
+        floor = max(least_pressure, lowest / noise)
+        state = quench(session, noise, floor=floor, border=border)
+        if state.pressure < least_pressure:
+            return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+        if state.max_force > noise * max(state.pressure, floor):
+            continue  # still too far for Newton steps
+        newton_steps += descend_with_box(session, border, tolerance)
+        state = session.evaluate()
+        if _ends(session.packing(), state, border, tolerance):
+            break
+    return _judge(session.packing(), state, border, tolerance, newton_steps)
+
+
+def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float) -> bool:
+    """Whether forces are balanced, and stress as well where anything is held."""
+    excess = border.excess(state.stress)
+    balanced = excess <= BOX_RELAXATION.balanced * stress_noise(packing, state.pressure)
+    return state.max_force <= tolerance and (balanced or bool(contacts(packing).rattlers.all()))
+
+
+def _judge(packing: Packing, state: Evaluation, border: Border, tolerance: float, newton_steps: int) -> Relaxed:
+    minimum = _ends(packing, state, border, tolerance) and _is_minimum(packing, state, border)
+    return Relaxed(state, tolerance, minimum, newton_steps)
+
+
+def _is_minimum(packing: Packing, state: Evaluation, border: Border) -> bool:
+    """Whether no shear of the box lowers the energy; few contacts that balance by symmetry alone are a saddle."""
+    may_shear = any(not np.trace(m) for m in border.strains)
+    if not may_shear or contacts(packing).rattlers.all():
+        return True
+    try:
+        relaxed = elastic_tensor(packing).relaxed
+    except ConvergenceError:
+        return False
+    return bool(np.linalg.eigvalsh(shear_curvature(relaxed, state.pressure))[0] > 0)
+
+
+def shear_curvature(relaxed: Array, pressure: float) -> Array:
+    """(2, 2) second derivatives of the energy per area in both pure shears of the box at constant area.
+
+    Args:
+        relaxed: (2, 2, 2, 2) elastic tensor, `ElasticTensor.relaxed`.
+        pressure: exp(E) has E E/2 beyond E, which takes back work of the pressure.
+    """
+    return np.asarray(np.einsum("aij,ijkl,bkl->ab", PURE_SHEARS, relaxed, PURE_SHEARS) - 2 * pressure * np.eye(2))

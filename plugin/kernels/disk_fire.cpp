@@ -1,0 +1,393 @@
+// FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of minimize.fire: the
+// same states to rounding, for a third of the time. E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006);
+// J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
+
+#include "disk_neighbors.h"
+#include "kernel.h"
+#include "thread_team.h"
+
+#include <atomic>
+#include <limits>
+#include <new>
+
+using std::int64_t;
+
+namespace {
+
+constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_MEMORY = -3, NO_THREADS = -4;
+
+// U = (stiffness/2)(s - r)^2, or (stiffness/2)(1 - r/s)^2 where `relative`; see disk_law in packing/force_laws.py.
+struct Law {
+  double stiffness;
+  bool relative;
+};
+
+struct Fire {
+  double timestep, tmax, tmin, dmax, dtgrow, dtshrink, alpha0, alphashrink;
+  int64_t delay, most_uphill;
+};
+
+// Strains that the box may take, as upper triangles, at a pressure outside.
+struct Border {
+  int count;
+  Triangle strain[3];
+  double pressure, inertia, size;  // inertia: of a strain; size: of a disk, so that force = stress * size
+
+  static constexpr double LESS = 0.1;  // longest strain over the longest move
+};
+
+// What one pass over all disks tells.
+struct Sums {
+  double power = 0, velocity2 = 0, force2 = 0;      // v . f, v . v, f . f
+  double fastest = 0, strongest = 0, largest2 = 0;  // of components, of components, of squared norms
+  double xx = 0, xy = 0, yy = 0;                    // sum of force times distance
+  char unused[56] = {};                             // threads write side by side
+};
+
+// The box in one thread; all threads compute the same.
+struct Cell {
+  Triangle box, since{1, 0, 1};  // since the neighbors were listed
+  double velocity[3] = {}, force[3] = {};
+};
+
+constexpr double NEARLY_TOGETHER = 1e-100;  // centres have no direction
+
+// Some pairs: their distance vectors, contact distances and forces.
+struct Batch {
+  static constexpr int MOST = 128;
+  double x[MOST], y[MOST], reach[MOST], force_x[MOST], force_y[MOST];
+};
+
+__attribute__((target_clones("avx2", "default"))) void repel(Batch &pairs, int count, Law law)
+{
+  // divisions are made where nothing touches as well: a loop without branches runs on four pairs at a time
+  for (int p = 0; p < count; ++p) {
+    const double x = pairs.x[p], y = pairs.y[p], reach = pairs.reach[p];
+    const double r = std::sqrt(x * x + y * y), overlap = std::max(reach - r, 0.0), unit = law.relative ? reach * reach : 1.0;
+    const double slope = law.stiffness * overlap / (unit * std::max(r, NEARLY_TOGETHER));
+    pairs.force_x[p] = slope * x;
+    pairs.force_y[p] = slope * y;
+  }
+}
+
+class Minimizer {
+ public:
+  Minimizer(DiskNeighbors &all, Law law, Fire fire, Border border, int threads, double skin)
+      : all(all), law(law), fire(fire), border(border), team(threads), force(all.disks.size()), sums(threads),
+        far(threads), skin(skin)
+  {
+  }
+
+  int64_t run(double tolerance, int64_t steps)
+  {
+    int64_t taken = 0;
+    const auto work = [&](int k) noexcept {
+      const int64_t found = descend(k, tolerance, steps);
+      if (k == 0) taken = found;
+    };
+    return team.run(work) ? taken : NO_THREADS;
+  }
+
+  double at_last() const { return last_force; }
+
+ private:
+  DiskNeighbors &all;
+  const Law law;
+  const Fire fire;
+  const Border border;
+  ThreadTeam team;
+  std::vector<Vector> force;
+  std::vector<Sums> sums;
+  std::vector<double> far;
+  std::atomic<int64_t> failure{0};
+  double skin;
+  int64_t built_at = 0;
+  double last_force = 0.0;
+
+  int64_t descend(int k, double tolerance, int64_t steps) noexcept
+  {
+    double dt = fire.timestep, alpha = fire.alpha0;
+    const double longest = fire.tmax * dt, shortest = fire.tmin * dt;
+    int64_t last_negative = 0, uphill = 0;
+    double travelled = 0.0;  // at most, since the neighbors were listed
+    Cell cell;
+    cell.box = all.box;
+    rebuild(k, 0);
+    if (failure) return failure;
+    Sums now = forces(k, cell);
+    for (int64_t step = 1; step <= steps; ++step) {
+      double keep = 1.0, steer = 0.0;
+      bool at_rest = step == 1;
+      if (now.power > 0) {
+        uphill = 0;
+        keep = 1.0 - alpha;
+        if (now.force2 > 1e-20) steer = alpha * std::sqrt(now.velocity2 / now.force2);
+        if (step - last_negative > fire.delay) {
+          dt = std::min(dt * fire.dtgrow, longest);
+          alpha *= fire.alphashrink;
+        }
+      } else {
+        last_negative = step;
+        if (step >= fire.delay) {
+          alpha = fire.alpha0;
+          if (dt * fire.dtshrink >= shortest) dt *= fire.dtshrink;
+        }
+        if (++uphill > fire.most_uphill) return finish(k, now, step);
+        at_rest = true;
+        const double back = 0.5 * dt;
+        const Triangle map = strain(k, cell, -back);
+        step_back(k, back, map);
+        for (double &v : cell.velocity) v = 0.0;
+        travelled += 1.5 * back * now.fastest + all.strained(map, skin);
+        relist(k, step, cell, travelled);
+        if (failure) return failure;
+        now = forces(k, cell);
+      }
+      const double fastest = at_rest ? dt * now.strongest : now.fastest;
+      const double dtv = dt * fastest > fire.dmax ? fire.dmax / fastest : dt;
+      for (int a = 0; a < border.count; ++a)
+        cell.velocity[a] = keep * (cell.velocity[a] + dtv * cell.force[a]) + steer * cell.force[a];
+      const Triangle map = strain(k, cell, dtv);
+      advance(k, dtv, keep, steer, map);
+      travelled += 1.5 * dtv * (keep * (now.fastest + dtv * now.strongest) + steer * now.strongest);
+      travelled += all.strained(map, skin);
+      relist(k, step, cell, travelled);
+      if (failure) return failure;
+      now = forces(k, cell);
+      if (now.largest2 < tolerance * tolerance) return finish(k, now, step);
+    }
+    return finish(k, now, steps);
+  }
+
+  int64_t finish(int k, const Sums &now, int64_t step)
+  {
+    if (k == 0) last_force = std::sqrt(now.largest2);
+    return step;
+  }
+
+  // Strain the box for a time; the map that positions have to follow.
+  Triangle strain(int k, Cell &cell, double time)
+  {
+    if (!border.count) return {1, 0, 1};
+    Triangle sum{0, 0, 0};
+    for (int a = 0; a < border.count; ++a) {
+      const double amount = time * cell.velocity[a] / std::sqrt(border.inertia);
+      sum.xx += amount * border.strain[a].xx;
+      sum.xy += amount * border.strain[a].xy;
+      sum.yy += amount * border.strain[a].yy;
+    }
+    const double half = 0.5 * (sum.xx - sum.yy), middle = std::exp(0.5 * (sum.xx + sum.yy));
+    const Triangle map{std::exp(sum.xx), sum.xy * middle * (half != 0 ? std::sinh(half) / half : 1.0), std::exp(sum.yy)};
+    cell.box = cell.box.after(map);
+    cell.since = cell.since.after(map);
+    if (k == 0) all.set_box(cell.box);  // nobody looks at it before all have met
+    return map;
+  }
+
+  // Half a step back, where the power has turned negative, and stop.
+  void step_back(int k, double time, const Triangle &map)
+  {
+    const Share &share = all.shares[k];
+    for (int64_t i = share.first; i < share.last; ++i) {
+      const Vector along = map(all.disks[i].x, all.disks[i].y);
+      all.disks[i].x = along.x - time * all.velocity[i].x;
+      all.disks[i].y = along.y - time * all.velocity[i].y;
+      all.velocity[i] = force[i] = {0.0, 0.0};
+    }
+  }
+
+  void advance(int k, double dt, double keep, double steer, const Triangle &map)
+  {
+    const Share &share = all.shares[k];
+    for (int64_t i = share.first; i < share.last; ++i) {
+      Vector &v = all.velocity[i];
+      const Vector f = force[i], along = map(all.disks[i].x, all.disks[i].y);
+      v.x = keep * (v.x + dt * f.x) + steer * f.x;
+      v.y = keep * (v.y + dt * f.y) + steer * f.y;
+      all.disks[i].x = along.x + dt * v.x;
+      all.disks[i].y = along.y + dt * v.y;
+      force[i] = {0.0, 0.0};
+    }
+  }
+
+  // New neighbors as soon as a disk has moved half the skin; `travelled` is a bound that spares looking at every step.
+  void relist(int k, int64_t step, Cell &cell, double &travelled)
+  {
+    if (!(travelled >= 0.5 * skin)) return;
+    far[k] = all.moved(all.shares[k], cell.since, skin);
+    team.meet();
+    travelled = *std::max_element(far.begin(), far.end());
+    team.meet();
+    if (travelled < 0.5 * skin) return;
+    rebuild(k, step);
+    travelled = 0.0;
+    cell.since = {1, 0, 1};
+  }
+
+  void rebuild(int k, int64_t step)
+  {
+    team.meet();
+    try {
+      if (k == 0) {
+        // long-lived lists may be tight; lists that are soon out of date had better reach further
+        const double wider = std::min(1.5 * skin, 0.3), tighter = std::max(0.7 * skin, 0.02);
+        const int64_t life = step - built_at;
+        if (step > 0 && life < 20 && all.fits(wider)) skin = wider;
+        else if (life > 200) skin = tighter;
+        built_at = step;
+        if (!all.fits(skin)) failure = BOX_TOO_SMALL;
+        else if (!all.sort()) failure = NOT_FINITE;
+      }
+    } catch (const std::bad_alloc &) {
+      failure = NO_MEMORY;
+    }
+    team.meet();
+    if (failure) return;
+    try {
+      all.list(all.shares[k], skin);
+    } catch (const std::bad_alloc &) {
+      failure = NO_MEMORY;
+    }
+    team.meet();
+  }
+
+  Sums forces(int k, Cell &cell)
+  {
+    team.meet();  // all have moved
+    sums[k] = press(k);
+    team.meet();
+    Sums total;
+    for (const Sums &part : sums) {
+      total.power += part.power;
+      total.velocity2 += part.velocity2;
+      total.force2 += part.force2;
+      total.fastest = std::max(total.fastest, part.fastest);
+      total.strongest = std::max(total.strongest, part.strongest);
+      total.largest2 = std::max(total.largest2, part.largest2);
+      total.xx += part.xx;
+      total.xy += part.xy;
+      total.yy += part.yy;
+    }
+    add_border(cell, total);
+    return total;
+  }
+
+  // The strains of the box as coordinates beside those of the disks.
+  void add_border(Cell &cell, Sums &total) const
+  {
+    const double area = cell.box.xx * cell.box.yy, scale = 1.0 / std::sqrt(border.inertia);
+    for (int a = 0; a < border.count; ++a) {
+      const Triangle &m = border.strain[a];
+      const double work = total.xx * m.xx + total.xy * m.xy + total.yy * m.yy - border.pressure * area * (m.xx + m.yy);
+      const double f = cell.force[a] = work * scale, v = cell.velocity[a];
+      total.power += v * f;
+      total.velocity2 += v * v;
+      total.force2 += f * f;
+      total.fastest = std::max(total.fastest, std::fabs(v) * scale / Border::LESS);
+      total.strongest = std::max(total.strongest, std::fabs(f) * scale / Border::LESS);
+      const double stress = work * border.size / area;
+      total.largest2 = std::max(total.largest2, stress * stress / (m.xx * m.xx + m.xy * m.xy + m.yy * m.yy));
+    }
+  }
+
+  // Forces of a share, 0 before, and what they amount to.
+  Sums press(int k)
+  {
+    const Share &share = all.shares[k];
+    Sums found;
+    if (border.count) {
+      push<true, true>(share.disk, share.neighbor, found);
+      push<false, true>(share.outer_disk, share.outer_neighbor, found);
+    } else {
+      push<true, false>(share.disk, share.neighbor, found);
+      push<false, false>(share.outer_disk, share.outer_neighbor, found);
+    }
+    for (int64_t i = share.first; i < share.last; ++i) {
+      const Vector v = all.velocity[i], f = force[i];
+      const double squared = f.x * f.x + f.y * f.y;
+      found.power += v.x * f.x + v.y * f.y;
+      found.velocity2 += v.x * v.x + v.y * v.y;
+      found.force2 += squared;
+      found.fastest = std::max(found.fastest, std::max(std::fabs(v.x), std::fabs(v.y)));
+      found.strongest = std::max(found.strongest, std::max(std::fabs(f.x), std::fabs(f.y)));
+      found.largest2 = std::max(found.largest2, squared);
+    }
+    return found;
+  }
+
+  // Add the forces of pairs to their disks, or to the first of each only: batches, so that no branch is guessed wrong.
+  template <bool BOTH, bool STRESS>
+  void push(const std::vector<std::uint32_t> &first, const std::vector<std::uint32_t> &neighbor, Sums &found)
+  {
+    const double weight = BOTH ? 1.0 : 0.5;
+    const Disk *disks = all.disks.data();
+    Vector *f = force.data();
+    Batch pairs;
+    for (std::size_t from = 0; from < first.size(); from += Batch::MOST) {
+      const int count = static_cast<int>(std::min<std::size_t>(Batch::MOST, first.size() - from));
+      const std::uint32_t *i = first.data() + from, *j = neighbor.data() + from;
+      for (int p = 0; p < count; ++p) {
+        const Disk &own = disks[i[p]], &other = disks[j[p] & DiskNeighbors::NUMBER];
+        const Vector image = all.shift[j[p] >> DiskNeighbors::IMAGE];
+        pairs.x[p] = own.x - other.x - image.x;
+        pairs.y[p] = own.y - other.y - image.y;
+        pairs.reach[p] = own.radius + other.radius;
+      }
+      repel(pairs, count, law);
+      for (int p = 0; p < count; ++p) {
+        const double x = pairs.force_x[p], y = pairs.force_y[p];
+        Vector &own = f[i[p]];
+        own.x += x;
+        own.y += y;
+        if (BOTH) {
+          Vector &other = f[j[p] & DiskNeighbors::NUMBER];
+          other.x -= x;
+          other.y -= y;
+        }
+        if (STRESS) {
+          found.xx += weight * x * pairs.x[p];
+          found.xy += weight * x * pairs.y[p];
+          found.yy += weight * y * pairs.y[p];
+        }
+      }
+    }
+  }
+};
+
+}  // namespace
+
+// Minimise the energy of soft disks, or their enthalpy, until the largest force is below a tolerance.
+//   positions (n, 2) in and out, unwrapped; diameters (n); box (3) in and out: xx, xy, yy; relative: 1 for units "eps"
+//   fire (8): timestep, tmax, tmin, dmax, dtgrow, dtshrink, alpha0, alphashrink
+//   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
+//   largest (1) out: the largest force left, or stress times mean diameter
+// Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,
+// -3: no memory, -4: no threads.
+JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double stiffness,
+                         int64_t relative, double tolerance, int64_t steps, int64_t threads, double skin,
+                         const double *fire, int64_t delay, int64_t most_uphill, int64_t m, const double *strains,
+                         double pressure, double *largest)
+{
+  if (n < 1 || n > DiskNeighbors::MOST || threads < 1 || threads > 4096 || m < 0 || m > 3) return BOX_TOO_SMALL;
+  try {
+    const int members = static_cast<int>(std::min(threads, n));
+    DiskNeighbors all(n, positions, diameters, {box[0], box[1], box[2]}, members);
+    if (!all.fits(skin)) return BOX_TOO_SMALL;
+    const Fire settings{fire[0], fire[1], fire[2], fire[3], fire[4], fire[5], fire[6], fire[7], delay, most_uphill};
+    double size = 0.0;
+    for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
+    Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
+    for (int64_t a = 0; a < m; ++a) border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
+    Minimizer minimizer(all, {stiffness, relative != 0}, settings, border, members, skin);
+    const int64_t taken = minimizer.run(tolerance, steps);
+    if (taken < 0) return taken;
+    all.unwrapped(positions);
+    box[0] = all.box.xx;
+    box[1] = all.box.xy;
+    box[2] = all.box.yy;
+    largest[0] = minimizer.at_last();
+    return taken;
+  } catch (const std::bad_alloc &) {
+    return NO_MEMORY;
+  }
+}

@@ -1,0 +1,119 @@
+"""FIRE over disks in compiled code: LAMMPS' own steps, on any number of threads, and the box as coordinates."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
+from jamlab.engine.deck_defaults import deck
+from jamlab.engine.disk_fire import DELAY, FIRE, fire_disks
+from jamlab.errors import EngineError
+from jamlab.mechanics.stiffness import forces, stress
+
+ALL = np.concatenate([COMPRESSION, SHEARS])
+
+
+def by_lammps(packing, steps):
+    """Positions after steps of `min_style fire` itself."""
+    with jamlab.Session(packing) as session:
+        session.command(f'include "{deck("minimize.fire")}"')
+        session.command(f"minimize 0.0 1e-13 {steps} {10 * steps}")
+        return session.positions()
+
+
+def plain_fire(packing, steps, border):
+    """The method in numpy, strains of the box among the coordinates; yields every state."""
+    size = packing.diameters.mean()
+    inertia = np.sqrt(packing.n) * size
+    v, w = np.zeros_like(packing.positions), np.zeros(len(border.strains))
+    dt, alpha, last_negative = FIRE.timestep, FIRE.alpha0, 0
+
+    def push(p):
+        return forces(p), -border.gradient(stress(p), p.area) / inertia
+
+    for step in range(1, steps + 1):
+        f, g = push(packing)
+        keep, steer, start = 1.0, 0.0, step == 1
+        power = np.vdot(v, f) + w @ g
+        if power > 0:
+            keep = 1 - alpha
+            steer = alpha * np.sqrt((np.vdot(v, v) + w @ w) / (np.vdot(f, f) + g @ g))
+            if step - last_negative > DELAY:
+                dt, alpha = min(dt * FIRE.dtgrow, FIRE.tmax * FIRE.timestep), alpha * FIRE.alphashrink
+        else:
+            last_negative, start = step, True
+            if step >= DELAY:
+                dt, alpha = max(dt * FIRE.dtshrink, FIRE.tmin * FIRE.timestep), FIRE.alpha0
+            packing = border.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
+            v, w = 0 * v, 0 * w
+            f, g = push(packing)
+        fast = max(np.abs(v + start * dt * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
+        step_time = min(dt, FIRE.dmax / fast)
+        v, w = keep * (v + step_time * f) + steer * f, keep * (w + step_time * g) + steer * g
+        packing = border.move(packing, step_time * v, step_time * w / inertia)
+        yield packing, power
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("units, tilt", [("eps", 0.0), ("k", 0.45)])
+def test_steps_are_those_of_lammps(random_disks, units, tilt, threads):
+    """To rounding, which grows tenfold in 20 steps; 150 steps hold many half steps back and new neighbor lists."""
+    start = random_disks(tilt, units, seed=2, n=200)
+    for steps, digits in ((1, 1e-13), (30, 1e-11), (150, 1e-7)):
+        moved, taken, _ = fire_disks(start, 1e-13, steps, threads)
+        assert taken == steps
+        assert np.abs(moved.positions - by_lammps(start, steps)).max() < digits
+    assert np.abs(moved.positions - start.positions).max() > 0.3  # neighbors have changed
+
+
+@pytest.mark.parametrize("strains", [COMPRESSION, SHEARS, ALL], ids=["size", "shears", "both"])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_strains_of_the_box_are_coordinates(random_disks, strains, threads):
+    """Beside FIRE in numpy, box and positions, uphill and downhill."""
+    start = random_disks(0.2, "k", seed=1, n=60)
+    border = Border(strains, 0.05)
+    powers = []
+    for steps, (plain, power) in enumerate(plain_fire(start, 60, border), 1):
+        powers.append(power)
+        if steps in (1, 60):
+            moved, _, _ = fire_disks(start, 1e-13, steps, threads, border)
+            assert np.allclose(moved.positions, plain.positions, rtol=0, atol=1e-9)
+            assert np.allclose(moved.box, plain.box, rtol=0, atol=1e-10)
+    assert min(powers[1:]) < 0 < max(powers)
+    assert np.abs(moved.box - start.box).max() > 1e-3
+
+
+def test_force_and_stress_are_met(random_disks):
+    """As LAMMPS finds them: the largest force left is the one reported, the pressure the one asked for."""
+    border = Border(ALL, 1e-2)
+    moved, taken, largest = fire_disks(random_disks(0.0, "k", n=100), 1e-10, 50_000, 1, border)
+    state = jamlab.evaluate(moved)
+    assert taken < 50_000 and largest < 1e-10
+    assert max(state.max_force, border.excess(state.stress) * moved.diameters.mean()) == pytest.approx(
+        largest, rel=1e-3
+    )
+    assert state.pressure == pytest.approx(1e-2, rel=1e-8)
+
+
+def test_session_takes_either_and_lammps_judges(random_disks, monkeypatch):
+    """The kernel, or LAMMPS where a box is too small for its cells; the same minimum to the force asked for."""
+    from jamlab.engine import session as module
+
+    counts = []
+    monkeypatch.setattr(module, "fire_disks", lambda *a: counts.append(fire_disks(*a) is None) or fire_disks(*a))
+    for n in (8, 100):
+        with jamlab.Session(random_disks(n=n)) as session:
+            state = session.minimize(1e-9, style="fire", steps=20_000, stretch=3000)
+            assert state.max_force < 1.1e-9 and session.steps() > 20
+            again = jamlab.evaluate(session.packing())
+            assert np.allclose(state.stress, again.stress, rtol=0, atol=1e-13)
+    assert counts[0] is True and not any(counts[1:])
+
+
+def test_positions_that_no_box_holds_are_refused(random_disks):
+    """Farther away than numbers can tell from their images."""
+    start = random_disks(n=100)
+    far = start.positions + np.array([1e12, 0.0])
+    object.__setattr__(start, "positions", far)
+    with pytest.raises(EngineError, match="not finite"):
+        fire_disks(start, 1e-9, 10)

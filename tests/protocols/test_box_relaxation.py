@@ -1,0 +1,110 @@
+"""Disks and box relaxed at once: the Newton model beside finite differences, and what the minimum meets."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
+from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.protocols import border_newton
+from jamlab.protocols.border_newton import Model, descend_with_box
+from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
+from jamlab.protocols.box_shear import shear_stress
+
+ALL = np.concatenate([COMPRESSION, SHEARS])
+ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
+
+
+@pytest.fixture(scope="module", params=["sp", "dp"])
+def pushed(request, sp_jammed, dp_dense):
+    """A packing away from its minimum, in a box that is no square; with the enthalpy's border, model and gradients."""
+    packing = {"sp": sp_jammed, "dp": dp_dense}[request.param]
+    rng = np.random.default_rng(0)
+    border = Border(ALL, 0.7 * jamlab.evaluate(packing).pressure)
+    push = 1e-3 * rng.standard_normal(packing.positions.shape)
+    packing = border.move(packing, push, np.array([-2e-3, 4e-3, 3e-2]))
+    return packing, border, jamlab.evaluate(packing)
+
+
+def test_model_is_that_of_the_enthalpy(pushed):
+    """First and second differences of U + p A along a displacement and all three strains."""
+    packing, border, state = pushed
+    rng = np.random.default_rng(1)
+    u, e = rng.standard_normal(packing.positions.shape), np.array([0.3, -0.2, 0.4])
+    model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
+    h = 2e-5
+
+    def enthalpy(t):
+        moved = border.move(packing, t * u, t * e)
+        return jamlab.evaluate(moved).energy + border.pressure * moved.area
+
+    low, middle, high = (enthalpy(t) for t in (-h, 0.0, h))
+    slope = gradient @ e - np.vdot(state.forces, u)
+    u = u.ravel()
+    bent = u @ (model.sites @ u) + 2 * u @ (model.coupling @ e) + e @ model.strains @ e
+    assert (high - low) / (2 * h) == pytest.approx(slope, rel=1e-4)
+    assert (high + low - 2 * middle) / h**2 == pytest.approx(bent, rel=1e-3)
+
+
+def test_step_solves_the_bordered_system(pushed):
+    """Beside one dense matrix, where the Schur complement is positive; its pieces are shifted as the step says."""
+    packing, border, state = pushed
+    model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
+    sites = model.sites.toarray()
+    size = len(sites)
+    u, e, shift = border_newton._step(positive_solver(), model, state.forces.ravel(), gradient, 1e-2)
+    held = 0.5 * shift * size * np.eye(3)
+    whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
+    assert np.linalg.eigvalsh(whole)[0] > 0
+    both = np.linalg.solve(whole, np.concatenate([state.forces.ravel(), -gradient]))
+    assert np.allclose(np.concatenate([u, e]), both, rtol=0, atol=1e-8 * np.abs(both).max())
+
+
+def test_newton_steps_end_at_the_minimum(sp_jammed):
+    """From the neighborhood of a packing: forces and stress to the last digits, area and shape of the box its own."""
+    border = Border(ALL, 1e-3)
+    rng = np.random.default_rng(2)
+    near = border.move(sp_jammed, 1e-5 * rng.standard_normal((32, 2)), np.zeros(3))
+    with jamlab.Session(near) as session:
+        taken = descend_with_box(session, border, 1e-13)
+        state = session.evaluate()
+    assert 0 < taken < border_newton.BORDER.steps
+    assert state.max_force <= 1e-13 and border.excess(state.stress) < 1e-14
+
+
+@pytest.mark.parametrize("n, pressure", [(64, 1e-4), (10, 1e-2)])
+def test_shear_stabilized_packing_is_one(n, pressure):
+    """Pressure met, no shear stress to 1e-11 of it, and G above 0 in every direction."""
+    p = jamlab.pack(n, pressure, 2, ensemble="shear-stabilized")
+    state = jamlab.evaluate(p)
+    assert p.converged and state.max_force <= 1e-12
+    assert state.pressure == pytest.approx(pressure, rel=1e-10)
+    assert shear_stress(state) < 1e-11 * pressure
+    assert jamlab.shear_modulus(p, angle=ANGLES).min() > 0
+    curvature = shear_curvature(jamlab.elastic_tensor(p).relaxed, state.pressure)
+    assert np.linalg.eigvalsh(curvature)[0] > 0
+    assert p.box[1, 0] and not p.box[0, 1]
+
+
+def test_strains_without_trace_keep_the_area(sp_jammed):
+    """Thousands of small ones."""
+    with jamlab.Session(sp_jammed) as session:
+        found = relax_disks_and_box(session, Border(SHEARS), 1e-12)
+        assert found.converged
+        assert session.packing().area == pytest.approx(sp_jammed.area, rel=1e-13)
+        assert np.abs(session.packing().box - sp_jammed.box).max() > 1e-5
+
+
+def test_pure_shears_are_the_shears_without_rotation():
+    """Symmetric parts, twice that of the simple shear."""
+    symmetric = SHEARS + SHEARS.transpose(0, 2, 1)
+    assert np.array_equal(symmetric / [[[2]], [[1]]], PURE_SHEARS)
+
+
+def test_deformation_is_the_matrix_exponential():
+    """Of strains that do not commute, and of equal ones."""
+    from scipy.linalg import expm
+
+    for strain in ([0.2, 0.1, -0.3], [0.1, 0.0, 0.5], [0.0, 0.0, 0.0]):
+        whole = np.einsum("a,aij->ij", strain, ALL)
+        assert np.allclose(Border(ALL).deformation(np.array(strain)), expm(whole), rtol=0, atol=1e-15)
