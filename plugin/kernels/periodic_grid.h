@@ -35,12 +35,12 @@ class Lattice {
     for (int k = 0; k < 2; ++k) box[k] = cell[k] = {rows[2 * k], rows[2 * k + 1]};
     for (int k = 0; k < 4; ++k) longest = std::max(k ? longest : 0.0, std::fabs(rows[k]));
     reduce();
-    determinant = cross(cell[0], cell[1]);
-    for (int k = 0; k < 2; ++k) height[k] = std::fabs(determinant) / std::hypot(cell[1 - k].x, cell[1 - k].y);
+    density = 1 / cross(cell[0], cell[1]);
+    for (int k = 0; k < 2; ++k) height[k] = 1 / (std::fabs(density) * std::hypot(cell[1 - k].x, cell[1 - k].y));
   }
 
   // Coordinates in vectors of the cell.
-  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) / determinant, cross(cell[0], p) / determinant}; }
+  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) * density, cross(cell[0], p) * density}; }
 
   // False for a point so far away that its image cannot be counted.
   bool locate(const Vector &p, Place &place) const
@@ -88,7 +88,7 @@ class Lattice {
 
  private:
   Image combination[2] = {{1, 0}, {0, 1}};  // cell = combination @ box
-  double determinant;
+  double density;  // of lattice points, negative for a cell whose vectors turn clockwise
 
   void reduce()
   {

@@ -230,6 +230,8 @@ class EdgeGrid {
       const bool own = edges.particle[segment.edge] == particle && shift.home();
       if (own && !dented[particle]) return;
       const double at[2] = {entry.f[0] + image.first, entry.f[1] + image.second};
+      for (int k = 0; k < 2; ++k)
+        if (at[k] < wide_low[k] || at[k] > wide_high[k]) return;
       const Vector edge = edges.edge(segment.edge), step = lattice.fraction(edge) * (1.0 / segment.of);
       bool meets = true, earlier = segment.number > 0;  // the segment before comes near too: the edge comes with that
       for (int k = 0; k < 2; ++k) {
@@ -364,6 +366,8 @@ JAMLAB_KERNEL free_outlines(int64_t m, int64_t particles, const int64_t *particl
   const EdgeGrid grid(edges, particles, lattice, most_copies, search);
   if (grid.refusal) return grid.refusal;
   std::vector<Part> lines, arcs;
+  lines.reserve(m);
+  arcs.reserve(m);
   if (cut_elements(edges, grid, lines, arcs, crossing)) return OUTLINES_CROSS;
 
   const int64_t straight = static_cast<int64_t>(lines.size()), count = straight + static_cast<int64_t>(arcs.size());

@@ -43,7 +43,9 @@ def trace_polygons(packing: Packing) -> Boundary:
         )  # fmt: skip
         if count == _OUTLINES_CROSS:
             m, n = crossing
-            raise BoundaryError(f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap")
+            raise BoundaryError(
+                f"outlines of polygons {m} and {n} cross: push them apart; their rims alone may overlap"
+            )
         return count, (*pieces, following)
 
     *traced, following = search_lattice(fill, 3 * len(edges.tail) + 64)
