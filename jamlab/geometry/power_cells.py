@@ -17,6 +17,7 @@ Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); H. Edelsbrunner, Discrete
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,15 +192,15 @@ def find_chords(near: Pairs, radius: Array, touch: float) -> Chords:
     distance, height, half = np.empty((3, room))
     normal, shift = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
     first, swallowed = np.empty(n + 1, dtype=np.int64), np.empty(n, dtype=bool)
-    rows = (i, j, normal, distance, height, half, pair, shift)
+    rows: tuple[Any, ...] = (i, j, normal, distance, height, half, pair, shift)
     count = _disk_chords(len(near.i), near.i, near.j, near.r, near.shift, n, radius, touch, *rows, first, swallowed)
-    return Chords(*(values[:count] for values in rows), first, swallowed)
+    return Chords(*[*(values[:count] for values in rows), first, swallowed])
 
 
 def find_free_arcs(chords: Chords) -> Arcs:
     """Find what no other disk covers of the circles that have chords, then the whole circles."""
     n = len(chords.swallowed)
     (disk, begin, end), (start, angle) = np.empty((3, len(chords.i) + n), np.int64), np.empty((2, len(chords.i) + n))
-    rows = (disk, start, angle, begin, end)
+    rows: tuple[Any, ...] = (disk, start, angle, begin, end)
     count = _free_arcs(n, chords.first, chords.normal, chords.height, chords.half, chords.swallowed, *rows)
     return Arcs(*(values[:count] for values in rows))
