@@ -285,7 +285,7 @@ class EdgeGrid {
 bool cut_elements(const Edges &edges, const EdgeGrid &grid, std::vector<Part> &lines, std::vector<Part> &arcs,
                   int64_t *crossing)
 {
-  constexpr int64_t RUN = 8;  // edges in a row that are searched together
+  constexpr int64_t RUN = 32;  // edges in a row that are searched together
   std::vector<NearEdge> near;
   Cover line, arc;
   for (int64_t first = 0, last; first < edges.count; first = last) {
