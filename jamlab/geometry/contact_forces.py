@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs
+from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs, unique_rows
 from jamlab.packing.force_laws import disk_law, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
@@ -54,7 +54,7 @@ def contact_forces(packing: Packing, meetings: Pairs | VertexContacts) -> Contac
 
 def _between_droplets(packing: Packing, meetings: VertexContacts) -> ContactForces:
     names, on_vertex_of_j = name_pairs(packing, meetings)
-    pairs, row = np.unique(names, axis=0, return_inverse=True)
+    pairs, row = unique_rows(names)
     distance = meetings.distance
     push = -rim_law(packing, distance)[1]
     force = np.where(on_vertex_of_j, 1.0, -1.0)[:, None] * _per_length(push, distance)[:, None] * meetings.separation

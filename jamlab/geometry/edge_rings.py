@@ -1,6 +1,7 @@
 """Rings of edges around polygons, without edges of zero length."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,6 @@ def edge_rings(packing: Packing) -> EdgeRings:
     size = len(packing.positions)
     (particle, before, after), (length, turn) = np.empty((3, size), dtype=np.int64), np.empty((2, size))
     tail, along, normal = np.empty((3, size, 2))
-    rings = (particle, tail, length, along, normal, before, after, turn)
+    rings: tuple[Any, ...] = (particle, tail, length, along, normal, before, after, turn)
     m = _edge_rings(packing.n, packing.offsets, packing.positions, SHORTEST, *rings)
-    return EdgeRings(*(values[:m] for values in rings), 0.5 * packing.params["delta"])
+    return EdgeRings(*[*(values[:m] for values in rings), 0.5 * packing.params["delta"]])

@@ -17,21 +17,30 @@ Source: F. Aurenhammer, SIAM J. Comput. 16, 78 (1987); H. Edelsbrunner, Discrete
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.geometry.intervals import sweep_intervals
+from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-BLOCK = 1_000_000  # chord-against-line tests held in memory at a time: 0.2 GB
 EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
+
+_disk_chords = kernel(
+    "disk_chords", INTEGER, INTEGERS, INTEGERS, REALS, INTEGERS, INTEGER, REALS, REAL,
+    INTEGERS, INTEGERS, REALS, REALS, REALS, REALS, INTEGERS, INTEGERS, INTEGERS, FLAGS,
+)  # fmt: skip
+_clip_chords = kernel("clip_chords", INTEGER, INTEGERS, REALS, REALS, REALS, REALS, REALS)
+_free_arcs = kernel(
+    "free_arcs", INTEGER, INTEGERS, REALS, REALS, REALS, FLAGS, INTEGERS, REALS, REALS, INTEGERS, INTEGERS
+)
+_cuts_overlap = kernel("cuts_overlap", INTEGER, INTEGERS, REALS, REALS, REALS)
 
 
 @dataclass(frozen=True)
@@ -78,8 +87,16 @@ class DiskCells:
 
 
 @dataclass(frozen=True)
-class _Chords:
-    """Common chords seen from disk i, not yet clipped by other disks; sorted by i, first[i] is the first row of i."""
+class Chords:
+    """Common chords seen from disk i, not yet clipped by other disks, sorted by i.
+
+    Attributes:
+        i, j, normal, height, pair, shift: as `chord_...` of `DiskCells`.
+        distance: (m,) of the centres.
+        half: (m,) half length of the whole chord.
+        first: (n + 1,) int64, first row of each disk.
+        swallowed: (n,) bool, disks inside others.
+    """
 
     i: Indices
     j: Indices
@@ -90,6 +107,18 @@ class _Chords:
     pair: Indices
     shift: Indices
     first: Indices
+    swallowed: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Free arcs, `arc_...` of `DiskCells`."""
+
+    i: Indices
+    start: Array
+    angle: Array
+    begin: Indices
+    end: Indices
 
 
 def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
@@ -105,18 +134,21 @@ def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
     """
     if packing.diameters is None:
         raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
-    near = periodic_pairs(packing.positions, packing.box, float(packing.diameters.max()) * (1 + touch))
-    return cut_disks(near, 0.5 * packing.diameters, touch)
+    return cut_disks(near_disks(packing, touch), 0.5 * packing.diameters, touch)
+
+
+def near_disks(packing: Packing, touch: float) -> Pairs:
+    """Find the disks of an SP packing that overlap, or stand apart by about `touch` of R_i + R_j at most."""
+    assert packing.diameters is not None
+    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters * (1 + 2 * touch))
 
 
 def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
     """Cut disks of the given radii, (n,), of which all pairs that overlap (or touch) are listed; see `disk_cells`."""
-    swallowed = _find_swallowed(near, radius)
-    chords = _find_chords(near, radius, swallowed, touch)
-    length = _clip_chords(chords)
-    arc_i, arc_start, arc_angle, arc_from, arc_to = _find_free_arcs(chords, np.flatnonzero(~swallowed))
-    n = len(radius)
-    free = _sum_by_disk(arc_i, arc_angle, n)
+    chords = find_chords(near, radius, touch)
+    arcs, length, n = find_free_arcs(chords), np.empty(len(chords.i)), len(radius)
+    _clip_chords(n, chords.first, chords.normal, chords.distance, chords.height, chords.half, length)
+    free = _sum_by_disk(arcs.i, arcs.angle, n)
     area = 0.5 * (radius**2 * free + _sum_by_disk(chords.i, chords.height * length, n))
     perimeter = radius * free + _sum_by_disk(chords.i, length, n)
     empty = area <= EMPTY * radius**2
@@ -124,7 +156,7 @@ def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
     length[empty[chords.i]] = 0.0
     return DiskCells(
         area, perimeter, free, chords.i, chords.j, chords.normal, chords.height, length, chords.pair, chords.shift,
-        arc_i, arc_start, arc_angle, arc_from, arc_to,
+        arcs.i, arcs.start, arcs.angle, arcs.begin, arcs.end,
     )  # fmt: skip
 
 
@@ -133,19 +165,10 @@ def cuts_overlap(near: Pairs, radius: Array) -> bool:
 
     What three disks share is bounded by arcs that lie in two other disks, so that two cuts of a circle overlap.
     """
-    swallowed = _find_swallowed(near, radius)
-    if swallowed.any():
+    chords = find_chords(near, radius, 0.0)
+    if chords.swallowed.any():
         return True
-    chords = _find_chords(near, radius, swallowed, 0.0)
-    theta = np.arctan2(chords.normal[:, 1], chords.normal[:, 0])
-    alpha = np.arctan2(chords.half, chords.height)
-    order = np.lexsort((theta, chords.i))
-    disk, theta, alpha = chords.i[order], theta[order], alpha[order]
-    first = np.searchsorted(disk, disk)
-    last = np.append(disk, -1)[1:] != disk
-    after = np.where(last, first, np.arange(1, len(disk) + 1))
-    room = theta[after] - theta + np.where(last, 2 * np.pi, 0.0)
-    return bool((room < alpha + alpha[after]).any())
+    return bool(_cuts_overlap(len(radius), chords.first, chords.normal, chords.height, chords.half))
 
 
 def radical_height(distance: Array, radius: Array, other: Array) -> Array:
@@ -162,119 +185,22 @@ def _sum_by_disk(disk: Indices, values: Array, n: int) -> Array:
     return np.asarray(np.bincount(disk, values, minlength=n), dtype=np.float64)
 
 
-def _find_swallowed(near: Pairs, radius: Array) -> NDArray[np.bool_]:
-    distance = np.hypot(*near.r.T)
-    i_inside = nested(distance, radius[near.i], radius[near.j])
-    j_inside = nested(distance, radius[near.j], radius[near.i])
-    swallowed = np.zeros(len(radius), dtype=bool)
-    swallowed[near.j[j_inside]] = True  # of two equal disks in one place, i < j stays
-    swallowed[near.i[i_inside & ~j_inside]] = True
-    return swallowed
+def find_chords(near: Pairs, radius: Array, touch: float) -> Chords:
+    """Find the chords of all pairs that overlap or touch, seen from both disks; see `disk_cells`."""
+    n, room = len(radius), 2 * len(near.i)
+    i, j, pair = np.empty((3, room), dtype=np.int64)
+    distance, height, half = np.empty((3, room))
+    normal, shift = np.empty((room, 2)), np.empty((room, 2), dtype=np.int64)
+    first, swallowed = np.empty(n + 1, dtype=np.int64), np.empty(n, dtype=bool)
+    rows: tuple[Any, ...] = (i, j, normal, distance, height, half, pair, shift)
+    count = _disk_chords(len(near.i), near.i, near.j, near.r, near.shift, n, radius, touch, *rows, first, swallowed)
+    return Chords(*[*(values[:count] for values in rows), first, swallowed])
 
 
-def _find_chords(near: Pairs, radius: Array, swallowed: NDArray[np.bool_], touch: float) -> _Chords:
-    kept = ~(swallowed[near.i] | swallowed[near.j])
-    i, j, r, shift = near.i[kept], near.j[kept], near.r[kept], near.shift[kept]
-    distance = np.hypot(*r.T)
-    height, height_j = (radical_height(distance, radius[a], radius[b]) for a, b in ((i, j), (j, i)))
-    reach = radius[i] + radius[j]
-    cut = (distance < reach) & (np.abs(height) < radius[i]) & (np.abs(height_j) < radius[j])
-    if touch > 0:
-        touching = np.abs(distance - reach) <= touch * reach
-        height, height_j = np.where(touching, radius[i], height), np.where(touching, radius[j], height_j)
-        cut |= touching
-    i, j, r, shift = i[cut], j[cut], r[cut], shift[cut]
-    distance, height, height_j = distance[cut], height[cut], height_j[cut]
-    half = np.sqrt((radius[i] - height) * (radius[i] + height))
-    normal = r / distance[:, None]
-
-    both = np.concatenate([i, j])
-    order = np.argsort(both, kind="stable")
-    place = np.empty(len(order), dtype=np.int64)
-    place[order] = np.arange(len(order))
-    first = np.concatenate([[0], np.cumsum(np.bincount(both, minlength=len(radius)))])
-    return _Chords(
-        both[order],
-        np.concatenate([j, i])[order],
-        np.concatenate([normal, -normal])[order],
-        np.tile(distance, 2)[order],
-        np.concatenate([height, height_j])[order],
-        np.tile(half, 2)[order],
-        np.roll(place, -len(i))[order],
-        np.concatenate([shift, -shift])[order],
-        first,
-    )
-
-
-def _clip_chords(chords: _Chords) -> Array:
-    """(m,) length of each chord inside all other half planes n_k . x <= h_k of its disk, block by block."""
-    tests = np.diff(chords.first)[chords.i]
-    blocks = np.unique(np.searchsorted(np.cumsum(tests), np.arange(0, tests.sum(), BLOCK)))
-    bounds = [*blocks, len(tests)]
-    return np.concatenate([np.empty(0), *(_clip_block(chords, a, b, tests[a:b]) for a, b in pairwise(bounds))])
-
-
-def _clip_block(chords: _Chords, begin: int, end: int, tests: Indices) -> Array:
-    """Points on chord e are h_e n_e + t tau_e, |t| <= c_e; line k keeps t (n_k . tau_e) <= h_k - h_e n_k . n_e.
-
-    With s = n_k . tau_e = sin and q = n_k . n_e = cos of the angle between the normals, 1 - |q| = s^2/(1 + |q|) keeps
-    the right-hand side exact where the lines are nearly parallel: both chords must agree on which line is in front. Of
-    lines that coincide, that of the more distant disk is in front.
-    """
-    starts = np.cumsum(tests) - tests
-    e = np.repeat(np.arange(begin, end), tests)
-    k = np.arange(len(e)) - np.repeat(starts, tests) + chords.first[chords.i[e]]
-    (n_ex, n_ey), (n_kx, n_ky) = chords.normal[e].T, chords.normal[k].T
-    h_e, h_k = chords.height[e], chords.height[k]
-    sine = n_ky * n_ex - n_kx * n_ey
-    cosine = n_kx * n_ex + n_ky * n_ey
-    facing = np.where(cosine < 0, -h_e, h_e)
-    room = (h_k - facing) + facing * sine**2 / (1 + np.abs(cosine))
-
-    parallel = sine == 0
-    farther = (chords.distance[k] > chords.distance[e]) | ((chords.distance[k] == chords.distance[e]) & (k < e))
-    hidden = parallel & ((room < 0) | ((room == 0) & (cosine > 0) & farther))
-    with np.errstate(over="ignore"):  # nearly parallel lines may meet at infinity
-        place = np.divide(room, sine, out=np.full_like(room, np.inf), where=~parallel)
-    upper = np.where(hidden, -np.inf, np.where(sine >= 0, place, np.inf))
-    lower = np.where(sine < 0, place, -np.inf)
-    half = chords.half[begin:end]
-    above = np.maximum(np.maximum.reduceat(lower, starts), -half)
-    below = np.minimum(np.minimum.reduceat(upper, starts), half)
-    return np.asarray(np.maximum(below - above, 0.0))
-
-
-def _find_free_arcs(chords: _Chords, disks: Indices) -> tuple[Indices, Array, Array, Indices, Indices]:
-    """Arcs outside the union of the cut angles [theta - alpha, theta + alpha], alpha = arctan2(c, h), of every disk.
-
-    Angles are counted from the start of the first cut of each disk, so that no free arc runs through zero.
-    """
-    turn = 2 * np.pi
-    theta = np.arctan2(chords.normal[:, 1], chords.normal[:, 0])
-    alpha = np.arctan2(chords.half, chords.height)
-    zero = (theta - alpha)[chords.first[chords.i]]
-    start = np.mod(theta - alpha - zero, turn)
-    end = start + 2 * alpha
-    past = np.flatnonzero(end > turn)  # cuts that run through zero cover its other side too
-    row = np.concatenate([np.arange(len(start)), past])
-    disk = chords.i[row]
-    start = np.concatenate([start, np.zeros(len(past))])
-    end = np.concatenate([np.minimum(end, turn), end[past] - turn])
-
-    order, reached = sweep_intervals(disk, start, end)
-    begin_row, begin_at = row[reached], end[reached]  # the cut so far that ends last, disk by disk
-    row, disk, start = row[order], disk[order], start[order]
-    last = np.append(disk, -1)[1:] != disk
-    gap = np.where(last, turn, np.append(start, 0.0)[1:]) - begin_at
-    free = np.flatnonzero(gap > 0)
-    begins, disk, last = begin_row[free], disk[free], last[free]
-    ends = np.where(last, chords.first[disk], np.append(row, -1)[1:][free])  # after the last gap comes the cut at zero
-    whole = disks[chords.first[disks] == chords.first[disks + 1]]
-    none = np.full(len(whole), -1)
-    return (
-        np.concatenate([disk, whole]),
-        np.concatenate([np.mod((theta + alpha)[begins], turn), np.zeros(len(whole))]),
-        np.concatenate([gap[free], np.full(len(whole), turn)]),
-        np.concatenate([begins, none]),
-        np.concatenate([ends, none]),
-    )
+def find_free_arcs(chords: Chords) -> Arcs:
+    """Find what no other disk covers of the circles that have chords, then the whole circles."""
+    n = len(chords.swallowed)
+    (disk, begin, end), (start, angle) = np.empty((3, len(chords.i) + n), np.int64), np.empty((2, len(chords.i) + n))
+    rows: tuple[Any, ...] = (disk, start, angle, begin, end)
+    count = _free_arcs(n, chords.first, chords.normal, chords.height, chords.half, chords.swallowed, *rows)
+    return Arcs(*(values[:count] for values in rows))

@@ -95,7 +95,7 @@ def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
     A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
     polygon that meets its own image; the two opposite images are one contact.
     """
-    rows = np.unique(name_pairs(packing, contacts)[0], axis=0)
+    rows = unique_rows(name_pairs(packing, contacts)[0])[0]
     i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
     centre = packing.centroids
     return Pairs(i, j, centre[j] - centre[i] + shift @ packing.box, shift)
@@ -114,3 +114,14 @@ def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDA
     swapped = (i > j) | ((i == j) & ~positive_image(image))
     image = np.where(swapped[:, None], -image, image)
     return np.column_stack([np.minimum(i, j), np.maximum(i, j), image]), swapped
+
+
+def unique_rows(rows: Indices) -> tuple[Indices, Indices]:
+    """Sorted rows (m, 4) without repeats, and (m,) which of them each row is; `np.unique` takes four times as long."""
+    order = np.lexsort(rows.T[::-1])
+    in_turn = rows[order]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (in_turn[1:] != in_turn[:-1]).any(axis=1)
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return in_turn[new], number

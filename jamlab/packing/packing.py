@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
+from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+_doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 
@@ -354,18 +357,30 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
         raise InputError(f"positions {positions.shape} and offsets {offsets.shape}: must be (vertices, 2) and (n + 1,)")
     if offsets[0] != 0 or offsets[-1] != len(positions) or (np.diff(offsets) < 3).any():
         raise InputError(f"offsets: must rise from 0 to {len(positions)}, the number of vertices, by 3 or more")
-    outlines = _outlines(positions, offsets)
-    suspects = np.flatnonzero(~shapely.is_valid(outlines))
+    positions, offsets = np.ascontiguousarray(positions, float), np.ascontiguousarray(offsets, np.int64)
+    doubtful = np.empty(len(offsets) - 1, dtype=bool)
+    if not _doubtful_outlines(len(doubtful), offsets, positions, doubtful):
+        return np.empty(0, dtype=np.int64)
+    outlines = _outlines(positions, offsets, np.flatnonzero(doubtful))
+    crossed = ~shapely.is_valid(outlines)
+    suspects = np.flatnonzero(doubtful)[crossed]
     if not len(suspects):
-        return suspects
+        return np.asarray(suspects)
     size = float(np.ptp(positions, axis=0).max())
-    points = shapely.remove_repeated_points(outlines[suspects], 1e-12 * size)
+    points = shapely.remove_repeated_points(outlines[crossed], 1e-12 * size)
     return np.asarray(suspects[~shapely.is_valid(points)])
 
 
-def _outlines(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.object_]:
-    corners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=corners)))
+def _outlines(
+    positions: Array, offsets: NDArray[np.int64], kept: NDArray[np.int64] | None = None
+) -> NDArray[np.object_]:
+    """All polygons, or some, as shapely geometries."""
+    size = np.diff(offsets)
+    if kept is not None:
+        some = np.zeros(len(size), dtype=bool)
+        some[kept] = True
+        positions, size = positions[np.repeat(some, size)], size[kept]
+    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=np.repeat(np.arange(len(size)), size))))
 
 
 def _check_box(box: Array) -> None:

@@ -3,8 +3,6 @@
 #include "kernel.h"
 #include "vector.h"
 
-#include <vector>
-
 using namespace jamlab;
 
 // Edges longer than `shortest` of the perimeter, of polygons in turn; see EdgeRings for what is written.

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
 #include <utility>
 #include <vector>
 
@@ -16,7 +17,8 @@ namespace jamlab {
 
 enum Refusal : int64_t { TOO_MANY_IMAGES = -1, TOO_FAR = -2 };
 
-constexpr double LARGEST_WRAP = 4503599627370496.0;  // 2^52: integers below are exact, and their sums fit in 64 bits
+// Translations of points and of their copies, in vectors of the box, fit in 64 bits as long as both are below these.
+constexpr double LARGEST_WRAP = 4503599627370496.0, LARGEST_COMBINATION = 137438953472.0;  // 2^52, 2^37
 
 // Where a point lies in the reduced cell: fractions from 0 to 1, and by how many of its vectors it was moved there.
 struct Place {
@@ -35,12 +37,13 @@ class Lattice {
     for (int k = 0; k < 2; ++k) box[k] = cell[k] = {rows[2 * k], rows[2 * k + 1]};
     for (int k = 0; k < 4; ++k) longest = std::max(k ? longest : 0.0, std::fabs(rows[k]));
     reduce();
-    determinant = cross(cell[0], cell[1]);
-    for (int k = 0; k < 2; ++k) height[k] = std::fabs(determinant) / std::hypot(cell[1 - k].x, cell[1 - k].y);
+    largest_wrap = std::min(LARGEST_WRAP, 128 * LARGEST_WRAP / largest_combination());
+    density = 1 / cross(cell[0], cell[1]);
+    for (int k = 0; k < 2; ++k) height[k] = 1 / (std::fabs(density) * std::hypot(cell[1 - k].x, cell[1 - k].y));
   }
 
   // Coordinates in vectors of the cell.
-  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) / determinant, cross(cell[0], p) / determinant}; }
+  Vector fraction(const Vector &p) const { return {cross(p, cell[1]) * density, cross(cell[0], p) * density}; }
 
   // False for a point so far away that its image cannot be counted.
   bool locate(const Vector &p, Place &place) const
@@ -50,7 +53,7 @@ class Lattice {
     double wrap[2];
     for (int k = 0; k < 2; ++k) {
       wrap[k] = std::floor(f[k]);
-      if (!(std::fabs(wrap[k]) < LARGEST_WRAP)) return false;
+      if (!(std::fabs(wrap[k]) < largest_wrap)) return false;
       place.f[k] = f[k] - wrap[k];
     }
     place.wrap = {static_cast<int64_t>(wrap[0]), static_cast<int64_t>(wrap[1])};
@@ -88,7 +91,15 @@ class Lattice {
 
  private:
   Image combination[2] = {{1, 0}, {0, 1}};  // cell = combination @ box
-  double determinant;
+  double largest_wrap;
+  double density;  // of lattice points, negative for a cell whose vectors turn clockwise
+
+  double largest_combination() const
+  {
+    int64_t largest = 1;
+    for (const Image &row : combination) largest = std::max({largest, std::abs(row.first), std::abs(row.second)});
+    return static_cast<double>(largest);
+  }
 
   void reduce()
   {
@@ -98,7 +109,7 @@ class Lattice {
         std::swap(combination[0], combination[1]);
       }
       const double times = std::rint(dot(cell[0], cell[1]) / dot(cell[0], cell[0]));
-      if (!(std::fabs(times) >= 1 && std::fabs(times) < 1e9)) return;
+      if (!(std::fabs(times) >= 1 && std::fabs(times) * largest_combination() < LARGEST_COMBINATION)) return;
       const Vector shorter = cell[1] - cell[0] * times;
       if (!(dot(shorter, shorter) < dot(cell[1], cell[1]))) return;
       cell[1] = shorter;

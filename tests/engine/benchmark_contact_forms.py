@@ -12,6 +12,7 @@ from pathlib import Path
 import contact_paths
 import numpy as np
 import pytest
+from tiled_packings import tiled
 
 import jamlab
 from jamlab.kernels.installed_files import installed
@@ -126,18 +127,6 @@ def test_forms_side_by_side(folder):
         )
     print(json.dumps(result))
     assert result["outline"]["converged"] > result["segment"]["converged"]
-
-
-def tiled(p, times):
-    """The same packing side by side, `times` by `times`."""
-    shifts = np.array([[a, b] for a in range(times) for b in range(times)]) @ p.box
-    count = len(shifts)
-    return p.with_state(
-        box=times * p.box,
-        positions=np.concatenate([p.positions + shift for shift in shifts]),
-        offsets=np.append((p.offsets[:-1] + p.offsets[-1] * np.arange(count)[:, None]).ravel(), count * p.offsets[-1]),
-        params=p.params | {"a0": np.tile(p.params["a0"], count)},
-    )
 
 
 def rates(p):

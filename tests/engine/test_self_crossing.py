@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 import jamlab
 from jamlab.kernels.installed_files import installed
@@ -53,6 +54,34 @@ def test_edges_of_no_length_do_not_cross():
     positions, offsets = bow_tie()
     positions[4:] = [[2.0, 2.0], [3.0, 2.0], [3.0, 2.0], [2.0, 3.0]]
     assert not len(jamlab.self_crossings(positions, offsets))
+
+
+@pytest.mark.parametrize("grid", [None, 3, 5])  # corners on a grid touch and overlap exactly
+def test_random_outlines_are_judged_as_by_shapely(grid):
+    rng = np.random.default_rng(grid)
+    sizes = rng.integers(3, 10, 400)
+    turn = np.concatenate([np.sort(rng.uniform(0, 2 * np.pi, size)) for size in sizes])
+    turn += rng.normal(0, 0.2, len(turn))
+    corners = rng.uniform(0.5, 1.5, (len(turn), 1)) * np.column_stack([np.cos(turn), np.sin(turn)])
+    if grid:
+        corners = np.round(grid * corners) / grid
+        corners[np.cumsum(sizes) - 1] += 1e-3  # no outline shrinks to a line
+    offsets = np.cumsum([0, *sizes])
+    rings = shapely.linearrings(corners, indices=np.repeat(np.arange(len(sizes)), sizes))
+    valid = shapely.is_valid(shapely.polygons(rings))
+    assert 0.1 < valid.mean() < 0.9
+    valid |= shapely.is_valid(shapely.remove_repeated_points(shapely.polygons(rings), 1e-12 * np.ptp(corners)))
+    assert jamlab.self_crossings(corners, offsets).tolist() == np.flatnonzero(~valid).tolist()
+
+
+@pytest.mark.parametrize("vertices", [3, 17, 400, 3000])
+def test_simple_outlines_of_any_size(vertices):
+    turn = 2 * np.pi * np.arange(vertices) / vertices
+    star = (1 + 0.3 * np.cos(vertices // 3 * turn))[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+    assert not len(jamlab.self_crossings(star, np.array([0, vertices])))
+    star[[0, vertices // 2]] = star[[vertices // 2, 0]]
+    crossed = jamlab.self_crossings(star, np.array([0, vertices])).tolist()
+    assert crossed == ([0] if vertices > 3 else [])
 
 
 def test_a_packing_driven_to_collapse_is_found(random_polygons):

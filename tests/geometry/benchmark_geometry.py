@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from tiled_packings import tiled
 
 import jamlab
 from jamlab.errors import ConvergenceError
@@ -37,20 +38,6 @@ def onsets(seeds, n=64):
             yield jamlab.jam(model="sp", n=n, seed=seed)
         except ConvergenceError as error:
             print(f"seed {seed} left out: {error}")
-
-
-def tiled(packing, times):
-    """The packing repeated times x times: as many different local surroundings as one, but the size of many."""
-    moves = np.stack(np.meshgrid(np.arange(times), np.arange(times)), axis=-1).reshape(-1, 2) @ packing.box
-    state = {
-        "positions": (packing.positions[None] + moves[:, None]).reshape(-1, 2),
-        "box": packing.box * times,
-    }
-    if packing.model == "sp":
-        return packing.with_state(**state, diameters=np.tile(packing.diameters, times**2))
-    vertices = np.tile(np.diff(packing.offsets), times**2)
-    params = packing.params | {"a0": np.tile(packing.params["a0"], times**2)}
-    return packing.with_state(**state, offsets=np.concatenate([[0], np.cumsum(vertices)]), params=params)
 
 
 def seconds(function, packing, repeat):

@@ -1,13 +1,10 @@
-"""Contacts with their vectors, rattlers, and unions of intervals, each against plain loops."""
+"""Contacts with their vectors, and rattlers, each against plain loops."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import jamlab
 from jamlab.geometry.contact_network import find_meetings, without_rattlers
-from jamlab.geometry.intervals import sweep_intervals
 from jamlab.geometry.rattlers import find_rattlers
 from jamlab.geometry.touching_disks import touching_disks
 from jamlab.mechanics.energy_terms import energy_terms
@@ -54,17 +51,6 @@ def test_rattlers_are_pruned_one_after_the_other():
     held[[5, 6]] = False
     rattlers, bearing = find_rattlers(pairs, held)
     assert not rattlers.any() and bearing.all()
-
-
-@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 9), st.integers(0, 9)), max_size=12))
-def test_gaps_between_intervals_are_those_of_a_loop(rows):
-    group, start, length = (np.array([row[k] for row in rows], dtype=np.int64) for k in range(3))
-    start, end = start.astype(float), (start + length).astype(float)
-    order, last = sweep_intervals(group, start, end)
-    for k in range(len(rows)):
-        before = order[: k + 1][group[order[: k + 1]] == group[order[k]]]
-        assert start[before].max(initial=-1) == start[order[k]]
-        assert group[last[k]] == group[order[k]] and end[last[k]] == end[before].max()
 
 
 @pytest.mark.parametrize("name", ["sp_jammed", "dp_onset", "dp_dense"])

@@ -7,7 +7,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
-from jamlab.geometry import power_cells
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.packing.packing import Packing
 
@@ -273,11 +272,3 @@ def test_areas_do_not_depend_on_origin_image_order_or_lattice_vectors(packing, s
     ]
     for other, index in others:
         np.testing.assert_allclose(disk_cells(other).area, cells.area[index], atol=1e-12)
-
-
-def test_blocks_of_tests_do_not_change_the_result(monkeypatch):
-    rng = np.random.default_rng(3)
-    packing = disks(rng.random((40, 2)), 0.4, np.eye(2))
-    whole = disk_cells(packing)
-    monkeypatch.setattr(power_cells, "BLOCK", 37)
-    np.testing.assert_array_equal(disk_cells(packing).chord_length, whole.chord_length)

@@ -7,7 +7,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
-from jamlab.packing.neighbors import periodic_neighbors, periodic_pairs, positive_image
+from jamlab.packing.neighbors import periodic_copies, periodic_neighbors, periodic_pairs, positive_image
 
 SQUARE = np.eye(2)
 
@@ -120,6 +120,51 @@ def test_cutoff_must_be_a_positive_number(cutoff):
 def test_a_cutoff_over_too_many_images_is_refused():
     with pytest.raises(InputError, match="too many periodic images"):
         periodic_pairs(np.zeros((1, 2)), SQUARE, 1e5)
+
+
+@given(scenes(), st.integers(0, 2**32 - 1))
+def test_cutoffs_that_vary_are_the_sums_of_reaches(scene, seed):
+    points, _, box, cutoff = scene
+    reach = cutoff * np.random.default_rng(seed).choice([0.1, 0.5, 1.0], len(points))
+    whole = periodic_pairs(points, box, 2 * cutoff)
+    kept = np.hypot(*whole.r.T) < reach[whole.i] + reach[whole.j]
+    np.testing.assert_array_equal(rows(periodic_pairs(points, box, reach)), rows(whole)[kept])
+
+
+@pytest.mark.parametrize("tilt", [1e6, -(1e6) + 0.3])
+def test_extreme_tilt_has_the_pairs_of_the_reduced_box(tilt):
+    points = np.random.default_rng(1).random((3, 2))
+    box, plain = np.array([[1.0, 0.0], [tilt, 1.0]]), np.array([[1.0, 0.0], [np.mod(tilt, 1.0), 1.0]])
+    one, two = (np.sort(np.hypot(*periodic_pairs(points, b, 1.3).r.T)) for b in (box, plain))
+    np.testing.assert_allclose(one, two, rtol=1e-8)
+
+
+@pytest.mark.parametrize("flat", [1e-4, 1e4])
+def test_flat_boxes_with_many_points_have_the_pairs_of_brute_force(flat):
+    points = np.random.default_rng(2).random((40, 2)) * [1.0, flat]
+    box = np.diag([1.0, flat])
+    cutoff = 0.3 * min(1.0, flat)
+    wanted = brute_force(points, points, box, cutoff, (1, 1))
+    wanted = wanted[(wanted[:, 0] < wanted[:, 1])]
+    np.testing.assert_array_equal(rows(periodic_pairs(points, box, cutoff)), wanted[np.lexsort(wanted.T[::-1])])
+
+
+@given(scenes())
+def test_copies_are_those_of_brute_force(scene):
+    points, _, box, reach = scene
+    source, shift = periodic_copies(points, box, reach)
+    assert source[: len(points)].tolist() == list(range(len(points)))
+    home = points + shift[: len(points)] @ box
+    found = set(zip(source.tolist(), *shift.T.tolist(), strict=True))
+    assert len(found) == len(source)
+    for a in home:  # whatever lies within reach of a point of the cell is among the copies
+        near = brute_force(a[None], points, box, reach, layers_for(a[None], points, box, reach))
+        assert {(j, s, t) for _, j, s, t in near.tolist()} <= found
+
+
+def test_points_too_far_away_are_refused():
+    with pytest.raises(InputError, match="boxes away"):
+        periodic_pairs(np.array([[1e17, 0.0]]), SQUARE, 0.5)
 
 
 @given(scenes())

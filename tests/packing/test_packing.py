@@ -213,3 +213,10 @@ def test_arrays_are_its_own_and_read_only(packing, copied):
     given = np.array([[1.0, 1.0], [4.0, 3.0]])
     disks(positions=given)
     given[0] += 1.0  # what the packing was made from stays writable
+
+
+@pytest.mark.parametrize("layout", [np.asfortranarray, lambda a: np.repeat(a, 2, axis=0)[::2], lambda a: a.tolist()])
+def test_any_memory_layout_is_taken(layout):
+    packing, wanted = disks(positions=layout(np.array([[1.0, 1.0], [4.0, 3.0]])), box=layout(BOX)), disks()
+    assert jamlab.packing_fraction(packing) == jamlab.packing_fraction(wanted)
+    np.testing.assert_array_equal(jamlab.voids(packing).area, jamlab.voids(wanted).area)

@@ -45,11 +45,6 @@ class Pieces:
     begin: Array
     angle: Array
 
-    @property
-    def length(self) -> Array:
-        """(k,) length of each piece."""
-        return np.where(self.radius > 0, self.radius * self.angle, np.hypot(*(self.end - self.start).T))
-
 
 @dataclass(frozen=True)
 class Boundary:

@@ -2,9 +2,15 @@
 
 import numpy as np
 
-from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.power_cells import find_chords, find_free_arcs, near_disks
 from jamlab.geometry.voids.boundary_loops import Boundary, Pieces, chain_pieces, join_loose_ends
+from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
 from jamlab.packing.packing import Packing
+
+_draw_arcs = kernel(
+    "draw_arcs", INTEGER, INTEGERS, REALS, REALS, INTEGERS, INTEGERS, INTEGER, INTEGERS, INTEGERS, REALS, REALS,
+    REALS, REALS, REALS, REALS, INTEGERS, INTEGERS,
+)  # fmt: skip
 
 # Disks nearer than this part of R_i + R_j touch: rounding of a minimum (forces to 1e-14) must not open a void.
 TOUCH = 1e-12
@@ -18,21 +24,15 @@ def trace_disks(packing: Packing) -> Boundary:
     """
     assert packing.diameters is not None
     radius = 0.5 * packing.diameters
-    cells = disk_cells(packing, TOUCH)
-    disk = cells.arc_i
-    stop = cells.arc_start + cells.arc_angle
-    centre = packing.positions[disk]
-    start, end = (
-        centre + radius[disk][:, None] * np.column_stack([np.cos(a), np.sin(a)]) for a in (cells.arc_start, stop)
-    )
-    pieces = Pieces(disk, start, end, centre, radius[disk], cells.arc_start, cells.arc_angle)
-
-    arcs = np.arange(len(disk))
-    cut = cells.arc_from >= 0
-    begins_at = np.full(len(cells.chord_i), -1)
-    begins_at[cells.arc_from[cut]] = arcs[cut]
-    following, shift = arcs.copy(), np.zeros((len(arcs), 2), dtype=np.int64)
-    following[cut] = begins_at[cells.chord_pair[cells.arc_to[cut]]]
-    shift[cut] = cells.chord_shift[cells.arc_to[cut]]
+    chords = find_chords(near_disks(packing, TOUCH), radius, TOUCH)
+    arcs = find_free_arcs(chords)
+    m = len(arcs.i)
+    (start, end, centre), size = np.empty((3, m, 2)), np.empty(m)
+    following, shift = np.empty(m, dtype=np.int64), np.empty((m, 2), dtype=np.int64)
+    _draw_arcs(
+        m, arcs.i, arcs.start, arcs.angle, arcs.begin, arcs.end, len(chords.i), chords.pair, chords.shift,
+        packing.positions, radius, start, end, centre, size, following, shift,
+    )  # fmt: skip
+    pieces = Pieces(arcs.i, start, end, centre, size, arcs.start, arcs.angle)
     join_loose_ends(pieces, following, shift, packing.box, float(radius.max()))
     return chain_pieces(pieces, following, shift)

@@ -7,6 +7,8 @@ not convex. A capsule is convex, and two capsules around edges that do not cross
 capsule hides one interval of an element. What no capsule hides is free boundary.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,7 +36,7 @@ def trace_polygons(packing: Packing) -> Boundary:
     """
     edges, crossing = edge_rings(packing), np.zeros(2, dtype=np.int64)
 
-    def fill(room: int, search: Array) -> tuple[int, tuple[NDArray[np.generic], ...]]:
+    def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:
         (owner, following), (radius, begin, angle) = np.empty((2, room), dtype=np.int64), np.empty((3, room))
         pieces = (owner, *np.empty((3, room, 2)), radius, begin, angle)
         count = _free_outlines(

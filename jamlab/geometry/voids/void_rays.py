@@ -48,7 +48,9 @@ def find_first_hits(
     source, origin = _find_extremes(boundary, box, casting, direction)
     stopping = np.flatnonzero(~ignored[boundary.loop])
     pieces = boundary.pieces
-    reach = float(np.where(pieces.radius > 0, pieces.radius, 0.5 * pieces.length)[stopping].max())
+    straight = stopping[pieces.radius[stopping] == 0]
+    half = 0.5 * np.hypot(*(pieces.end[straight] - pieces.start[straight]).T)
+    reach = max(float(pieces.radius[stopping].max()), float(half.max(initial=0.0)))
     area_per_particle = abs(box[0, 0] * box[1, 1]) / (pieces.particle.max() + 1)
     open_rays, length = np.arange(len(casting)), 2 * np.sqrt(area_per_particle)
     while len(open_rays):

@@ -1,0 +1,190 @@
+"""Boundaries of disks and droplets, and sums over voids, point by point and piece by piece in plain numpy."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from random_packings import disks, polygons
+from tiled_packings import tiled
+
+from jamlab.errors import BoundaryError, InputError
+from jamlab.geometry.edge_rings import edge_rings
+from jamlab.geometry.power_cells import cuts_overlap, disk_cells
+from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.voids.disk_boundary import trace_disks
+from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.geometry.voids.voids import voids
+from jamlab.packing.packing import Packing
+
+FEW = settings(max_examples=25, deadline=None)
+TURN = 2 * np.pi
+
+
+def droplets(rings, delta, box):
+    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
+    law["a0"] = np.ones(len(rings))
+    return Packing("dp", np.asarray(box, float), np.concatenate(rings), law, offsets=np.cumsum([0, *map(len, rings)]))
+
+
+def distances(packing, points):
+    """(points,) from each to the nearest polygon in any image, 0 inside, by shapely."""
+    reach = np.ptp(packing.positions, axis=0) + 1
+    up = int(np.ceil(reach[1] / packing.box[1, 1]))
+    across = int(np.ceil((reach[0] + up * abs(packing.box[1, 0])) / packing.box[0, 0]))
+    moves = np.array([(a, b) for a in range(-across, across + 1) for b in range(-up, up + 1)]) @ packing.box
+    outlines = packing.outlines()
+    tree = shapely.STRtree(np.concatenate([shapely.transform(outlines, lambda x, m=m: x + m) for m in moves]))
+    return tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)[1]
+
+
+def inner_points(pieces, share):
+    """A point of every piece, this share of the way along it."""
+    angle = pieces.begin + share * pieces.angle
+    on_arc = pieces.centre + pieces.radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    on_line = (1 - share) * pieces.start + share * pieces.end
+    return np.where(pieces.radius[:, None] > 0, on_arc, on_line)
+
+
+def on_a_piece(pieces, point):
+    """Whether a point lies on a piece, within 1e-9."""
+    ahead, along = point - pieces.start, pieces.end - pieces.start
+    aside = np.abs(along[:, 0] * ahead[:, 1] - along[:, 1] * ahead[:, 0])
+    size = np.hypot(*along.T)
+    place = np.sum(ahead * along, axis=1)
+    straight = (pieces.radius == 0) & (aside <= 1e-9 * size) & (place >= -1e-9) & (place <= size**2 + 1e-9)
+    x, y = (point - pieces.centre).T
+    turned = np.mod(np.arctan2(y, x) - pieces.begin + 1e-9, TURN) <= pieces.angle + 2e-9
+    return (straight | (turned & (np.abs(np.hypot(x, y) - pieces.radius) < 1e-9) & (pieces.radius > 0))).any()
+
+
+@given(polygons())
+@FEW
+def test_free_pieces_are_a_rim_away_from_all_polygons_and_nothing_else_is(packing):
+    try:
+        pieces = trace_polygons(packing).pieces
+    except BoundaryError:
+        return
+    w, edges = 0.5 * packing.params["delta"], edge_rings(packing)
+    if len(pieces.particle):
+        free = np.concatenate([inner_points(pieces, share) for share in (0.0, 0.31, 0.77, 1.0)])
+        np.testing.assert_allclose(distances(packing, free), w, rtol=1e-9)
+    first = np.arctan2(*edges.normal[edges.before].T[::-1])
+    for share in (0.08, 0.45, 0.9):
+        line = edges.tail + share * edges.length[:, None] * edges.along + w * edges.normal
+        turned = first + share * edges.turn
+        arc = edges.tail + w * np.column_stack([np.cos(turned), np.sin(turned)])
+        points = np.concatenate([line, arc[edges.turn > 0]])
+        visible = points[distances(packing, points) > w * (1 - 1e-12)]
+        assert all(on_a_piece(pieces, point) for point in visible)
+
+
+@given(disks(most=8))
+@FEW
+def test_free_arcs_and_cuts_that_overlap_are_those_of_a_loop(packing):
+    near, radius = touching_disks(packing), 0.5 * packing.diameters
+    cells = disk_cells(packing)
+    i, j = np.concatenate([near.i, near.j]), np.concatenate([near.j, near.i])
+    r = np.concatenate([near.r, -near.r])
+    for disk in range(packing.n):
+        if cells.area[disk] == 0:
+            continue
+        angles = np.linspace(0, TURN, 97)[:-1] + 0.01
+        rim = radius[disk] * np.column_stack([np.cos(angles), np.sin(angles)])
+        others = i == disk
+        depth = [np.min(np.hypot(*(r[others] - p).T) - radius[j[others]], initial=np.inf) for p in rim]
+        own = cells.arc_i == disk
+        past = np.mod(angles[:, None] - cells.arc_start[own], TURN) < cells.arc_angle[own]
+        certain = np.abs(depth) > 1e-9
+        np.testing.assert_array_equal(past.any(axis=1)[certain], (np.array(depth) > 0)[certain])
+    inside = np.hypot(*r.T) + radius[i] <= radius[j]
+    shared = [
+        np.hypot(*(radius[d] * np.array([np.cos(a), np.sin(a)]) - r[i == d]).T) < radius[j[i == d]] * (1 - 1e-6)
+        for d in range(packing.n)
+        for a in np.linspace(0, TURN, 400)
+    ]
+    if inside.any() or max(hidden.sum() for hidden in shared) > 1:
+        assert cuts_overlap(near, radius)
+
+
+@given(disks() | polygons())
+@FEW
+def test_voids_are_sums_over_their_pieces(packing):
+    try:
+        found = voids(packing)
+    except BoundaryError:
+        return
+    pieces, boundary = found.boundary.pieces, found.boundary
+    for void in range(len(found.area)):
+        own = np.flatnonzero(found.void == void)
+        p, q = (x[own] + found.image[own] @ packing.box for x in (pieces.start, pieces.end))
+        length = np.where(pieces.radius[own] > 0, pieces.radius[own] * pieces.angle[own], np.hypot(*(q - p).T))
+        np.testing.assert_allclose(found.perimeter[void], length.sum(), rtol=1e-12)
+        if found.percolating[void]:
+            assert found.sides[void] <= len(np.unique(pieces.particle[own]))
+            continue
+        angle, radius = pieces.angle[own], pieces.radius[own]
+        wedge = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+        area = -np.sum(0.5 * wedge + 0.5 * radius**2 * (angle - np.sin(angle)))
+        np.testing.assert_allclose(found.area[void], area, atol=1e-12 * packing.area)
+        ring = [inner_points(pieces, share)[own] + found.image[own] @ packing.box for share in np.linspace(0, 1, 40)]
+        a, b = np.concatenate(ring[:-1]) - p[0], np.concatenate(ring[1:]) - p[0]
+        wedges = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
+        centre = p[0] + np.sum((a + b) * wedges, axis=0) / (3 * np.sum(wedges))
+        apart = np.linalg.solve(packing.box.T, centre - found.centroid[void])
+        assert np.hypot(*((apart - np.rint(apart)) @ packing.box)) < 2e-3 * np.sqrt(packing.area)
+        if not found.islands[void]:
+            corners = {(*row,) for row in np.column_stack([pieces.particle[own], found.image[own]])[length > 1e-8]}
+            assert len(corners) == found.sides[void]
+    inward = np.unique(boundary.following)
+    np.testing.assert_array_equal(inward, np.arange(len(inward)))
+
+
+def bumpy(vertices, seed, size=0.42):
+    rng, turn = np.random.default_rng(seed), TURN * np.arange(vertices) / vertices
+    return size * (1 + 0.2 * rng.uniform(-1, 1, (vertices, 1))) * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("tilt", [0.0, 0.37, 9e4 + 0.37])
+def test_one_two_and_three_droplets_have_the_voids_of_their_tiles(count, tilt):
+    """Alone a droplet meets its own images; in a tile of nine those are other droplets."""
+    rings = [np.add(bumpy(9, seed), [seed, 0]) for seed in range(count)]
+    small = droplets(rings, 0.12, [[count, 0.0], [tilt * count, 0.98]])
+    one, nine = voids(small), voids(tiled(droplets(rings, 0.12, [[count, 0], [np.mod(tilt, 1) * count, 0.98]]), 3))
+    np.testing.assert_allclose(nine.area.sum(), 9 * one.area.sum(), rtol=1e-7)
+    closed = one.percolating == 0
+    np.testing.assert_allclose(np.sort(nine.area), np.sort(np.tile(one.area, 9)), rtol=1e-6) if closed.all() else None
+    assert closed.all() or (nine.percolating > 0).any()
+
+
+@pytest.mark.parametrize("parts", [2, 7, 60])
+def test_collinear_vertices_change_nothing(parts):
+    """One edge as long as fifty others, whole or in parts."""
+    plank = np.array([[0.0, 0.0], [25.0, 0.0], [25.0, 0.7], [0.0, 0.7]])
+    cut = np.concatenate([np.linspace(a, b, parts + 1)[:-1] for a, b in zip(plank, np.roll(plank, -1, 0), strict=True)])
+    balls = [np.add(bumpy(12, k, 0.38), [1.0 + k, 1.35]) for k in range(24)]
+    found = [voids(droplets([ring + 0.1, *balls], 0.2, [[26.0, 0.0], [3.0, 1.9]])) for ring in (plank, cut)]
+    np.testing.assert_allclose(np.sort(found[0].area), np.sort(found[1].area), atol=1e-12)
+    np.testing.assert_array_equal(np.sort(found[0].sides), np.sort(found[1].sides))
+
+
+def test_repeated_vertices_change_nothing():
+    rings = [np.add(bumpy(11, k), [k, 0.3]) for k in range(3)]
+    twice = [np.repeat(ring, 1 + (np.arange(11) % 3 == 0), axis=0) for ring in rings]
+    one, two = (voids(droplets(some, 0.2, [[3.0, 0.0], [0.4, 1.0]])) for some in (rings, twice))
+    np.testing.assert_allclose(one.area, two.area, atol=1e-14)
+    np.testing.assert_array_equal(one.sides, two.sides)
+
+
+def test_disks_that_touch_exactly_close_their_voids():
+    packing = Packing("sp", np.eye(2), np.array([[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]),
+                      {"eps": 1.0}, "eps", np.full(4, 0.5))  # fmt: skip
+    found = voids(packing)
+    np.testing.assert_array_equal(found.sides, [4, 4, 4, 4])
+    assert len(trace_disks(packing).pieces.particle) == 16
+
+
+def test_edges_over_too_many_images_are_refused():
+    ring = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 1.0], [0.0, 1.0]])
+    with pytest.raises(InputError, match="too many periodic images of box"):
+        voids(droplets([ring], 0.1, 0.04 * np.eye(2)))
