@@ -184,7 +184,7 @@ def _step(
     identity = sparse.eye_array(model.sites.shape[0], format="csc")
     while True:
         try:
-            solver.factorise(model.sites + shift * identity, check=True)
+            solver.factorise(model.sites + shift * identity)
             break
         except ConvergenceError:
             shift *= BORDER.definite
