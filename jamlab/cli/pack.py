@@ -17,7 +17,7 @@ def pack(
     n: N = 256,
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
-    ranks: Annotated[int, typer.Option(help="Number of MPI ranks; faster from about 10 000 disks.")] = 1,
+    ranks: Annotated[int, typer.Option(help="Number of processors; faster from about 10 000 disks.")] = 1,
     ratio: Ratio = None,
     large: Large = 0.5,
     tolerance: Tolerance = None,
