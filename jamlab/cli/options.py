@@ -14,5 +14,7 @@ Out = Annotated[Path, typer.Option(help="HDF5 file to write.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]
-Ranks = Annotated[int, typer.Option(help="Number of MPI ranks, for disks; faster from about 10 000.")]
+Ranks = Annotated[
+    int, typer.Option(help="Number of Processors that share one minimisation; pays from about 10 000 disks.")
+]
 Tolerance = Annotated[float | None, typer.Option(help="Largest force at a minimum; default 1e-12, droplets 1e-10.")]

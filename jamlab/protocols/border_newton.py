@@ -41,6 +41,7 @@ class BorderSettings:
         first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
         searches: lengths tried along one step at most.
         slack: part of the slope at its start that may be left at the end of a step, uphill.
+        fallen: factor of the largest force that is good enough by itself: slopes lose their digits first.
         good, poor: lengths of a step above which the shift shrinks and below which it grows.
         shrink, grow, definite: factors of the shift.
         softest: least curvature over the largest that a strain is divided by.
@@ -56,6 +57,7 @@ class BorderSettings:
     last_shift: float = 1e3
     searches: int = 6
     slack: float = 0.5
+    fallen: float = 0.2
     good: float = 0.75
     poor: float = 0.25
     shrink: float = 0.2
@@ -123,7 +125,7 @@ def descend_with_box(session: Session, border: Border, tolerance: float, *, step
             break
         longest = min(1.0, BORDER.reach * size / np.abs(u).max(), BORDER.longest_strain / np.abs(e).max())
         step = Step(longest * u.reshape(-1, 2), longest * e)
-        found, length = _search(session, border, packing, step, step.slope(state, gradient))
+        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force)
         if found is not None:
             (packing, state), model = found, None
             taken += 1
@@ -156,7 +158,7 @@ class Step:
 
 
 def _search(
-    session: Session, border: Border, packing: Packing, step: Step, slope: float
+    session: Session, border: Border, packing: Packing, step: Step, slope: float, max_force: float
 ) -> tuple[tuple[Packing, Evaluation] | None, float]:
     """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
     length, best, reached = 1.0, None, 0.0
@@ -169,7 +171,7 @@ def _search(
             continue
         trial = session.evaluate()
         after = step.slope(trial, border.gradient(trial.stress, moved.area))
-        if slope + after > 0:
+        if slope + after > 0 or trial.max_force < BORDER.fallen * max_force:
             best, reached = (moved, trial), length
         if after >= -BORDER.slack * slope:
             break

@@ -64,7 +64,7 @@ def pack(
         pressure: target, k; from 1e-8 to 0.3.
         seed: of the random start.
         ensemble: "fixed-box" or "shear-stabilized", the box sheared until no shear stress is left.
-        ranks: MPI ranks for first-order minimisation; pays from about 10 000 disks.
+        ranks: processors for FIRE; pays from about 10 000 disks.
         tolerance: largest force at the minimum, k d; default `force` of `sp.minimum.parameters`, 1e-12; from 1e-15 to
             1e-4 of the pressure.
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.

@@ -1,5 +1,5 @@
 // FIRE over soft disks, step for step as `min_style fire` of LAMMPS takes it with the settings of minimize.fire: the
-// same states to rounding, for a third of the time. E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006);
+// same states to rounding, at less than half the price. E. Bitzek et al., Phys. Rev. Lett. 97, 170201 (2006);
 // J. Guenole et al., Comput. Mater. Sci. 175, 109584 (2020).
 
 #include "disk_neighbors.h"

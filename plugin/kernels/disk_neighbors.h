@@ -20,7 +20,7 @@ struct Triangle {
 
   Triangle after(const Triangle &f) const { return {f.xx * xx, f.xx * xy + f.xy * yy, f.yy * yy}; }
   Vector operator()(double x, double y) const { return {xx * x + xy * y, yy * y}; }
-  double strain() const { return std::max({std::fabs(xx - 1), std::fabs(yy - 1)}) + std::fabs(xy); }
+  double strain() const { return std::max(std::fabs(xx - 1), std::fabs(yy - 1)) + std::fabs(xy); }
 };
 
 // Disks of one thread, [first, last) in sorted order, and its pairs: a disk of the share, and its neighbor's number
