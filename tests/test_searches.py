@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.packing.neighbors import periodic_copies, periodic_neighbors, periodic_pairs
 
-SEARCHES = (periodic_pairs, periodic_neighbors, periodic_copies)
+SEARCHES = (periodic_pairs, periodic_neighbors, periodic_copies, vertex_contacts)
 
 
 @pytest.fixture

@@ -14,7 +14,5 @@ Out = Annotated[Path, typer.Option(help="HDF5 file to write.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]
-Ranks = Annotated[
-    int, typer.Option(help="Processors for one minimisation of disks; pays from about 10 000.")
-]
+Ranks = Annotated[int, typer.Option(help="Processors for one minimisation of disks; pays from about 10 000.")]
 Tolerance = Annotated[float | None, typer.Option(help="Largest force at a minimum; default 1e-12, droplets 1e-10.")]

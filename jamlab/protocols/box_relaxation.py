@@ -14,6 +14,7 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, quench
@@ -32,6 +33,7 @@ class BoxRelaxationSettings:
         rounds: at most.
         fire_only_disks: from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks.
         near: Newton steps from a guess of the minimum, before anything else.
+        leave: shear of a box that rests on a saddle, as symmetric packings of few disks do.
         balanced: unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure.
         met: error of a pressure over the pressure that is good enough where FIRE has reached it by itself.
     """
@@ -42,6 +44,7 @@ class BoxRelaxationSettings:
     rounds: int = 7
     fire_only_disks: int = 10_000
     near: int = 10
+    leave: float = 1e-3
     balanced: float = 10.0
     met: float = 1e-7
 
@@ -68,9 +71,11 @@ def relax_disks_and_box(
     """
     newton_steps = descend_with_box(session, border, tolerance, steps=BOX_RELAXATION.near) if near else 0
     state = session.evaluate()
-    if near and _ends(session.packing(), state, border, tolerance):
+    may_shear = any(not np.trace(m) for m in border.strains)
+    ended = near and _ends(session.packing(), state, border, tolerance)
+    if ended and not (may_shear and _leave_saddle(session, state)):
         return _judge(session.packing(), state, border, tolerance, newton_steps)
-    lowest, may_shear = 0.5 * tolerance, any(not np.trace(m) for m in border.strains)
+    lowest = 0.5 * tolerance
     state = quench(session, BOX_RELAXATION.jammed, floor=max(least_pressure, lowest / BOX_RELAXATION.jammed))
     if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
@@ -88,9 +93,27 @@ def relax_disks_and_box(
             continue
         newton_steps += descend_with_box(session, border, tolerance)
         state = session.evaluate()
-        if _ends(session.packing(), state, border, tolerance):
+        ended = _ends(session.packing(), state, border, tolerance)
+        if ended and not (may_shear and _leave_saddle(session, state)):
             break
+    else:
+        state = session.evaluate()
     return _judge(session.packing(), state, border, tolerance, newton_steps)
+
+
+def _leave_saddle(session: Session, state: Evaluation) -> bool:
+    """Shear the box a little where that lowers the energy, which a box without shear stress does not find by itself."""
+    packing = session.packing()
+    try:
+        relaxed = elastic_tensor(packing).relaxed
+    except ConvergenceError:  # not jammed
+        return False
+    values, vectors = np.linalg.eigh(shear_curvature(relaxed, state.pressure))
+    if values[0] > 0:
+        return False
+    strain = BOX_RELAXATION.leave * np.einsum("a,aij->ij", vectors[:, 0], PURE_SHEARS)
+    session.load(deformed(packing, shear_gradient(strain))[0])
+    return True
 
 
 def _ends(packing: Packing, state: Evaluation, border: Border, tolerance: float) -> bool:
