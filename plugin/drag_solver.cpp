@@ -266,12 +266,13 @@ DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &loa
 
 /* ----------------------------------------------------------------------
    A disk with too few contacts to hold it keeps no velocity from the last step: nothing would ever
-   take away the part that costs no drag. Its neighbours may be loose without it.
+   take away the part that costs no drag. Its neighbours may be loose without it. If the contacts
+   that remain are too few to hold the disks that remain, none keeps its velocity.
 ------------------------------------------------------------------------- */
 
 void DragSolver::let_go_of_loose_disks(Motions &u)
 {
-  const double least = law.beta > 0.0 ? 2.0 : 3.0;
+  const double least = law.beta > 0.0 ? 2.0 : 3.0, isostatic = law.beta > 0.0 ? 3.0 : 4.0;
   Motions &held = direction, &count = product;
   for (auto &one : held) one.x = 1.0;
   for (int round = 0; round < PEELS; round++) {
@@ -282,15 +283,22 @@ void DragSolver::let_go_of_loose_disks(Motions &u)
       count[c.j].x += 1.0;
     }
     exchange.add_from_ghosts(count);
-    int peeled = 0;
-    for (int i = 0; i < nlocal; i++)
-      if (held[i].x != 0.0 && count[i].x < least) {
+    double totals[3] = {0.0, 0.0, 0.0};    // disks that come loose, disks held, ends of their contacts
+    for (int i = 0; i < nlocal; i++) {
+      if (held[i].x == 0.0) continue;
+      if (count[i].x < least) {
         held[i].x = 0.0;
         u[i] = Motion();
-        peeled = 1;
+        totals[0] += 1.0;
       }
-    MPI_Allreduce(MPI_IN_PLACE, &peeled, 1, MPI_INT, MPI_MAX, world);
-    if (!peeled) return;
+      totals[1] += 1.0;
+      totals[2] += count[i].x;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, totals, 3, MPI_DOUBLE, MPI_SUM, world);
+    if (totals[0] == 0.0) {
+      if (totals[2] < isostatic * totals[1]) std::fill_n(u.begin(), nlocal, Motion());
+      return;
+    }
     exchange.send_to_ghosts(held);
   }
 }

@@ -29,6 +29,8 @@ static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
 static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
                                             // of velocities, which no step resolves
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
+static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no drag
+                                            // would grow from step to step
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
 
 /* ---------------------------------------------------------------------- */
@@ -156,7 +158,13 @@ void FixOverdamped::find_velocities(bool fresh)
 {
   const int nlocal = atom->nlocal;
   solver.take(pair->contacts(), pair->drag(), nlocal, atom->nghost);
-  if (fresh) solver.let_go_of_loose_disks(now);
+  if (fresh) {
+    for (int i = 0; i < nlocal; i++) {
+      const Motion u = now[i], v = before[i];
+      now[i] = {v.x + TRUST * (u.x - v.x), v.y + TRUST * (u.y - v.y), v.spin + TRUST * (u.spin - v.spin)};
+    }
+    solver.let_go_of_loose_disks(now);
+  }
   pushes.resize(nlocal);
   for (int i = 0; i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
 
