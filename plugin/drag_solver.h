@@ -65,6 +65,7 @@ class DragSolver {
   // at the velocities of the last solution
   double weight(std::size_t contact) const { return weights[contact]; }    // drag over velocity of approach
   void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide) const;
+  bool touched(int i) const { return inverse[i].xx > 0.0; }    // disk i drags on another one, or on the background
   double least_relaxation_time() const;    // of this rank
   double memory_usage() const;
 

@@ -195,21 +195,26 @@ void FixOverdamped::refuse(const DragSolver::Result &result) const
 }
 
 /* ----------------------------------------------------------------------
-   contact drag leaves the packing as a whole free
+   contact drag leaves all that touches free to drift as a whole; what touches nothing stays with the
+   affine flow
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::remove_drift()
 {
-  double mean[2] = {0.0, 0.0};
+  double sums[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
-    mean[0] += now[i].x / atom->natoms;
-    mean[1] += now[i].y / atom->natoms;
+    if (!solver.touched(i)) continue;
+    sums[0] += now[i].x;
+    sums[1] += now[i].y;
+    sums[2] += 1.0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, mean, 2, MPI_DOUBLE, MPI_SUM, world);
-  for (int i = 0; i < atom->nlocal + atom->nghost; i++) {
-    now[i].x -= mean[0];
-    now[i].y -= mean[1];
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!solver.touched(i)) continue;
+    now[i].x -= sums[0] / sums[2];
+    now[i].y -= sums[1] / sums[2];
   }
+  send_to_ghosts(now);
 }
 
 /* ----------------------------------------------------------------------
