@@ -13,7 +13,9 @@ COLUMNS = (
 ).split()
 
 
-def commands(packing: jamlab.Packing, data: str, drag: str = "1 1", newton: str = "on") -> list[str]:
+def commands(
+    packing: jamlab.Packing, data: str, drag: str = "1 1", newton: str = "on", grid: str = "1 * 1"
+) -> list[str]:
     """Up to where the fix comes in; `data` is a file of the packing."""
     sizes = np.unique(packing.diameters)
     pairs = [(a, b) for a in range(len(sizes)) for b in range(a, len(sizes))]
@@ -21,7 +23,7 @@ def commands(packing: jamlab.Packing, data: str, drag: str = "1 1", newton: str 
     stiffness = {pair: packing.params["k"] if packing.units == "k" else packing.params["eps"] / s**2
                  for pair, s in contact.items()}  # fmt: skip
     return [
-        *["units lj", "dimension 2", f"newton {newton}", "atom_modify map array sort 10 0.0", "processors 1 * 1"],
+        *["units lj", "dimension 2", f"newton {newton}", "atom_modify map array sort 10 0.0", f"processors {grid}"],
         *["atom_style atomic", f"read_data {data} nocoeff", "change_box all triclinic", f"pair_style disk/drag {drag}"],
         *(f"pair_coeff {a + 1} {b + 1} {stiffness[a, b] / 2:.17g} {contact[a, b]:.17g}" for a, b in pairs),
         *["neighbor 0.1 bin", "neigh_modify every 1 delay 0 check yes", "thermo 1000000", "thermo_modify norm no"],
@@ -123,5 +125,3 @@ def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> comple
     columns = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time)])
     along, across, _ = np.linalg.lstsq(columns, stress, rcond=None)[0]
     return complex(along, across)
-
-
