@@ -28,6 +28,7 @@ static constexpr double FIRST = 1e-3;       // first step over the longest: ther
 static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
 static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
                                             // of velocities, which no step resolves
+static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
 static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no drag
                                             // would grow from step to step
@@ -259,7 +260,7 @@ void FixOverdamped::adapt_step(const Motions &predicted)
     square += x * x + y * y;
   }
   MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, world);
-  const double speed = sqrt(sums.square_speed / atom->natoms) + typical_rate();
+  const double speed = sqrt(sums.square_speed / atom->natoms) + typical_rate() + STILL / longest_step();
   const double off = speed > 0.0 ? 0.5 * sqrt(square / atom->natoms) / speed : 0.0;
   const double factor = off > 0.0 ? SAFETY * sqrt(tolerance / off) : GROWTH;
   const double least = std::min(SHORTEST * longest_step(), state.last_step * GROWTH);
