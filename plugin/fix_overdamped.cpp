@@ -135,11 +135,11 @@ void FixOverdamped::pre_exchange()
 void FixOverdamped::final_integrate()
 {
   const Motions predicted(now.begin(), now.begin() + atom->nlocal);
-  const double power = state.power, dissipation = state.dissipation;
+  const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts;
   find_velocities(true);
   state.work += 0.5 * state.last_step * (power + state.power);
   state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
-  adapt_step(predicted);
+  adapt_step(predicted, contacts);
   set_step();
   if (interval > 0.0 && state.time == state.end) timer->force_timeout();
 }
@@ -242,28 +242,30 @@ void FixOverdamped::add_up()
     sums.dissipation += c.share * (push * approach + rub * slide);
     sums.contacts += c.share;
   }
-  for (int i = 0; i < atom->nlocal; i++) sums.square_speed += now[i].x * now[i].x + now[i].y * now[i].y;
-  sums.dissipation += solver.settings.background * sums.square_speed;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double square = now[i].x * now[i].x + now[i].y * now[i].y;
+    sums.speed += sqrt(square);
+    sums.dissipation += solver.settings.background * square;
+  }
   MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
 }
 
 /* ----------------------------------------------------------------------
    step that keeps the error at the tolerance: the prediction was off by some part of the velocities,
-   and half of that is the error of the scheme, which goes as the square of the step
+   and half of that is the error of the scheme, which goes as the square of the step. Where disks come
+   to touch or part, velocities jump, and the error goes as the step.
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::adapt_step(const Motions &predicted)
+void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
 {
-  double square = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double x = now[i].x - predicted[i].x, y = now[i].y - predicted[i].y;
-    square += x * x + y * y;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, world);
-  const double speed = sqrt(sums.square_speed / atom->natoms) + typical_rate() + STILL / longest_step();
-  const double off = speed > 0.0 ? 0.5 * sqrt(square / atom->natoms) / speed : 0.0;
-  const double factor = off > 0.0 ? SAFETY * sqrt(tolerance / off) : GROWTH;
-  const double least = std::min(SHORTEST * longest_step(), state.last_step * GROWTH);
+  double off = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) off += hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
+  MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
+  const double longest = longest_step();
+  off *= 0.5 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
+  const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
+  const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
+  const double least = std::min(SHORTEST * longest, state.last_step * GROWTH);
   state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
 }
 

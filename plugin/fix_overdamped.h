@@ -71,7 +71,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   } state;
 
   struct Sums {    // over contacts and disks, of all ranks
-    double elastic, viscous, xx, yy, energy, dissipation, square_speed, contacts;
+    double elastic, viscous, xx, yy, energy, dissipation, speed, contacts;
   } sums = {};
   int last_iterations = 0;
 
@@ -87,7 +87,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double driven_rate() const;
   double typical_rate() const;
   double next_strain_step(double dt) const;
-  void adapt_step(const Motions &predicted);
+  void adapt_step(const Motions &predicted, double contacts_before);
   void set_step();
   double longest_step() const;
   double area() const;

@@ -121,7 +121,7 @@ def dense_flow(packing: jamlab.Packing, rate: float, strain: float, steps: int, 
 
 
 def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:
-    """Amplitude of the stress that goes with sin(omega t), and, imaginary, with cos(omega t)."""
-    columns = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time)])
-    along, across, _ = np.linalg.lstsq(columns, stress, rcond=None)[0]
+    """Amplitude of the stress that goes with sin(omega t), and, imaginary, with cos(omega t); less a drift."""
+    columns = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time), time])
+    along, across, *_ = np.linalg.lstsq(columns, stress, rcond=None)[0]
     return complex(along, across)

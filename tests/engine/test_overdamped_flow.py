@@ -66,12 +66,12 @@ def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, p
 @pytest.mark.parametrize("beta", [1.0, 0.1])
 @pytest.mark.parametrize("pressure", [1e-2, 1e-3])
 def test_modulus_of_large_packings(tmp_path, n, beta, pressure):
-    """After transients of 10 tau*, where they are the slowest."""
+    """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off."""
     packing = jamlab.pack(n=n, pressure=pressure, seed=1)
     frequencies = [1e-2, 3e-2, 0.1, 0.3, 1.0]
     expected = jamlab.complex_modulus(packing, frequencies, jamlab.ContactDamping(beta=beta))
     for k, omega in enumerate(frequencies):
-        cycles = 2 + int(10 * min(expected.tau_star, 400) * omega / (2 * np.pi))
+        cycles = min(2 + int(10 * expected.tau_star * omega / (2 * np.pi)), 12)
         found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 3e-4)
         assert abs(found - complex(expected.storage[k], expected.loss[k])) < 5e-4 * abs(found), omega
 
