@@ -21,7 +21,7 @@ using namespace LAMMPS_NS;
 static constexpr char WHO[] = "Fix overdamped";
 
 static constexpr double STABLE = 0.5;       // step over the least relaxation time; the scheme diverges at 1
-static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, in units of length
+static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, units of length
 static constexpr double STRAIN = 0.02;      // that the box may lean in a step
 static constexpr double PHASE = 0.2;        // of an oscillation that may pass in a step
 static constexpr double FIRST = 1e-3;       // first step over the longest: there is no history yet
@@ -30,8 +30,8 @@ static constexpr double SHORTEST = 0.02;    // that errors may make a step, over
                                             // of velocities, which no step resolves
 static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
-static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no drag
-                                            // would grow from step to step
+static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no
+                                            // drag would grow from step to step
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
 
 /* ---------------------------------------------------------------------- */
@@ -190,8 +190,8 @@ void FixOverdamped::find_velocities(bool fresh)
 
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
-  error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after {} "
-             "iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
+  error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
+             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
              state.strain, result.residual, result.iterations);
 }
 
@@ -290,8 +290,8 @@ double FixOverdamped::longest_step() const
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (least < STUCK * stable && least < longest)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside the flow, and "
-               "steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the rate", WHO,
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside the "
+               "flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the rate", WHO,
                state.time, state.strain, state.rate, fastest, least);
   return least;
 }

@@ -48,6 +48,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double memory_usage() override;
 
  private:
+  static constexpr int PER_DISK = 6;    // numbers of both velocities, which travel with a disk
   enum Drive { NONE, RATE, OSCILLATE, STRESS } drive = NONE;
   double wanted_rate = 0.0, amplitude = 0.0, omega = 0.0, wanted_stress = 0.0;
   double tolerance = 1e-3;    // relative error of velocities that a step may make

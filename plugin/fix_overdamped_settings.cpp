@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // jamlab: jammed packings of disks and deformable polygons
 
-/* Arguments, checks, output, and what travels with the disks and into restart files. */
+/* Arguments, checks, output. */
 
 #include "fix_overdamped.h"
 
@@ -21,7 +21,6 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 
 static constexpr char WHO[] = "Fix overdamped";
-static constexpr int PER_DISK = 6;    // numbers of both velocities
 
 /* ---------------------------------------------------------------------- */
 
@@ -103,10 +102,12 @@ void FixOverdamped::read_arguments(int narg, char **arg)
   if (drive == NONE) error->all(FLERR, "{}: give one of: rate value, oscillate amplitude omega, stress value", WHO);
   if (drive == OSCILLATE && !(amplitude > 0.0 && omega > 0.0))
     error->all(FLERR, "{}: amplitude {} and omega {} of oscillate must be positive", WHO, amplitude, omega);
-  if (!(tolerance > 0.0 && tolerance <= 0.1)) error->all(FLERR, "{}: tolerance {} must lie above 0, up to 0.1", WHO, tolerance);
+  if (!(tolerance > 0.0 && tolerance <= 0.1))
+    error->all(FLERR, "{}: tolerance {} must lie above 0, up to 0.1", WHO, tolerance);
   if (!(solver.settings.tolerance >= 1e-13 && solver.settings.tolerance <= 0.1))
     error->all(FLERR, "{}: solver {} must lie between 1e-13 and 0.1", WHO, solver.settings.tolerance);
-  if (solver.settings.iterations < 1) error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, solver.settings.iterations);
+  if (solver.settings.iterations < 1)
+    error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, solver.settings.iterations);
   if (solver.settings.background < 0.0 || longest < 0.0 || interval < 0.0)
     error->all(FLERR, "{}: background {}, longest {} and stop {} must not be negative", WHO, solver.settings.background,
                longest, interval);
@@ -144,10 +145,11 @@ void FixOverdamped::check() const
   if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every disk enters", WHO);
   if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
-  if (utils::strmatch(update->integrate_style, "^respa")) error->all(FLERR, "{}: works with run_style verlet only", WHO);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "{}: works with run_style verlet only", WHO);
   if (comm->procgrid[0] > 2)
-    error->all(FLERR, "{}: {} ranks side by side along x: disks may go to any of them when the box flips; use processors 1 * 1",
-               WHO, comm->procgrid[0]);
+    error->all(FLERR, "{}: {} ranks side by side along x: disks may go to any of them when the box flips; use "
+               "processors 1 * 1", WHO, comm->procgrid[0]);
   if (pair->drag().tau == 0.0 && solver.settings.background == 0.0)
     error->all(FLERR, "{}: no drag at all: tau = 0 of pair_style disk/drag needs a background drag", WHO);
 }
@@ -178,166 +180,4 @@ double FixOverdamped::compute_vector(int n)
     case 15: return sums.contacts;
     default: return 0.0;
   }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::write_restart(FILE *fp)
-{
-  if (comm->me != 0) return;
-  const int size = sizeof(State);
-  fwrite(&size, sizeof(int), 1, fp);
-  fwrite(&state, size, 1, fp);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::restart(char *buf)
-{
-  std::memcpy(&state, buf, sizeof(State));
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::send_to_ghosts(Motions &motions)
-{
-  traveling = &motions;
-  comm->forward_comm(this, 3);
-}
-
-/* ----------------------------------------------------------------------
-   where newton is off, both owners see a contact, and each counts it for its own disk
-------------------------------------------------------------------------- */
-
-void FixOverdamped::add_from_ghosts(Motions &motions)
-{
-  if (!force->newton_pair) return;
-  traveling = &motions;
-  comm->reverse_comm(this, 3);
-}
-
-/* ---------------------------------------------------------------------- */
-
-static int put(double *buf, const Motion &motion)
-{
-  buf[0] = motion.x;
-  buf[1] = motion.y;
-  buf[2] = motion.spin;
-  return 3;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
-{
-  for (int k = 0; k < n; k++) buf += put(buf, (*traveling)[indices[k]]);
-  return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::unpack_forward_comm(int n, int first, double *buf)
-{
-  for (int i = first; i < first + n; i++, buf += 3) (*traveling)[i] = {buf[0], buf[1], buf[2]};
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::pack_reverse_comm(int n, int first, double *buf)
-{
-  for (int i = first; i < first + n; i++) buf += put(buf, (*traveling)[i]);
-  return 3 * n;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
-{
-  for (int k = 0; k < n; k++, buf += 3) {
-    Motion &sum = (*traveling)[indices[k]];
-    sum.x += buf[0];
-    sum.y += buf[1];
-    sum.spin += buf[2];
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::grow_arrays(int nmax)
-{
-  now.resize(nmax);
-  before.resize(nmax);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
-{
-  now[j] = now[i];
-  before[j] = before[i];
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::set_arrays(int i)
-{
-  now[i] = before[i] = Motion();
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::pack_exchange(int i, double *buf)
-{
-  put(buf, now[i]);
-  put(buf + 3, before[i]);
-  return PER_DISK;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::unpack_exchange(int i, double *buf)
-{
-  now[i] = {buf[0], buf[1], buf[2]};
-  before[i] = {buf[3], buf[4], buf[5]};
-  return PER_DISK;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::pack_restart(int i, double *buf)
-{
-  buf[0] = PER_DISK + 1;
-  pack_exchange(i, buf + 1);
-  return PER_DISK + 1;
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::unpack_restart(int i, int nth)
-{
-  double *extra = atom->extra[i];
-  int m = 0;
-  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[m]);
-  unpack_exchange(i, extra + m + 1);
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::size_restart(int /*i*/)
-{
-  return PER_DISK + 1;
-}
-
-/* ---------------------------------------------------------------------- */
-
-int FixOverdamped::maxsize_restart()
-{
-  return PER_DISK + 1;
-}
-
-/* ---------------------------------------------------------------------- */
-
-double FixOverdamped::memory_usage()
-{
-  return (now.capacity() + before.capacity() + pushes.capacity()) * sizeof(Motion) + solver.memory_usage();
 }

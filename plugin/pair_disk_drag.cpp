@@ -133,8 +133,8 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(law.beta >= 0.0 && law.beta <= LARGEST_BETA))
     error->all(FLERR, "{}: beta {} must lie between 0 and {}", WHO, law.beta, LARGEST_BETA);
   if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
-    error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3", WHO,
-               law.alpha, LEAST_ALPHA);
+    error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
+               WHO, law.alpha, LEAST_ALPHA);
 }
 
 /* ----------------------------------------------------------------------
