@@ -290,9 +290,9 @@ double FixOverdamped::longest_step() const
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (least < STUCK * stable && least < longest)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside the "
-               "flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the rate", WHO,
-               state.time, state.strain, state.rate, fastest, least);
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside "
+               "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
+               "rate", WHO, state.time, state.strain, state.rate, fastest, least);
   return least;
 }
 
