@@ -42,9 +42,9 @@ def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, beta, arm
     assert row["contacts"] == jamlab.contacts(packing).count
 
 
-def modulus(tmp_path, packing, omega, cycles, drag, tolerance):
+def modulus(tmp_path, packing, omega, cycles, drag, tolerance, amplitude=1e-5):
     """G* of the last cycle of a small oscillation."""
-    amplitude, points = 1e-5, 16
+    points = 16
     settings = f"tolerance {tolerance} solver 1e-6 stop {2 * np.pi / omega / points:.17g}"
     with Flow(tmp_path, packing, f"oscillate {amplitude} {omega} {settings}", drag) as flow:
         rows = [flow.run() for _ in range(cycles * points)][-points:]
@@ -66,13 +66,18 @@ def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, p
 @pytest.mark.parametrize("beta", [1.0, 0.1])
 @pytest.mark.parametrize("pressure", [1e-2, 1e-3])
 def test_modulus_of_large_packings(tmp_path, n, beta, pressure):
-    """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off."""
+    """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off.
+
+    Without rattlers: those that just touch drag at any amplitude, and the frequency domain leaves them out. The
+    amplitude goes with the pressure: at 1e-3, a strain of 1e-5 opens a contact of 256 disks.
+    """
     packing = jamlab.pack(n=n, pressure=pressure, seed=1)
+    packing = packing.select(~jamlab.contacts(packing).rattlers)
     frequencies = [1e-2, 3e-2, 0.1, 0.3, 1.0]
     expected = jamlab.complex_modulus(packing, frequencies, jamlab.ContactDamping(beta=beta))
     for k, omega in enumerate(frequencies):
         cycles = min(2 + int(10 * expected.tau_star * omega / (2 * np.pi)), 12)
-        found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 3e-4)
+        found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 3e-4, 1e-3 * pressure)
         assert abs(found - complex(expected.storage[k], expected.loss[k])) < 5e-4 * abs(found), omega
 
 
@@ -99,7 +104,8 @@ def test_large_strain_as_by_a_dense_integrator(tmp_path, few, beta, strain, fine
     stress = np.array([[row["elastic"], row["stress"]] for row in found])
     assert len({row["contacts"] for row in found}) > 2
     error = np.abs(stress - dense) / np.max(np.abs(dense), axis=0)
-    assert np.max(error[:, 0]) < 1e-3 / min(fine, 4)
+    accuracy = 1e-3 / fine if beta > 0 else 1e-3  # without sliding drag, velocities jump by much more
+    assert np.max(error[:, 0]) < accuracy
     assert np.median(error[:, 1]) < 1e-3 / min(
         fine, 4
     )  # it jumps at a new contact, a little sooner in one than in the other
