@@ -23,12 +23,29 @@ static constexpr char CITE_CIRCULOLINE[] =
     " doi =     {10.1039/C9SM00775J}\n"
     "}\n\n";
 
-/* Ask users of the pair style to cite its paper. LAMMPS lists it once, however often this is
+static constexpr char CITE_CONTACT_DRAG[] =
+    "pair_style disk/drag: https://doi.org/10.1039/C7SM01619K\n\n"
+    "@Article{Baumgarten2017,\n"
+    " author =  {Baumgarten, K. and Tighe, B. P.},\n"
+    " title =   {Viscous forces and bulk viscoelasticity near jamming},\n"
+    " journal = {Soft Matter},\n"
+    " year =    2017,\n"
+    " volume =  13,\n"
+    " pages =   8368,\n"
+    " doi =     {10.1039/C7SM01619K}\n"
+    "}\n\n";
+
+/* Ask users of a pair style to cite its paper. LAMMPS lists it once, however often this is
    called; with -nocite there is no list. */
 
 inline void cite_circuloline(LAMMPS *lmp)
 {
   if (lmp->citeme) lmp->citeme->add(CITE_CIRCULOLINE);
+}
+
+inline void cite_contact_drag(LAMMPS *lmp)
+{
+  if (lmp->citeme) lmp->citeme->add(CITE_CONTACT_DRAG);
 }
 
 }    // namespace LAMMPS_NS

@@ -9,10 +9,12 @@
 #include "compute_polygon.h"
 #include "compute_polygon_contact.h"
 #include "compute_polygon_group.h"
+#include "fix_overdamped.h"
 #include "fix_polygon_area.h"
 #include "fix_polygon_outline.h"
 #include "lammps.h"
 #include "pair_circuloline.h"
+#include "pair_disk_drag.h"
 
 using namespace LAMMPS_NS;
 
@@ -68,7 +70,9 @@ struct PluginStyle {
 static constexpr PluginStyle STYLES[] = {
     {"pair", "circuloline", "circulo-line repulsion of deformable polygons",
      &create<PairCirculoline>, nullptr},
+    {"pair", "disk/drag", "harmonic repulsion and drag of disks", &create<PairDiskDrag>, nullptr},
     {"bond", "line/tension", "line tension of polygon edges", &create<BondLineTension>, nullptr},
+    {"fix", "overdamped", "flow of disks without inertia", nullptr, &create<FixOverdamped>},
     {"fix", "polygon/area", "area elasticity of polygons", nullptr, &create<FixPolygonArea>},
     {"compute", "polygon", "area, perimeter and shape factor of polygons", nullptr,
      &create<ComputePolygon>},

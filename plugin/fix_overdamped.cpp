@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Motion: velocities, steps, the box. */
+
+#include "fix_overdamped.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "pair_disk_drag.h"
+#include "timer.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr char WHO[] = "Fix overdamped";
+
+static constexpr double STABLE = 0.5;       // step over the least relaxation time; the scheme diverges at 1
+static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, units of length
+static constexpr double STRAIN = 0.02;      // that the box may lean in a step
+static constexpr double PHASE = 0.2;        // of an oscillation that may pass in a step
+static constexpr double FIRST = 1e-3;       // first step over the longest: there is no history yet
+static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
+static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
+                                            // of velocities, which no step resolves
+static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
+static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
+static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no
+                                            // drag would grow from step to step
+static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::area() const
+{
+  return domain->xprd * domain->yprd;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::driven_rate() const
+{
+  return drive == RATE ? wanted_rate : drive == OSCILLATE ? amplitude * omega * cos(omega * state.time) : state.rate;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::typical_rate() const
+{
+  return drive == OSCILLATE ? amplitude * omega : fabs(state.rate);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::setup(int /*vflag*/)
+{
+  if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
+  find_velocities(false);
+  if (state.step == 0.0) state.step = FIRST * longest_step();
+  set_step();
+}
+
+/* ----------------------------------------------------------------------
+   disks and box to the end of the step
+------------------------------------------------------------------------- */
+
+void FixOverdamped::initial_integrate(int /*vflag*/)
+{
+  const double dt = update->dt, ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, half = 0.5 * ratio;
+  const double strain_step = next_strain_step(dt), leaned = state.strain_step, ylo = domain->boxlo[1];
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion v = now[i], w = before[i];
+    const double wx = w.x + leaned * w.y;    // seen from the box as it leans now
+    x[i][1] += dt * (v.y + half * (v.y - w.y));
+    x[i][0] += dt * (v.x + half * (v.x - wx)) + strain_step * (x[i][1] - ylo);
+    before[i] = v;
+    now[i] = {v.x + ratio * (v.x - w.x), v.y + ratio * (v.y - w.y), v.spin + ratio * (v.spin - w.spin)};
+  }
+  state.rate_before = state.rate;
+  state.last_step = dt;
+  state.strain_step = strain_step;
+  state.strain += strain_step;
+  state.time += dt;
+  if (interval > 0.0 && fabs(state.end - state.time) < 1e-9 * dt) state.time = state.end;
+  state.rate = driven_rate();
+  lean(strain_step);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::next_strain_step(double dt) const
+{
+  if (drive == RATE) return wanted_rate * dt;
+  if (drive == OSCILLATE) return amplitude * (sin(omega * (state.time + dt)) - sin(omega * state.time));
+  const double half = state.last_step > 0.0 ? 0.5 * dt / state.last_step : 0.0;
+  return dt * (state.rate + half * (state.rate - state.rate_before));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::lean(double strain)
+{
+  domain->xy += strain * domain->yprd;
+  domain->set_global_box();
+  domain->set_local_box();
+  if (fabs(domain->xy) > LEAN * domain->xprd) {
+    flip = domain->xy > 0.0 ? -1 : 1;
+    next_reneighbor = update->ntimestep;
+  }
+}
+
+/* ----------------------------------------------------------------------
+   the same lattice with another vector along y
+------------------------------------------------------------------------- */
+
+void FixOverdamped::pre_exchange()
+{
+  if (!flip) return;
+  domain->xy += flip * domain->xprd;
+  domain->set_global_box();
+  domain->set_local_box();
+  domain->image_flip(flip, 0, 0);
+  for (int i = 0; i < atom->nlocal; i++) domain->remap(atom->x[i], atom->image[i]);
+  flip = 0;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::final_integrate()
+{
+  const Motions predicted(now.begin(), now.begin() + atom->nlocal);
+  const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts;
+  find_velocities(true);
+  state.work += 0.5 * state.last_step * (power + state.power);
+  state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
+  adapt_step(predicted, contacts);
+  set_step();
+  if (interval > 0.0 && state.time == state.end) timer->force_timeout();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::post_run()
+{
+  if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
+}
+
+/* ----------------------------------------------------------------------
+   of this moment; fresh: not those of a run that goes on
+------------------------------------------------------------------------- */
+
+void FixOverdamped::find_velocities(bool fresh)
+{
+  const int nlocal = atom->nlocal;
+  solver.take(pair->contacts(), pair->drag(), nlocal, atom->nghost);
+  if (fresh) {
+    for (int i = 0; i < nlocal; i++) {
+      const Motion u = now[i], v = before[i];
+      now[i] = {v.x + TRUST * (u.x - v.x), v.y + TRUST * (u.y - v.y), v.spin + TRUST * (u.spin - v.spin)};
+    }
+    solver.let_go_of_loose_disks(now);
+  }
+  pushes.resize(nlocal);
+  for (int i = 0; i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
+
+  double elastic = 0.0;
+  for (const DiskContact &c : pair->contacts()) elastic -= c.share * c.force * c.nx * c.ny * c.distance;
+  MPI_Allreduce(MPI_IN_PLACE, &elastic, 1, MPI_DOUBLE, MPI_SUM, world);
+
+  state.rate = driven_rate();
+  DragSolver::Load load = {state.rate, area() * wanted_stress - elastic, drive == STRESS};
+  const DragSolver::Result result = solver.solve(pushes, now, load);
+  last_iterations = result.iterations;
+  state.iterations += result.iterations;
+  state.rate = load.rate;
+  if (!result.converged) refuse(result);
+  if (solver.settings.background == 0.0) remove_drift();
+  add_up();
+  state.power = (sums.elastic + sums.viscous) * state.rate / area();
+  state.dissipation = sums.dissipation / area();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::refuse(const DragSolver::Result &result) const
+{
+  error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
+             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
+             state.strain, result.residual, result.iterations);
+}
+
+/* ----------------------------------------------------------------------
+   contact drag leaves all that touches free to drift as a whole; what touches nothing stays with the
+   affine flow
+------------------------------------------------------------------------- */
+
+void FixOverdamped::remove_drift()
+{
+  double sums[3] = {0.0, 0.0, 0.0};
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!solver.touched(i)) continue;
+    sums[0] += now[i].x;
+    sums[1] += now[i].y;
+    sums[2] += 1.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!solver.touched(i)) continue;
+    now[i].x -= sums[0] / sums[2];
+    now[i].y -= sums[1] / sums[2];
+  }
+  send_to_ghosts(now);
+}
+
+/* ----------------------------------------------------------------------
+   stress over contacts, sum of T_a r_b with the tension T that acts on the first disk; conjugate to
+   the strain is T_x r_y
+------------------------------------------------------------------------- */
+
+void FixOverdamped::add_up()
+{
+  const double beta = pair->drag().beta;
+  sums = {};
+  const auto &contacts = pair->contacts();
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const DiskContact &c = contacts[k];
+    double approach, slide;
+    solver.slip(c, now, state.rate, approach, slide);
+    const double push = solver.weight(k) * approach, rub = beta * solver.weight(k) * slide;
+    const double x = push * c.nx - rub * c.ny, y = push * c.ny + rub * c.nx, part = c.share * c.distance;
+    sums.elastic -= part * c.force * c.nx * c.ny;
+    sums.viscous += part * x * c.ny;
+    sums.xx += part * (x - c.force * c.nx) * c.nx;
+    sums.yy += part * (y - c.force * c.ny) * c.ny;
+    sums.energy += c.share * 0.5 * c.force * c.force / c.stiffness;
+    sums.dissipation += c.share * (push * approach + rub * slide);
+    sums.contacts += c.share;
+  }
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double square = now[i].x * now[i].x + now[i].y * now[i].y;
+    sums.speed += sqrt(square);
+    sums.dissipation += solver.settings.background * square;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+}
+
+/* ----------------------------------------------------------------------
+   step that keeps the error at the tolerance: the prediction was off by some part of the velocities,
+   and half of that is the error of the scheme, which goes as the square of the step. Where disks come
+   to touch or part, velocities jump, and the error goes as the step.
+------------------------------------------------------------------------- */
+
+void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
+{
+  double off = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) off += hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
+  MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
+  const double longest = longest_step();
+  off *= 0.5 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
+  const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
+  const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
+  const double least = std::min(SHORTEST * longest, state.last_step * GROWTH);
+  state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::longest_step() const
+{
+  double relaxation = solver.least_relaxation_time(), fastest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    fastest = std::max(fastest, now[i].x * now[i].x + now[i].y * now[i].y);
+  MPI_Allreduce(MPI_IN_PLACE, &relaxation, 1, MPI_DOUBLE, MPI_MIN, world);
+  MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, world);
+  fastest = sqrt(fastest);
+
+  double least = HUGE_VAL;
+  if (std::isfinite(relaxation)) least = STABLE * relaxation;
+  const double stable = least;
+  if (fastest > 0.0) least = std::min(least, TRAVEL / fastest);
+  if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
+  if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
+  if (longest > 0.0) least = std::min(least, longest);
+  if (!std::isfinite(least))
+    error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
+  if (least < STUCK * stable && least < longest)
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside "
+               "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
+               "rate", WHO, state.time, state.strain, state.rate, fastest, least);
+  return least;
+}
+
+/* ----------------------------------------------------------------------
+   the next step: it, or half of it, ends where the interval does
+------------------------------------------------------------------------- */
+
+void FixOverdamped::set_step()
+{
+  double dt = std::min(state.step, longest_step());
+  if (interval > 0.0) {
+    const double left = state.end - state.time;
+    if (left > 0.0 && left < 2.0 * dt) dt = left <= dt ? left : 0.5 * left;
+  }
+  update->update_time();
+  update->dt = dt;
+}

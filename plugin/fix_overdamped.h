@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_FIX_OVERDAMPED_H
+#define JAMLAB_FIX_OVERDAMPED_H
+
+#include "drag_solver.h"
+#include "fix.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* Simple shear of disks without mass: at every step drag balances the other forces. The fix finds
+   the velocities, moves the disks, and strains the box along x, which it flips when it leans too
+   far. The step is as long as accuracy allows. What drives the flow is a rate, an oscillating
+   strain or a stress.
+
+   Steps are those of Adams and Bashforth, of second order, in coordinates that lean with the box. */
+
+class FixOverdamped : public Fix, private GhostExchange {
+ public:
+  FixOverdamped(class LAMMPS *, int, char **);
+  ~FixOverdamped() override;
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void initial_integrate(int) override;
+  void pre_exchange() override;
+  void final_integrate() override;
+  void post_run() override;
+  double compute_vector(int) override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+  int pack_forward_comm(int, int *, double *, int, int *) override;
+  void unpack_forward_comm(int, int, double *) override;
+  int pack_reverse_comm(int, int, double *) override;
+  void unpack_reverse_comm(int, int *, double *) override;
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override;
+  int maxsize_restart() override;
+  double memory_usage() override;
+
+ private:
+  static constexpr int PER_DISK = 6;    // numbers of both velocities, which travel with a disk
+  enum Drive { NONE, RATE, OSCILLATE, STRESS } drive = NONE;
+  double wanted_rate = 0.0, amplitude = 0.0, omega = 0.0, wanted_stress = 0.0;
+  double tolerance = 1e-3;    // relative error of velocities that a step may make
+  double longest = 0.0;       // step, 0: no limit
+  double interval = 0.0;      // of time, after which a run ends; 0: never
+
+  class PairDiskDrag *pair = nullptr;
+  DragSolver solver;
+  Motions now, before;    // velocities: of this step, and of the last one
+  Motions pushes;    // on every disk, but for the drag
+  Motions *traveling = nullptr;
+  int flip = 0;
+
+  struct State {    // what a restart file keeps
+    double time = 0.0, strain = 0.0, rate = 0.0, rate_before = 0.0, strain_step = 0.0;
+    double step = 0.0;         // that the error allows next; 0: nothing has moved yet
+    double last_step = 0.0;
+    double end = 0.0;          // of the present interval
+    double power = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // per area
+    double iterations = 0.0;
+  } state;
+
+  struct Sums {    // over contacts and disks, of all ranks
+    double elastic, viscous, xx, yy, energy, dissipation, speed, contacts;
+  } sums = {};
+  int last_iterations = 0;
+
+  void read_arguments(int narg, char **arg);
+  double number(const char *keyword, const char *text) const;
+  void check() const;
+
+  void find_velocities(bool fresh);
+  void refuse(const DragSolver::Result &) const;
+  void remove_drift();
+  void add_up();
+  void lean(double strain);
+  double driven_rate() const;
+  double typical_rate() const;
+  double next_strain_step(double dt) const;
+  void adapt_step(const Motions &predicted, double contacts_before);
+  void set_step();
+  double longest_step() const;
+  double area() const;
+
+  void send_to_ghosts(Motions &) override;
+  void add_from_ghosts(Motions &) override;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* What travels with the disks, between ranks, and into restart files. */
+
+#include "fix_overdamped.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "force.h"
+
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::write_restart(FILE *fp)
+{
+  if (comm->me != 0) return;
+  const int size = sizeof(State);
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(&state, size, 1, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::restart(char *buf)
+{
+  std::memcpy(&state, buf, sizeof(State));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::send_to_ghosts(Motions &motions)
+{
+  traveling = &motions;
+  comm->forward_comm(this, 3);
+}
+
+/* ----------------------------------------------------------------------
+   where newton is off, both owners see a contact, and each counts it for its own disk
+------------------------------------------------------------------------- */
+
+void FixOverdamped::add_from_ghosts(Motions &motions)
+{
+  if (!force->newton_pair) return;
+  traveling = &motions;
+  comm->reverse_comm(this, 3);
+}
+
+/* ---------------------------------------------------------------------- */
+
+static int put(double *buf, const Motion &motion)
+{
+  buf[0] = motion.x;
+  buf[1] = motion.y;
+  buf[2] = motion.spin;
+  return 3;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::pack_forward_comm(int n, int *indices, double *buf, int /*pbc_flag*/, int * /*pbc*/)
+{
+  for (int k = 0; k < n; k++) buf += put(buf, (*traveling)[indices[k]]);
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::unpack_forward_comm(int n, int first, double *buf)
+{
+  for (int i = first; i < first + n; i++, buf += 3) (*traveling)[i] = {buf[0], buf[1], buf[2]};
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::pack_reverse_comm(int n, int first, double *buf)
+{
+  for (int i = first; i < first + n; i++) buf += put(buf, (*traveling)[i]);
+  return 3 * n;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
+{
+  for (int k = 0; k < n; k++, buf += 3) {
+    Motion &sum = (*traveling)[indices[k]];
+    sum.x += buf[0];
+    sum.y += buf[1];
+    sum.spin += buf[2];
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::grow_arrays(int nmax)
+{
+  now.resize(nmax);
+  before.resize(nmax);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
+{
+  now[j] = now[i];
+  before[j] = before[i];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::set_arrays(int i)
+{
+  now[i] = before[i] = Motion();
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::pack_exchange(int i, double *buf)
+{
+  put(buf, now[i]);
+  put(buf + 3, before[i]);
+  return PER_DISK;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::unpack_exchange(int i, double *buf)
+{
+  now[i] = {buf[0], buf[1], buf[2]};
+  before[i] = {buf[3], buf[4], buf[5]};
+  return PER_DISK;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::pack_restart(int i, double *buf)
+{
+  buf[0] = PER_DISK + 1;
+  pack_exchange(i, buf + 1);
+  return PER_DISK + 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::unpack_restart(int i, int nth)
+{
+  double *extra = atom->extra[i];
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[m]);
+  unpack_exchange(i, extra + m + 1);
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::size_restart(int /*i*/)
+{
+  return PER_DISK + 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::maxsize_restart()
+{
+  return PER_DISK + 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::memory_usage()
+{
+  return (now.capacity() + before.capacity() + pushes.capacity()) * sizeof(Motion) + solver.memory_usage();
+}

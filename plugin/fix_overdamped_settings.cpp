@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Arguments, checks, output. */
+
+#include "fix_overdamped.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "pair_disk_drag.h"
+#include "update.h"
+#include "utils.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+static constexpr char WHO[] = "Fix overdamped";
+
+/* ---------------------------------------------------------------------- */
+
+FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), solver(world, *this)
+{
+  read_arguments(narg, arg);
+
+  time_integrate = 1;
+  time_depend = 1;
+  force_reneighbor = 1;
+  next_reneighbor = -1;
+  no_change_box = 1;
+  box_change |= BOX_CHANGE_XY;
+  restart_global = restart_peratom = 1;
+  restart_pbc = 1;
+  vector_flag = 1;
+  size_vector = 16;
+  global_freq = 1;
+  extvector = 0;
+  comm_forward = comm_reverse = 3;
+  maxexchange = PER_DISK;
+
+  FixOverdamped::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixOverdamped::~FixOverdamped()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+}
+
+/* ----------------------------------------------------------------------
+   fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
+     [tolerance value] [solver value] [iterations value] [background value] [longest value] [stop value]
+------------------------------------------------------------------------- */
+
+void FixOverdamped::read_arguments(int narg, char **arg)
+{
+  const auto is = [&](int k, const char *keyword, int values) {
+    if (strcmp(arg[k], keyword) != 0) return false;
+    if (k + values >= narg) error->all(FLERR, "{}: {} needs {} value(s)", WHO, keyword, values);
+    return true;
+  };
+  for (int k = 3; k < narg; k += 2) {
+    const Drive earlier = drive;
+    if (is(k, "rate", 1)) {
+      drive = RATE;
+      wanted_rate = number("rate", arg[k + 1]);
+    } else if (is(k, "oscillate", 2)) {
+      drive = OSCILLATE;
+      amplitude = number("amplitude", arg[k + 1]);
+      omega = number("omega", arg[k + 2]);
+      k++;
+    } else if (is(k, "stress", 1)) {
+      drive = STRESS;
+      wanted_stress = number("stress", arg[k + 1]);
+    } else {
+      double *value = is(k, "tolerance", 1)     ? &tolerance
+          : is(k, "solver", 1)                  ? &solver.settings.tolerance
+          : is(k, "background", 1)              ? &solver.settings.background
+          : is(k, "longest", 1)                 ? &longest
+          : is(k, "stop", 1)                    ? &interval
+                                                : nullptr;
+      if (value)
+        *value = number(arg[k], arg[k + 1]);
+      else if (is(k, "iterations", 1))
+        solver.settings.iterations = utils::inumeric(FLERR, arg[k + 1], false, lmp);
+      else
+        error->all(FLERR, "{}: {} is not one of: rate, oscillate, stress, tolerance, solver, iterations, background, "
+                   "longest, stop", WHO, arg[k]);
+      continue;
+    }
+    if (earlier != NONE) error->all(FLERR, "{}: give one of rate, oscillate and stress, not two", WHO);
+  }
+  if (drive == NONE) error->all(FLERR, "{}: give one of: rate value, oscillate amplitude omega, stress value", WHO);
+  if (drive == OSCILLATE && !(amplitude > 0.0 && omega > 0.0))
+    error->all(FLERR, "{}: amplitude {} and omega {} of oscillate must be positive", WHO, amplitude, omega);
+  if (!(tolerance > 0.0 && tolerance <= 0.1))
+    error->all(FLERR, "{}: tolerance {} must lie above 0, up to 0.1", WHO, tolerance);
+  if (!(solver.settings.tolerance >= 1e-13 && solver.settings.tolerance <= 0.1))
+    error->all(FLERR, "{}: solver {} must lie between 1e-13 and 0.1", WHO, solver.settings.tolerance);
+  if (solver.settings.iterations < 1)
+    error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, solver.settings.iterations);
+  if (solver.settings.background < 0.0 || longest < 0.0 || interval < 0.0)
+    error->all(FLERR, "{}: background {}, longest {} and stop {} must not be negative", WHO, solver.settings.background,
+               longest, interval);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::number(const char *keyword, const char *text) const
+{
+  const double value = utils::numeric(FLERR, text, false, lmp);
+  if (!std::isfinite(value)) error->all(FLERR, "{}: {} {} must be finite", WHO, keyword, text);
+  return value;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixOverdamped::setmask()
+{
+  return INITIAL_INTEGRATE | PRE_EXCHANGE | FINAL_INTEGRATE | POST_RUN;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::init()
+{
+  pair = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  check();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::check() const
+{
+  if (!pair) error->all(FLERR, "{}: needs pair_style disk/drag, which knows the contacts", WHO);
+  if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every disk enters", WHO);
+  if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)
+    error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "{}: works with run_style verlet only", WHO);
+  if (comm->procgrid[0] > 2)
+    error->all(FLERR, "{}: {} ranks side by side along x: disks may go to any of them when the box flips; use "
+               "processors 1 * 1", WHO, comm->procgrid[0]);
+  if (pair->drag().tau == 0.0 && solver.settings.background == 0.0)
+    error->all(FLERR, "{}: no drag at all: tau = 0 of pair_style disk/drag needs a background drag", WHO);
+}
+
+/* ----------------------------------------------------------------------
+   stresses over the area of the box; what is written in lammps_inputs/flow.output
+------------------------------------------------------------------------- */
+
+double FixOverdamped::compute_vector(int n)
+{
+  const double a = area();
+  switch (n) {
+    case 0: return state.time;
+    case 1: return state.strain;
+    case 2: return state.rate;
+    case 3: return (sums.elastic + sums.viscous) / a;    // shear stress
+    case 4: return sums.elastic / a;
+    case 5: return sums.viscous / a;
+    case 6: return -0.5 * (sums.xx + sums.yy) / a;       // pressure
+    case 7: return (sums.xx - sums.yy) / a;              // first normal stress difference
+    case 8: return state.dissipation;                    // per time and area
+    case 9: return sums.energy / a;                      // elastic
+    case 10: return state.work;                          // done since the start, per area
+    case 11: return state.dissipated;
+    case 12: return last_iterations;
+    case 13: return update->dt;                          // of the next step
+    case 14: return state.iterations;
+    case 15: return sums.contacts;
+    default: return 0.0;
+  }
+}

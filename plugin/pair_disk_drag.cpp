@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "pair_disk_drag.h"
+
+#include "atom.h"
+#include "citation.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "memory.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+static constexpr char WHO[] = "Pair style disk/drag";
+
+// Below, the drag of the contacts that move least grows beyond all others and no solver converges
+static constexpr double LEAST_ALPHA = 0.4;
+static constexpr double LARGEST_BETA = 1e12;    // both drags stand in one matrix of 16 digits
+
+/* ---------------------------------------------------------------------- */
+
+PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
+{
+  writedata = 1;
+  cite_contact_drag(lmp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+PairDiskDrag::~PairDiskDrag()
+{
+  if (copymode || !allocated) return;
+  memory->destroy(setflag);
+  memory->destroy(cutsq);
+  memory->destroy(strength);
+  memory->destroy(reach);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::compute(int eflag, int vflag)
+{
+  ev_init(eflag, vflag);
+  touching.clear();
+
+  double **const x = atom->x, **const f = atom->f;
+  const int *const type = atom->type;
+  const int nlocal = atom->nlocal, newton_pair = force->newton_pair;
+  for (int ii = 0; ii < list->inum; ii++) {
+    const int i = list->ilist[ii];
+    const int *const neighbors = list->firstneigh[i];
+    for (int jj = 0; jj < list->numneigh[i]; jj++) {
+      const double factor = force->special_lj[sbmask(neighbors[jj])];
+      const int j = neighbors[jj] & NEIGHMASK;
+      const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
+      const double s = reach[type[i]][type[j]];
+      if (rsq >= s * s || factor == 0.0) continue;
+      if (rsq == 0.0)
+        error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
+                   atom->tag[i], atom->tag[j]);
+
+      const double r = sqrt(rsq), overlap = s - r, K = factor * strength[type[i]][type[j]];
+      const double push = K * overlap, fpair = 2.0 * push / r;
+      f[i][0] += dx * fpair;
+      f[i][1] += dy * fpair;
+      if (newton_pair || j < nlocal) {
+        f[j][0] -= dx * fpair;
+        f[j][1] -= dy * fpair;
+      }
+      if (evflag) ev_tally(i, j, nlocal, newton_pair, push * overlap, 0.0, fpair, dx, dy, 0.0);
+      remember(i, j, -dx, -dy, r, K, overlap);
+    }
+  }
+  if (vflag_fdotr) virial_fdotr_compute();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::remember(int i, int j, double dx, double dy, double r, double K, double overlap)
+{
+  const int *const type = atom->type;
+  const double back = law.arms_to_contact ? 0.5 * overlap : 0.0;
+  const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
+  touching.push_back({i, j, dx / r, dy / r, r, 2.0 * K, 2.0 * K * overlap, 0.5 * reach[type[i]][type[i]] - back,
+                      0.5 * reach[type[j]][type[j]] - back, share});
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::allocate()
+{
+  allocated = 1;
+  const int np1 = atom->ntypes + 1;
+  memory->create(setflag, np1, np1, "pair:setflag");
+  memory->create(cutsq, np1, np1, "pair:cutsq");
+  memory->create(strength, np1, np1, "pair:strength");
+  memory->create(reach, np1, np1, "pair:reach");
+  for (int i = 0; i < np1; i++) std::fill_n(setflag[i], np1, 0);
+}
+
+/* ----------------------------------------------------------------------
+   pair_style disk/drag tau beta [alpha value] [arms radius|contact]
+------------------------------------------------------------------------- */
+
+void PairDiskDrag::settings(int narg, char **arg)
+{
+  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact]", WHO);
+
+  law = DragLaw();
+  law.tau = utils::numeric(FLERR, arg[0], false, lmp);
+  law.beta = utils::numeric(FLERR, arg[1], false, lmp);
+  for (int k = 2; k < narg; k += 2) {
+    if (strcmp(arg[k], "alpha") == 0)
+      law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "radius") == 0)
+      law.arms_to_contact = false;
+    else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
+      law.arms_to_contact = true;
+    else
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact", WHO, arg[k], arg[k + 1]);
+  }
+
+  if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
+  if (!(law.beta >= 0.0 && law.beta <= LARGEST_BETA))
+    error->all(FLERR, "{}: beta {} must lie between 0 and {}", WHO, law.beta, LARGEST_BETA);
+  if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
+    error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
+               WHO, law.alpha, LEAST_ALPHA);
+}
+
+/* ----------------------------------------------------------------------
+   pair_coeff i j K s, as of harmonic/cut
+------------------------------------------------------------------------- */
+
+void PairDiskDrag::coeff(int narg, char **arg)
+{
+  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^2", WHO);
+  if (!allocated) allocate();
+
+  int ilo, ihi, jlo, jhi;
+  utils::bounds(FLERR, arg[0], 1, atom->ntypes, ilo, ihi, error);
+  utils::bounds(FLERR, arg[1], 1, atom->ntypes, jlo, jhi, error);
+  const double K = utils::numeric(FLERR, arg[2], false, lmp), s = utils::numeric(FLERR, arg[3], false, lmp);
+  if (!(K > 0.0)) error->all(FLERR, "{}: K {} must be positive", WHO, arg[2]);
+  if (!(s > 0.0)) error->all(FLERR, "{}: s {}, the sum of two radii, must be positive", WHO, arg[3]);
+
+  int count = 0;
+  for (int i = ilo; i <= ihi; i++)
+    for (int j = std::max(jlo, i); j <= jhi; j++) {
+      setflag[i][j] = 1;
+      strength[i][j] = strength[j][i] = K;
+      reach[i][j] = reach[j][i] = s;
+      count++;
+    }
+  if (count == 0) error->all(FLERR, "{}: pair_coeff {} {} names no pair", WHO, arg[0], arg[1]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::init_style()
+{
+  if (domain->dimension != 2) error->all(FLERR, "{}: disks need dimension 2", WHO);
+  neighbor->add_request(this);
+}
+
+/* ----------------------------------------------------------------------
+   nothing is mixed: the radius of a type is half its own s
+------------------------------------------------------------------------- */
+
+double PairDiskDrag::init_one(int i, int j)
+{
+  if (!setflag[i][j] || !setflag[i][i] || !setflag[j][j])
+    error->all(FLERR, "{}: give pair_coeff {} {}, and those of each type with itself", WHO, i, j);
+  strength[j][i] = strength[i][j];
+  reach[j][i] = reach[i][j];
+  return reach[i][j];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::write_restart(FILE *fp)
+{
+  write_restart_settings(fp);
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      fwrite(&setflag[i][j], sizeof(int), 1, fp);
+      fwrite(&strength[i][j], sizeof(double), 1, fp);
+      fwrite(&reach[i][j], sizeof(double), 1, fp);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::read_restart(FILE *fp)
+{
+  read_restart_settings(fp);
+  allocate();
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) {
+      if (comm->me == 0) {
+        utils::sfread(FLERR, &setflag[i][j], sizeof(int), 1, fp, nullptr, error);
+        utils::sfread(FLERR, &strength[i][j], sizeof(double), 1, fp, nullptr, error);
+        utils::sfread(FLERR, &reach[i][j], sizeof(double), 1, fp, nullptr, error);
+      }
+      MPI_Bcast(&setflag[i][j], 1, MPI_INT, 0, world);
+      MPI_Bcast(&strength[i][j], 1, MPI_DOUBLE, 0, world);
+      MPI_Bcast(&reach[i][j], 1, MPI_DOUBLE, 0, world);
+    }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::write_restart_settings(FILE *fp)
+{
+  fwrite(&law, sizeof(DragLaw), 1, fp);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::read_restart_settings(FILE *fp)
+{
+  if (comm->me == 0) utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
+  MPI_Bcast(&law, sizeof(DragLaw), MPI_BYTE, 0, world);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::write_data(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++) fprintf(fp, "%d %.17g %.17g\n", i, strength[i][i], reach[i][i]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::write_data_all(FILE *fp)
+{
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) fprintf(fp, "%d %d %.17g %.17g\n", i, j, strength[i][j], reach[i][j]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairDiskDrag::single(int, int, int itype, int jtype, double rsq, double, double factor, double &fforce)
+{
+  const double r = sqrt(rsq), overlap = reach[itype][jtype] - r;
+  fforce = 0.0;
+  if (overlap <= 0.0) return 0.0;
+  const double push = factor * strength[itype][jtype] * overlap;
+  fforce = 2.0 * push / r;
+  return push * overlap;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void *PairDiskDrag::extract(const char *str, int &dim)
+{
+  dim = 2;
+  if (strcmp(str, "k") == 0) return strength;
+  if (strcmp(str, "cut") == 0) return reach;
+  return nullptr;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairDiskDrag::memory_usage()
+{
+  return Pair::memory_usage() + touching.capacity() * sizeof(DiskContact);
+}

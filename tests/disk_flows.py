@@ -1,0 +1,127 @@
+"""Disks in LAMMPS under the plugin's fix overdamped, and the same flow by plain loops and dense matrices."""
+
+from typing import Any
+
+import numpy as np
+
+import jamlab
+from jamlab.engine.installation import lammps_class
+
+COLUMNS = (
+    "time strain rate stress elastic viscous pressure normal_stress_difference dissipation energy work dissipated "
+    "last_iterations step iterations contacts"
+).split()
+
+
+def commands(
+    packing: jamlab.Packing, data: str, drag: str = "1 1", newton: str = "on", grid: str = "1 * 1"
+) -> list[str]:
+    """Up to where the fix comes in; `data` is a file of the packing."""
+    sizes = np.unique(packing.diameters)
+    pairs = [(a, b) for a in range(len(sizes)) for b in range(a, len(sizes))]
+    contact = {(a, b): 0.5 * (sizes[a] + sizes[b]) for a, b in pairs}
+    stiffness = {pair: packing.params["k"] if packing.units == "k" else packing.params["eps"] / s**2
+                 for pair, s in contact.items()}  # fmt: skip
+    return [
+        *["units lj", "dimension 2", f"newton {newton}", "atom_modify map array sort 10 0.0", f"processors {grid}"],
+        *["atom_style atomic", f"read_data {data} nocoeff", "change_box all triclinic", f"pair_style disk/drag {drag}"],
+        *(f"pair_coeff {a + 1} {b + 1} {stiffness[a, b] / 2:.17g} {contact[a, b]:.17g}" for a, b in pairs),
+        *["neighbor 0.1 bin", "neigh_modify every 1 delay 0 check yes", "thermo 1000000", "thermo_modify norm no"],
+    ]
+
+
+class Flow:
+    """One LAMMPS with one packing; `folder` takes its files."""
+
+    def __init__(self, folder: Any, packing: jamlab.Packing, fix: str, drag: str = "1 1", newton: str = "on") -> None:
+        self.packing = packing
+        self.lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+        jamlab.write_data(folder / "flow.data", packing)
+        for line in commands(packing, str(folder / "flow.data"), drag, newton):
+            self.lmp.command(line)
+        self.lmp.command(f"fix flow all overdamped {fix}")
+
+    def __enter__(self) -> "Flow":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.lmp.close()
+
+    def run(self, steps: int = 10**9) -> dict[str, float]:
+        """Go on, to the end of an interval by default: the numbers of the fix."""
+        self.lmp.command(f"run {steps} post no")
+        return {name: self.lmp.extract_fix("flow", 0, 1, k, 0) for k, name in enumerate(COLUMNS)}
+
+    def state(self) -> jamlab.Packing:
+        """The packing as it is now."""
+        low, high, xy, *_ = self.lmp.extract_box()
+        box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
+        x = np.array(self.lmp.gather_atoms("x", 1, 3)).reshape(-1, 3)[:, :2]
+        image = np.array(self.lmp.gather_atoms("image", 0, 3)).reshape(-1, 3)[:, :2]
+        return self.packing.with_state(positions=x - low[:2] + image @ box, box=box)
+
+    def forces(self) -> np.ndarray:
+        return np.array(self.lmp.gather_atoms("f", 1, 3)).reshape(-1, 3)[:, :2]
+
+
+def touching(x: np.ndarray, box: np.ndarray, diameters: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
+    """i, j and vector from i to j of every contact, over the images next to the box."""
+    shifts = np.array([[a, b] for a in (-2, -1, 0, 1, 2) for b in (-1, 0, 1)]) @ box
+    found = []
+    for i in range(len(x)):
+        r = x[:i, None] - x[i] + shifts
+        reach = 0.5 * (diameters[i] + diameters[:i])
+        found += [(i, j, r[j, m]) for j, m in np.argwhere(np.hypot(r[..., 0], r[..., 1]) < reach[:, None])]
+    return found
+
+
+def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> tuple:
+    """Non-affine velocities (n, 2), elastic and whole shear stress, from dense B and F; units "k" with k = tau = 1."""
+    n, d = packing.n, packing.diameters
+    contacts = touching(x, box, d)
+    rows, push, affine, arms = [], [], [], []
+    for i, j, r in contacts:
+        distance = np.hypot(*r)
+        for direction, drag in ((r / distance, 1.0), (np.array([-r[1], r[0]]) / distance, beta)):
+            row = np.zeros(3 * n)
+            row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = -direction, direction
+            sliding = direction @ r < 1e-12
+            if sliding:
+                row[2 * n + i], row[2 * n + j] = -0.5 * d[i], -0.5 * d[j]
+            rows.append(np.sqrt(drag) * row)
+            affine.append(np.sqrt(drag) * rate * r[1] * direction[0])
+            push.append(0.0 if sliding else 0.5 * (d[i] + d[j]) - distance)
+            arms.append(r[1] * direction[0])
+    rows, affine, push = np.array(rows), np.array(affine), np.array(push)
+    # rows^T (rows u + affine) = rows^T push, the shortest u: the drag of approach has weight 1, as the force
+    u = np.linalg.lstsq(rows.T @ rows, rows.T @ (push - affine), rcond=1e-10)[0]
+    scale = np.tile([1.0, np.sqrt(beta)], len(contacts))
+    forces = np.column_stack([-push, scale * (rows @ u + affine) - push])
+    return u[: 2 * n].reshape(n, 2), np.array(arms) @ forces / abs(np.linalg.det(box))
+
+
+def dense_flow(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float = 1.0) -> np.ndarray:
+    """(steps + 1, 2) elastic and whole shear stress up to a strain: Runge and Kutta's steps of fourth order."""
+    dt = strain / rate / steps
+
+    def velocity(x: np.ndarray, time: float) -> tuple:
+        box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
+        u, stress = dense_velocities(packing, x, box, rate, beta)
+        return u + rate * np.column_stack([x[:, 1], np.zeros(packing.n)]), stress
+
+    x, stresses = packing.positions.copy(), []
+    for time in dt * np.arange(steps):
+        first, stress = velocity(x, time)
+        stresses.append(stress)
+        second, _ = velocity(x + 0.5 * dt * first, time + 0.5 * dt)
+        third, _ = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
+        fourth, _ = velocity(x + dt * third, time + dt)
+        x = x + dt / 6 * (first + 2 * second + 2 * third + fourth)
+    return np.array([*stresses, velocity(x, strain / rate)[1]])
+
+
+def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:
+    """Amplitude of the stress that goes with sin(omega t), and, imaginary, with cos(omega t); less a drift."""
+    columns = np.column_stack([np.sin(omega * time), np.cos(omega * time), np.ones_like(time), time])
+    along, across, *_ = np.linalg.lstsq(columns, stress, rcond=None)[0]
+    return complex(along, across)

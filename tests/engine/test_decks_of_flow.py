@@ -1,0 +1,77 @@
+"""Decks of disks in time: in.sp.startup, in.sp.oscillate and in.sp.creep in plain lmp."""
+
+import re
+
+import numpy as np
+import pytest
+from deck_runs import number, run
+
+import jamlab
+
+COLUMNS = ("time strain rate stress elastic viscous pressure n1 dissipation energy iterations").split()
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=32, pressure=1e-2, seed=3)
+
+
+def table(text):
+    """Columns of the table by name."""
+    lines = re.findall(r"^ *((?:[-+.e\d]+ *){11})$", text.rpartition("iterations\n")[2], re.MULTILINE)
+    return dict(zip(COLUMNS, np.array([line.split() for line in lines], dtype=float).T, strict=True))
+
+
+def test_startup(tmp_path, packing):
+    """Stress from eta_inf on, to a packing past a flip of its box, which Python reads with the same energy."""
+    jamlab.write_data(tmp_path / "packing.data", packing)
+    text = run("in.sp.startup", tmp_path, data="packing.data", rate=0.1, strain=0.7, rows=7, beta=0.5)
+    rows = table(text)
+    assert rows["strain"] == pytest.approx(np.linspace(0, 0.7, 8), abs=1e-6)
+    limit = jamlab.complex_modulus(packing, [1.0], jamlab.ContactDamping(beta=0.5)).eta_inf
+    assert rows["viscous"][0] == pytest.approx(0.1 * limit, rel=1e-3)
+    assert rows["stress"] == pytest.approx(rows["elastic"] + rows["viscous"], rel=1e-3)
+    stored = rows["energy"][-1] - rows["energy"][0]
+    assert number("work", text) == pytest.approx(number("dissipated", text) + stored, rel=0.02)
+
+    state = jamlab.read(tmp_path / "sp.startup.data")
+    assert state.converged is False and abs(state.box[1, 0]) < 0.56 * state.box[0, 0]
+    found = jamlab.evaluate(state)
+    assert found.energy / state.area == pytest.approx(rows["energy"][-1], rel=1e-5)
+    assert -found.stress[0, 1] == pytest.approx(rows["elastic"][-1], rel=1e-4)
+
+
+def test_oscillate(tmp_path, packing):
+    """Strain over strain rate is as asked for; a cycle dissipates pi G'' amplitude^2."""
+    jamlab.write_data(tmp_path / "packing.data", packing)
+    settings = {"omega": 0.5, "amplitude": 1e-5, "cycles": 4, "rows": 4, "accuracy": 1e-3, "solver": 1e-6}
+    text = run("in.sp.oscillate", tmp_path, data="packing.data", **settings)
+    rows = table(text)
+    assert rows["time"] == pytest.approx(4 * np.pi * np.arange(5), rel=1e-5)
+    assert rows["rate"] == pytest.approx(5e-6, rel=1e-4)
+    loss = jamlab.complex_modulus(packing, [0.5]).loss[0]
+    assert number("dissipated", text) == pytest.approx(4 * np.pi * loss * 1e-10, rel=0.02)
+
+
+def test_creep(tmp_path, packing):
+    """The stress stays; it is viscous first and elastic in the end, when strain is stress over G_0."""
+    jamlab.write_data(tmp_path / "packing.data", packing)
+    rows = table(run("in.sp.creep", tmp_path, data="packing.data", stress=1e-6, duration=1000, rows=10, accuracy=1e-3))
+    assert np.ptp(rows["stress"]) < 1e-9
+    assert rows["viscous"][0] == pytest.approx(1e-6, rel=1e-4)
+    assert 1e-6 / rows["strain"][-1] == pytest.approx(jamlab.complex_modulus(packing, [1.0]).g0, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("alpha", 0.3, "alpha = 0.3: must be >= 0.4, <= 1"),
+        ("beta", -1, "beta = -1: must be >= 0, <= 1e12"),
+        ("rate", 0, "rate = 0: must be > 0"),
+        ("arms", "long", "arms = long: must be one of radius | contact"),
+        ("force", 1, "-var force: this deck has no such variable"),
+    ],
+)
+def test_refused_before_anything_runs(tmp_path, packing, name, value, message):
+    jamlab.write_data(tmp_path / "packing.data", packing)
+    assert f"REFUSED: {message}" in run("in.sp.startup", tmp_path, code=1, data="packing.data", **{name: value})

@@ -1,0 +1,236 @@
+"""fix overdamped: massless disks under shear, against the frequency domain and a dense integrator; box and files."""
+
+import numpy as np
+import pytest
+from disk_flows import Flow, dense_flow, first_harmonic
+
+import jamlab
+
+
+@pytest.fixture(scope="module")
+def packing():
+    """With rattlers, so that B is singular."""
+    found = jamlab.pack(n=64, pressure=1e-2, seed=1)
+    assert jamlab.contacts(found).rattlers.any()
+    return found
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize(("units", "tilt"), [("eps", 0.3), ("k", 0.0)])
+def test_elastic_forces_are_the_native_ones(tmp_path, random_disks, units, tilt, newton):
+    """Forces, energy, pressure and stress of pair_style harmonic/cut, from the same contacts that drag."""
+    packing = random_disks(tilt, units)
+    native = jamlab.evaluate(packing)
+    with Flow(tmp_path, packing, "rate 1e-3", newton=newton) as flow:
+        row = flow.run(0)
+        assert flow.forces() == pytest.approx(native.forces, abs=1e-13)
+        assert flow.lmp.get_thermo("pe") == pytest.approx(native.energy, rel=1e-13)
+        assert flow.lmp.get_thermo("pxy") == pytest.approx(native.stress[0, 1], abs=1e-13)
+    assert row["energy"] * packing.area == pytest.approx(native.energy, rel=1e-13)
+    assert row["elastic"] == pytest.approx(-native.stress[0, 1], abs=1e-13)
+
+
+@pytest.mark.parametrize("newton", ["on", "off"])
+@pytest.mark.parametrize(("beta", "arms"), [(1.0, "radius"), (0.1, "contact"), (0.0, "radius")])
+def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, beta, arms, newton):
+    """Viscous stress over rate at time 0 is eta_inf, and so is the dissipation; the pressure is still elastic."""
+    limit = jamlab.complex_modulus(packing, [1.0], jamlab.ContactDamping(beta=beta, arms=arms)).eta_inf
+    with Flow(tmp_path, packing, "rate 0.01 solver 1e-12", f"1 {beta} arms {arms}", newton) as flow:
+        row = flow.run(0)
+    assert row["viscous"] / 0.01 == pytest.approx(limit, rel=1e-9)
+    assert row["dissipation"] / 0.01**2 == pytest.approx(limit, rel=1e-9)
+    assert row["contacts"] == jamlab.contacts(packing).count
+
+
+def modulus(tmp_path, packing, omega, cycles, drag, tolerance, amplitude=1e-5):
+    """G* of the last cycle of a small oscillation."""
+    points = 16
+    settings = f"tolerance {tolerance} solver 1e-6 stop {2 * np.pi / omega / points:.17g}"
+    with Flow(tmp_path, packing, f"oscillate {amplitude} {omega} {settings}", drag) as flow:
+        rows = [flow.run() for _ in range(cycles * points)][-points:]
+    assert rows[-1]["time"] == pytest.approx(2 * np.pi / omega * cycles, rel=1e-12)
+    time, strain, stress = (np.array([row[name] for row in rows]) for name in ("time", "strain", "stress"))
+    assert strain == pytest.approx(amplitude * np.sin(omega * time), abs=1e-16)
+    return first_harmonic(time, stress, omega) / amplitude
+
+
+@pytest.mark.parametrize(("omega", "beta", "cycles"), [(1.0, 1.0, 20), (0.1, 0.1, 6)])
+def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, packing, omega, beta, cycles):
+    expected = jamlab.complex_modulus(packing, [omega], jamlab.ContactDamping(beta=beta))
+    found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 1e-3)
+    assert abs(found - complex(expected.storage[0], expected.loss[0])) < 5e-4 * abs(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [256, 1024])
+@pytest.mark.parametrize("beta", [1.0, 0.1])
+@pytest.mark.parametrize("pressure", [1e-2, 1e-3])
+def test_modulus_of_large_packings(tmp_path, n, beta, pressure):
+    """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off.
+
+    Without rattlers: those that just touch drag at any amplitude, and the frequency domain leaves them out. The
+    amplitude goes with the pressure: at 1e-3, a strain of 1e-5 opens a contact of 256 disks.
+    """
+    packing = jamlab.pack(n=n, pressure=pressure, seed=1)
+    packing = packing.select(~jamlab.contacts(packing).rattlers)
+    frequencies = [1e-2, 3e-2, 0.1, 0.3, 1.0]
+    expected = jamlab.complex_modulus(packing, frequencies, jamlab.ContactDamping(beta=beta))
+    for k, omega in enumerate(frequencies):
+        cycles = min(2 + int(10 * expected.tau_star * omega / (2 * np.pi)), 12)
+        found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 3e-4, 1e-3 * pressure)
+        assert abs(found - complex(expected.storage[k], expected.loss[k])) < 5e-4 * abs(found), omega
+
+
+@pytest.fixture(scope="module")
+def few():
+    return jamlab.pack(n=16, pressure=2e-2, seed=2)
+
+
+@pytest.mark.parametrize(
+    ("beta", "strain", "fine"),
+    [
+        (1.0, 0.3, 1),
+        pytest.param(1.0, 0.3, 4, marks=pytest.mark.slow),
+        pytest.param(0.0, 0.1, 16, marks=pytest.mark.slow),
+    ],
+)
+def test_large_strain_as_by_a_dense_integrator(tmp_path, few, beta, strain, fine):
+    """At rate 0.1: contacts open and close on the way, where both integrators are of first order."""
+    rate, rows = 0.1, int(50 * strain)
+    dense = dense_flow(few, rate, strain, 15 * fine * rows, beta)[:: 15 * fine]
+    settings = f"tolerance 1e-4 solver 1e-8 longest {0.002 / fine} stop {strain / rate / rows:.17g}"
+    with Flow(tmp_path, few, f"rate {rate} {settings}", f"1 {beta}") as flow:
+        found = [flow.run(0), *(flow.run() for _ in range(rows))]
+    stress = np.array([[row["elastic"], row["stress"]] for row in found])
+    assert len({row["contacts"] for row in found}) > 2
+    error = np.abs(stress - dense) / np.max(np.abs(dense), axis=0)
+    accuracy = 1e-3 / fine if beta > 0 else 1e-3  # without sliding drag, velocities jump by much more
+    assert np.max(error[:, 0]) < accuracy
+    assert np.median(error[:, 1]) < 1e-3 / min(
+        fine, 4
+    )  # it jumps at a new contact, a little sooner in one than in the other
+
+
+def test_work_is_stored_or_dissipated_and_errors_fall_as_the_square_of_the_step(tmp_path, packing):
+    """Up to a strain at which no contact has changed: there the flow is smooth."""
+
+    def end(longest):
+        settings = f"tolerance 0.1 solver 1e-10 longest {longest} stop 2"
+        with Flow(tmp_path, packing, f"rate 1e-5 {settings}") as flow:
+            start, row = flow.run(0), flow.run()
+        assert row["contacts"] == start["contacts"]
+        stored = row["energy"] - start["energy"]
+        return row["stress"], (row["work"] - row["dissipated"] - stored) / row["work"]
+
+    (exact, _), *coarse = [end(longest) for longest in (0.005, 0.1, 0.05)]
+    errors = [abs(stress - exact) for stress, _ in coarse]
+    assert 3.5 < errors[0] / errors[1] < 4.6
+    assert abs(coarse[0][1]) < 1e-5
+
+
+def test_rattlers_follow_the_affine_flow(tmp_path, packing):
+    alone = np.setdiff1d(np.arange(packing.n), jamlab.contacts(packing).pairs)
+    assert len(alone)
+    with Flow(tmp_path, packing, "rate 1e-3 stop 0.5") as flow:
+        row, moved = flow.run(), flow.state()
+    away = moved.positions - packing.positions
+    away[:, 0] -= row["strain"] * packing.positions[:, 1]
+    assert np.abs(away[alone]).max() < 1e-12
+    assert np.abs(away).max() > 1e-4
+
+
+def test_stress_control_keeps_the_stress_and_creeps_as_the_frequency_domain_says(tmp_path, packing):
+    """A small stress: strain over stress tends to 1/G_0; elastic and viscous part share it."""
+    settings = "tolerance 1e-3 solver 1e-8"
+    with Flow(tmp_path, packing, f"rate 0 {settings}") as flow:
+        residual = flow.run(0)["stress"]
+    added = 1e-6
+    with Flow(tmp_path, packing, f"stress {residual + added:.17g} {settings} stop 2000") as flow:
+        first, last = flow.run(0), flow.run()
+    limits = jamlab.complex_modulus(packing, [1.0])
+    assert first["rate"] == pytest.approx(added / limits.eta_inf, rel=1e-6)
+    assert last["stress"] - residual == pytest.approx(added, rel=1e-6)
+    assert added / last["strain"] == pytest.approx(limits.g0, rel=1e-3)
+
+
+def test_what_rests_stays_at_rest_in_long_steps(tmp_path, packing):
+    """Velocities of a minimum are rounding, which no step could resolve."""
+    with Flow(tmp_path, packing, "rate 0 stop 200") as flow:
+        start, end = flow.run(0), flow.run()
+        assert flow.lmp.extract_global("ntimestep") < 500
+    assert end["energy"] == pytest.approx(start["energy"], rel=1e-12)
+
+
+def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
+    """alpha = 1 takes another way through the solver than alpha = 1 - 1e-9."""
+
+    def stress(drag):
+        with Flow(tmp_path, packing, "rate 1e-2 solver 1e-10 longest 0.05", drag) as flow:
+            return flow.run(20)["stress"]
+
+    assert stress("1 1 alpha 0.999999999") == pytest.approx(stress("1 1"), rel=1e-7)
+
+
+def test_power_law_drag_balances_forces(tmp_path, packing):
+    """At rest, all drag is that of the affine flow and its answer: stress goes as rate^alpha, dissipation as stress."""
+    rows = {}
+    at_rest = jamlab.evaluate(packing).stress[0, 1]
+    for rate in (1e-3, 1e-2):
+        with Flow(tmp_path, packing, f"rate {rate} solver 1e-9", "1 1 alpha 0.5") as flow:
+            rows[rate] = flow.run(0)
+    assert rows[1e-2]["viscous"] == pytest.approx(rows[1e-3]["viscous"] * 10**0.5, rel=1e-6)
+    for rate, row in rows.items():
+        assert row["dissipation"] == pytest.approx(row["viscous"] * rate, rel=1e-6)
+        assert row["elastic"] == pytest.approx(-at_rest, abs=1e-12)
+
+
+def test_a_flip_of_the_box_changes_nothing(tmp_path, packing):
+    """The same lattice in a box that leans the other way, and flips at another strain."""
+    other = packing.box - [[0, 0], packing.box[0]]
+    stresses = []
+    for box in (packing.box, other):
+        start = packing.with_state(box=box)
+        with Flow(tmp_path, start, "rate 1 tolerance 0.1 solver 1e-10 longest 0.01 stop 0.05") as flow:
+            rows = [flow.run() for _ in range(16)]
+            state = flow.state()
+        native = jamlab.evaluate(state)
+        assert rows[-1]["strain"] == pytest.approx(0.8, rel=1e-12)
+        assert rows[-1]["energy"] * state.area == pytest.approx(native.energy, rel=1e-12)
+        assert rows[-1]["elastic"] == pytest.approx(-native.stress[0, 1], rel=1e-10)
+        assert abs(state.box[1, 0]) < 0.56 * state.box[0, 0]
+        stresses.append([row["stress"] for row in rows])
+    assert stresses[0] == pytest.approx(stresses[1], rel=1e-6)
+
+
+def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
+    fix = "rate 1e-2 solver 1e-10"
+    with Flow(tmp_path, packing, fix) as flow:
+        whole = flow.run(60)
+    with Flow(tmp_path, packing, fix) as flow:
+        flow.run(23)
+        flow.lmp.command(f"write_restart {tmp_path}/half.restart")
+        split = flow.run(37)
+        for line in (
+            "clear",
+            f"read_restart {tmp_path}/half.restart",
+            "neigh_modify every 1 delay 0 check yes",
+            f"fix flow all overdamped {fix}",
+        ):
+            flow.lmp.command(line)
+        again = flow.run(37)
+    for name in ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step"):
+        assert split[name] == pytest.approx(whole[name], rel=1e-7), name
+        assert again[name] == pytest.approx(whole[name], rel=1e-7), name
+
+
+def test_background_drag_alone_is_stokes_drag(tmp_path, packing):
+    """tau = 0: every disk is held back by the fluid only."""
+    omega = 0.3
+    expected = jamlab.complex_modulus(packing, [omega], jamlab.StokesDrag(eta_f=0.0))
+    amplitude, points = 1e-5, 16
+    settings = f"background 1 solver 1e-8 stop {2 * np.pi / omega / points:.17g}"
+    with Flow(tmp_path, packing, f"oscillate {amplitude} {omega} {settings}", "0 1") as flow:
+        rows = [flow.run() for _ in range(8 * points)][-points:]
+    time, stress = (np.array([row[name] for row in rows]) for name in ("time", "stress"))
+    found = first_harmonic(time, stress, omega) / amplitude
+    assert abs(found - complex(expected.storage[0], expected.loss[0])) < 1e-3 * abs(found)

@@ -1,0 +1,57 @@
+"""Plain `lmp` under MPI: the same flow of disks on any number of ranks, newton on or off, over a flip of the box."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from disk_flows import COLUMNS, commands
+
+import jamlab
+
+FIX = "rate 1 tolerance 0.1 solver 1e-10 longest 0.01"
+PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
+
+
+def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1"):
+    """Numbers of the fix at the end of a run, by name."""
+    jamlab.write_data(folder / "flow.data", packing)
+    lines = [*commands(packing, "flow.data", newton=newton, grid=grid), f"fix flow all overdamped {FIX}"]
+    (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
+    programs = Path(sys.executable).parent
+    line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.flow", "-log", "none", "-nocite"]
+    done = subprocess.run(list(map(str, line)), cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    rows = [row.split()[1:] for row in done.stdout.splitlines() if row.startswith("row ")]
+    assert done.returncode == 0 or not rows, done.stdout
+    return dict(zip(COLUMNS, np.array(rows[0], dtype=float), strict=True)) if rows else done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def packing():
+    """In a box that leans so far that it flips in the first step."""
+    found = jamlab.pack(n=64, pressure=1e-2, seed=1)
+    return found.with_state(box=found.box - [[0, 0], found.box[0]])
+
+
+@pytest.mark.parametrize(
+    ("ranks", "newton", "steps"),
+    [
+        (2, "on", 80),
+        (2, "off", 80),
+        pytest.param(4, "on", 4, marks=pytest.mark.slow),
+        pytest.param(4, "off", 4, marks=pytest.mark.slow),
+    ],
+)
+def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, newton, steps):
+    alone = flow(tmp_path, packing, 1, "on", steps)
+    found = flow(tmp_path, packing, ranks, newton, steps)
+    assert steps == 4 or found["strain"] > 0.1
+    for name in set(COLUMNS) - {"iterations", "last_iterations"}:
+        assert found[name] == pytest.approx(alone[name], rel=1e-6), name
+
+
+@pytest.mark.slow
+def test_ranks_side_by_side_that_a_flip_would_skip_are_refused(tmp_path, packing):
+    output = flow(tmp_path, packing, 4, "on", 1, "4 1 1")
+    assert "4 ranks side by side along x" in output
