@@ -1,6 +1,7 @@
 """Fixtures that several test files share: packings and a campaign that are made once per run."""
 
 import os
+from pathlib import Path
 
 import campaigns
 import numpy as np
@@ -121,8 +122,11 @@ def sp_jammed():
 
 @pytest.fixture(scope="session")
 def dp_onset():
-    """Twelve droplets at jamming onset, softer than the defaults: what is tested does not hang on the calibration."""
-    return jamlab.jam(model="dp", n=12, seed=4, gamma=0.1, ka=50.0)
+    """Twelve droplets at jamming onset, softer than the defaults: what is tested does not hang on the calibration.
+
+    Stored, `jam("dp", 12, 1, gamma=0.1, ka=50.0)`: rounding decides which onset a search ends in.
+    """
+    return jamlab.read(Path(__file__).parent / "states" / "droplets_at_onset.h5")
 
 
 @pytest.fixture(scope="session")

@@ -25,6 +25,7 @@ def at_once(monkeypatch):
     monkeypatch.setattr(MODULE, "_START", 0.0)
 
 
+@pytest.mark.slow
 def test_processes_give_the_rows_of_one_in_order(sweep, at_once):
     counts = []
     found = jamlab.measure_all(sweep, processes=2, progress=lambda *count: counts.append(count))

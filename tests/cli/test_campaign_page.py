@@ -8,6 +8,7 @@ import jamlab
 from jamlab.cli.campaign_report import write_campaign_page
 
 
+@pytest.mark.slow
 def test_every_sweep_has_a_section(full, tmp_path):
     told = []
     write_campaign_page(full, tmp_path / "page.html", lambda *done: told.append(done))

@@ -80,6 +80,7 @@ def test_an_error_comes_through_and_ends_the_others(calls):
     assert time.monotonic() - began < 30 and psutil.Process().children() == before
 
 
+@pytest.mark.slow
 def test_children_die_with_a_parent_that_is_killed(calls, tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)  # without `if __name__ == "__main__":`
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}

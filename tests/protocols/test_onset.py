@@ -68,8 +68,9 @@ def test_bad_start(model, start, text):
         jamlab.jam(model, 8, 1, start=start)
 
 
-def test_droplets_jam(dp_onset):
+def test_droplets_jam():
     """rho counts the rims; the polygons are still the free droplets."""
+    dp_onset = jamlab.jam(model="dp", n=12, seed=1, gamma=0.1, ka=50.0)
     assert_onset(dp_onset, "dp", 12, 1, 1e-8)
     assert 0.78 < dp_onset.onset < 0.87
     regular = np.repeat([12 / np.pi * np.tan(np.pi / 12), 17 / np.pi * np.tan(np.pi / 17)], 6)
