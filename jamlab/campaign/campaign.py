@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from jamlab.campaign.driver import CampaignRun
     from jamlab.campaign.plan import Estimate
     from jamlab.campaign.status import Status
+    from jamlab.campaign.workers import Workers
     from jamlab.packing.packing import Packing
 
 
@@ -112,10 +113,9 @@ class Campaign:
             StorageError: the folder is in use or cannot be written. Run again to go on.
             EngineError: the workers are lost. Run again to go on.
         """
-        from jamlab.campaign.driver import CampaignRun, drive_rounds
+        from jamlab.campaign.driver import CampaignRun
         from jamlab.campaign.plan import longest_first
         from jamlab.campaign.standard_error import wanted_batches
-        from jamlab.campaign.stored_states import StoredStates
         from jamlab.campaign.workers import Workers
 
         chosen = longest_first(batches(self.content, only))
@@ -135,16 +135,24 @@ class Campaign:
             if _names(wanted_batches(chosen, self.folder)) <= skip:
                 return CampaignRun(0, 0, repaired)
             self._check_functions(chosen)
-            stored = StoredStates(self.folder, batches(self.content))
-            done = CampaignRun(0, 0, repaired)
-            for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):  # workers hold as many cores each
-                part = [batch for batch in chosen if batch.ranks == ranks]
-                if _names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
-                    continue
-                there = replace(where, ranks=ranks)
-                with there.client() as client:
-                    more = drive_rounds(client, self.folder, part, progress, there.expected, stored, self._modules())
-                done = replace(done, finished=done.finished + more.finished, failed=done.failed + more.failed)
+            done = self._drive(chosen, where, progress)
+        return replace(done, repaired=repaired)
+
+    def _drive(self, chosen: list[Batch], where: Workers, progress: Callable[[Outcome], None] | None) -> CampaignRun:
+        """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first."""
+        from jamlab.campaign.driver import CampaignRun, drive_rounds
+        from jamlab.campaign.standard_error import wanted_batches
+        from jamlab.campaign.stored_states import StoredStates
+
+        stored, done = StoredStates(self.folder, batches(self.content)), CampaignRun(0, 0, {})
+        for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
+            part = [batch for batch in chosen if batch.ranks == ranks]
+            if _names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
+                continue
+            there = replace(where, ranks=ranks)
+            with there.client() as client:
+                more = drive_rounds(client, self.folder, part, progress, there.expected, stored, self._modules())
+            done = replace(done, finished=done.finished + more.finished, failed=done.failed + more.failed)
         return done
 
     def _check_functions(self, chosen: list[Batch]) -> None:

@@ -6,12 +6,14 @@ whoever asks for FIRE need not know which it was; forces, energy and stress of t
 """
 
 from dataclasses import astuple, dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.engine.box_border import Border
+from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
@@ -21,27 +23,34 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FireSettings:
-    """Numbers of the method, in the order of the kernel: `lammps_inputs/minimize.fire` and, beyond, LAMMPS' defaults.
+    """Numbers of the method, in the order of the kernel; those without a value stand in `lammps_inputs/minimize.fire`.
 
     Attributes:
         timestep: at first.
-        tmax, tmin: longest and shortest time step over the first.
+        tmax: longest time step over the first.
         dmax: longest move of a coordinate in one step, mean diameter.
+        tmin: shortest time step over the first.
         dtgrow, dtshrink: factors of the time step.
         alpha0, alphashrink: how much the velocity is turned towards the force: at first, and its factor.
     """
 
-    timestep: float = 0.1
-    tmax: float = 4.0
-    tmin: float = 0.02
-    dmax: float = 0.1
+    timestep: float
+    tmax: float
+    dmax: float
+    tmin: float = 0.02  # from here on LAMMPS' defaults
     dtgrow: float = 1.1
     dtshrink: float = 0.5
     alpha0: float = 0.25
     alphashrink: float = 0.99
 
 
-FIRE = FireSettings()
+@cache
+def fire_settings() -> FireSettings:
+    """The numbers that decks use as well."""
+    words = " ".join(line.split("#")[0] for line in deck("minimize.fire").read_text().splitlines()).split()
+    return FireSettings(**{name: float(words[words.index(name) + 1]) for name in ("timestep", "tmax", "dmax")})
+
+
 DELAY = 20  # steps downhill after which the time step grows
 MOST_UPHILL = 2000  # steps uphill on end after which it gives up
 SKIN = 0.2  # first extra reach of the neighbor list, mean diameter; the kernel adapts it
@@ -84,7 +93,7 @@ def fire_disks(
     strains = np.zeros((0, 2, 2)) if border is None else border.strains
     taken = _fire_disks(
         *(packing.n, positions, packing.diameters, box, *law, force, steps, threads, SKIN),
-        *(np.array(astuple(FIRE)), DELAY, MOST_UPHILL, len(strains)),
+        *(np.array(astuple(fire_settings())), DELAY, MOST_UPHILL, len(strains)),
         *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
     )
     if taken == _BOX_TOO_SMALL:

@@ -26,6 +26,7 @@ from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
+from jamlab.protocols.newton import factorise
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ class BorderSettings:
         slack: part of the slope at its start that may be left at the end of a step, uphill.
         fallen: factor of the largest force that is good enough by itself: slopes lose their digits first.
         good, poor: lengths of a step above which the shift shrinks and below which it grows.
-        shrink, grow, definite: factors of the shift.
+        shrink, grow: factors of the shift.
         softest: least curvature over the largest that a strain is divided by.
         digits: of unbalanced stress over pressure, at the end.
         rounding: of a stress, over the stiffness of a contact.
@@ -62,7 +63,6 @@ class BorderSettings:
     poor: float = 0.25
     shrink: float = 0.2
     grow: float = 5.0
-    definite: float = 4.0
     softest: float = 1e-9
     digits: float = 1e-12
     rounding: float = 3e-16
@@ -183,15 +183,7 @@ def _step(
     solver: PositiveSolver, model: Model, forces: Array, gradient: Array, shift: float
 ) -> tuple[Array, Array, float]:
     """Displacements and strains of one step, and the shift with which the Hessian of the sites is positive."""
-    identity = sparse.eye_array(model.sites.shape[0], format="csc")
-    while True:
-        try:
-            solver.factorise(model.sites + shift * identity)
-            break
-        except ConvergenceError:
-            shift *= BORDER.definite
-            if not shift < 1e6:
-                raise
+    shift = factorise(model.sites, shift, solver)
     solution = solver.solve(np.column_stack([forces, model.coupling]))
     free, follow = solution[:, 0], solution[:, 1:]
     held = 0.5 * shift * model.sites.shape[0] * np.eye(len(gradient))

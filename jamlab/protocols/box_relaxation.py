@@ -66,8 +66,8 @@ def relax_disks_and_box(
 
     Returns:
         The state reached; `converged` also means that no strain of the box finds stress to relax, to 1e-11 of the
-        pressure or to rounding, and that shear costs energy where the box may shear. Of a packing that has come loose
-        it speaks of forces alone.
+        pressure or to rounding, and that shear costs energy where the box may shear; from `fire_only_disks` on, that a
+        pressure alone is met to 1e-7. Of a packing that has come loose it speaks of forces alone.
     """
     newton_steps = descend_with_box(session, border, tolerance, steps=BOX_RELAXATION.near) if near else 0
     state = session.evaluate()

@@ -106,6 +106,10 @@ def relax_with_box_shear(
     if session.model == "sp":
         force = force_tolerance("sp") if tolerance is None else tolerance
         return relax_disks_and_box(session, Border(SHEARS), force, near=near, least_pressure=least_pressure)
+    return _shear_droplets(session, tolerance, near, least_pressure)
+
+
+def _shear_droplets(session: Session, tolerance: float | None, near: bool, least_pressure: float) -> Relaxed:
     found = relax(session, tolerance, near=near, least_pressure=least_pressure)
     radius = curvature = None
     last = np.inf

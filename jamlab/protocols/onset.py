@@ -58,19 +58,17 @@ def jam(
             is sheared until no shear stress is left.
         start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
-        tolerance: largest force at the minimum, eps over length; default `force` of `*.minimum.parameters`, 1e-12 for
-            disks and 1e-10 for droplets; from 1e-15 to 1e-9.
-        ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
+        tolerance: largest force at the minimum, eps over length, 1e-15 to 1e-9; default `force` of
+            `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets.
+        ranks: SP: processors for first-order minimisation; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
-        large: number share of the large particles, rounded to whole ones. The unit of length stays the mean of the two
-            sizes.
+        large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         progress: called with the stage and phi after each minimisation.
         parameters: for "dp": values that replace those of `dp.parameters`, e.g. `contact="segment"`.
 
     Returns:
-        Packing with `onset` = its own phi, contact energy per disk (SP) or vertex (DP) between `u_contact` and
-        `u_jammed`, `converged` True.
+        Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
 
     Raises:
         InputError: a value that no run can start from.
@@ -84,8 +82,8 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     loose = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    force = force_tolerance(model) if tolerance is None else tolerance
     with Session(loose, ranks=ranks) as session:
-        force = force_tolerance(model) if tolerance is None else tolerance
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
     entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}

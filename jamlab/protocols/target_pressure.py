@@ -92,20 +92,14 @@ def pack(
         packing = session.packing()
     if progress is not None:
         progress("pressure", packing.phi)
-    if not found.converged or abs(found.evaluation.pressure / pressure - 1) > search["miss"]:
+    reached = found.evaluation.pressure
+    if not found.converged or abs(reached / pressure - 1) > search["miss"]:
         raise ConvergenceError(
-            f"pressure {pressure:g} not met with n = {n}: the search ended at {found.evaluation.pressure:g} with a "
-            f"force of {found.evaluation.max_force:.2g}; try another seed"
+            f"pressure {pressure:g} not met with n = {n}: the search ended at {reached:g} with a force of "
+            f"{found.evaluation.max_force:.2g}; try another seed"
         )
-    return record(
-        packing,
-        found,
-        protocol="pressure",
-        seed=seed,
-        pressure=found.evaluation.pressure,
-        wall_time=time.perf_counter() - began,
-        **versions(),
-    )
+    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, "wall_time": time.perf_counter() - began}
+    return record(packing, found, **entries, **versions())
 
 
 def _check_force(pressure: float, tolerance: float | None) -> float:

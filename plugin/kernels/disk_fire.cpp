@@ -23,7 +23,7 @@ struct Law {
 };
 
 struct Fire {
-  double timestep, tmax, tmin, dmax, dtgrow, dtshrink, alpha0, alphashrink;
+  double timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink;
   int64_t delay, most_uphill;
 };
 
@@ -358,7 +358,7 @@ class Minimizer {
 
 // Minimise the energy of soft disks, or their enthalpy, until the largest force is below a tolerance.
 //   positions (n, 2) in and out, unwrapped; diameters (n); box (3) in and out: xx, xy, yy; relative: 1 for units "eps"
-//   fire (8): timestep, tmax, tmin, dmax, dtgrow, dtshrink, alpha0, alphashrink
+//   fire (8): timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink
 //   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
 //   largest (1) out: the largest force left, or stress times mean diameter
 // Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,

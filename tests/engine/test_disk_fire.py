@@ -6,10 +6,11 @@ import pytest
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.deck_defaults import deck
-from jamlab.engine.disk_fire import DELAY, FIRE, fire_disks
+from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
 
+FIRE = fire_settings()
 ALL = np.concatenate([COMPRESSION, SHEARS])
 
 

@@ -5,11 +5,14 @@ import pytest
 
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
+from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.protocols import border_newton
 from jamlab.protocols.border_newton import Model, descend_with_box
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.box_shear import shear_stress
+from jamlab.protocols.relaxation import relax
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
@@ -108,3 +111,24 @@ def test_deformation_is_the_matrix_exponential():
     for strain in ([0.2, 0.1, -0.3], [0.1, 0.0, 0.5], [0.0, 0.0, 0.0]):
         whole = np.einsum("a,aij->ij", strain, ALL)
         assert np.allclose(Border(ALL).deformation(np.array(strain)), expm(whole), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("seed", [1, 7])
+def test_a_symmetric_box_leaves_its_saddle(seed):
+    """Eight disks in a crystal have no shear stress, but one shear of the box lowers their energy."""
+    packing = jamlab.jam("sp", 8, seed, ensemble="shear-stabilized")
+    curvature = shear_curvature(elastic_tensor(packing).relaxed, jamlab.evaluate(packing).pressure)
+    assert packing.converged and np.linalg.eigvalsh(curvature)[0] > 0
+
+
+def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
+    """Deep in compression, where the pressure takes a part of it that a wrong factor would show."""
+    packing, h = jamlab.pack(32, 3e-2, 4), 1e-4
+    found = shear_curvature(elastic_tensor(packing).relaxed, jamlab.evaluate(packing).pressure)
+    for a, shear in enumerate(PURE_SHEARS):
+        energies = []
+        for strain in (h, 0.0, -h):
+            with jamlab.Session(deformed(packing, shear_gradient(strain * shear))[0]) as session:
+                energies.append(relax(session).evaluation.energy)
+        difference = (energies[0] - 2 * energies[1] + energies[2]) / h**2 / packing.area
+        assert found[a, a] == pytest.approx(difference, rel=1e-3)
