@@ -190,6 +190,7 @@ DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &loa
     }
     if (result.iterations >= settings.iterations) break;
   }
+  last_iterations = result.iterations;
   exchange.send_to_ghosts(u);
   find_weights(u, load.rate);
   return result;

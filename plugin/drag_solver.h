@@ -80,7 +80,7 @@ class DragSolver {
   virtual double elastic_moment() const = 0;    // elastic shear stress times area, of all ranks
   virtual FlowSums add_up(const Motions &u, double rate) = 0;    // of all ranks
   virtual double least_relaxation_time() const = 0;    // of this rank: longer steps than that are unstable
-  bool touched(int i) const { return inverse[i].xx > 0.0; }    // atom i drags on another one, or on the background
+  virtual bool touched(int i) const { return inverse[i].xx > 0.0; }    // i drags on others, or on the background
   virtual double memory_usage() const;
 
  protected:
@@ -94,15 +94,18 @@ class DragSolver {
   };
   std::vector<Block> inverse;
   double inverse_flow = 0.0;    // of c
+  Motions residual, descent;    // of conjugate gradients; descent = M^-1 residual
+  int last_iterations = 0;
   Motions start;                // velocities that the last solution started from
   double start_rate = 0.0;
 
   void make_room(int nlocal, int nghost);
   double sum(double) const;
   double speed_floor(double squares, double count) const;
+  virtual double precondition(double r_flow, double &z_flow);    // residual descent over all ranks
 
  private:
-  Motions residual, direction, product, descent;
+  Motions direction, product;
 
   virtual void find_weights(const Motions &u, double rate) = 0;
   virtual void find_preconditioner(bool free_rate) = 0;    // the blocks `inverse`
@@ -121,7 +124,6 @@ class DragSolver {
   double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
   double descend(Motions &u, Load &, double r_flow, double enough, int &iterations, bool &downhill);
   void subtract(const Motions &, double factor = 1.0);
-  double precondition(double r_flow, double &z_flow);
 };
 
 }    // namespace LAMMPS_NS

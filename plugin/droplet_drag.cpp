@@ -4,12 +4,14 @@
 #include "droplet_drag.h"
 
 #include "atom.h"
+#include "block_assembly.h"
 #include "compute.h"
 #include "domain.h"
 #include "error.h"
 #include "fix_polygon_area.h"
 #include "force.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "pair_circuloline.h"
 #include "update.h"
 #include "utils.h"
@@ -21,8 +23,9 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-// A vertex that meets one edge has a nearly singular block; the shift, in parts of its trace, slows convergence only
-static constexpr double BLOCK_SHIFT = 1e-6;
+static constexpr double SHIFT = 1e-8;        // of the factors' diagonal, over its mean: droplets drift as a whole
+static constexpr int SLOW = 25;              // conjugate gradients after which factors are made anew
+static constexpr double OTHER_STEP = 2.0;    // or if the time ahead is that many times another one
 static constexpr double ROUNDING = 4e-15;    // of a force on a vertex, over line tension: positions are off by that
 
 /* ---------------------------------------------------------------------- */
@@ -53,8 +56,10 @@ DropletDrag::DropletDrag(LAMMPS *lmp, GhostExchange &exchange, const Settings &s
 void DropletDrag::take(int local, int ghost, double time_ahead)
 {
   make_room(local, ghost);
-  for (Motions *each : {&work, &blocks}) each->resize(local + ghost);
+  for (Motions *each : {&work, &still}) each->resize(local + ghost);
   ahead = time_ahead;
+  if (lmp->neighbor->ago == 0) atoms_moved_between_ranks = true;
+  stale = soft || last_iterations > SLOW || ahead > OTHER_STEP * factors_ahead || ahead * OTHER_STEP < factors_ahead;
   soft = false;
   for (Compute *compute : {&virial, &energy}) compute->addstep(lmp->update->ntimestep + 1);
 
@@ -212,7 +217,7 @@ void DropletDrag::multiply_ahead(Motions &p, double rate, Motions &out, double &
 bool DropletDrag::soften()
 {
   if (soft) return false;
-  soft = true;
+  soft = stale = true;
   stiffness.take(meetings, soft);
   return true;
 }
@@ -239,49 +244,151 @@ void DropletDrag::find_weights(const Motions &u, double rate)
     weights[k] = meetings[k].stiffness * law.weight(square.empty() ? 0.0 : square[k], slowest);
 }
 
-/* ----------------------------------------------------------------------
-   the block of each vertex in B + ahead K, but for the rotation of outlines, inverted
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void DropletDrag::find_preconditioner(bool free_rate)
 {
-  std::fill(blocks.begin(), blocks.end(), Motion());
-  for (std::size_t k = 0; k < meetings.size(); k++) {
-    const DropletMeeting &m = meetings[k];
-    const double w = weights[k], v = law.beta * w;
-    const double xx = w * m.nx * m.nx + v * m.ny * m.ny, yy = w * m.ny * m.ny + v * m.nx * m.nx;
-    const double xy = (w - v) * m.nx * m.ny, s = (1.0 - m.t) * (1.0 - m.t), t = m.t * m.t;
-    for (const auto &[i, part] : {std::pair{m.vertex, 1.0}, std::pair{m.tail, s}, std::pair{m.head, t}}) {
-      blocks[i].x += part * xx;
-      blocks[i].y += part * xy;
-      blocks[i].spin += part * yy;
-    }
-  }
-  if (ahead > 0.0) stiffness.add_blocks(ahead, blocks);
-  exchange.add_from_ghosts(blocks);
-  for (int i = 0; i < nlocal; i++) {
-    const Motion &block = blocks[i];
-    const double shift = BLOCK_SHIFT * (block.x + block.spin) + turns[i].drag;
-    const double a = block.x + shift, b = block.y, d = block.spin + shift, det = a * d - b * b;
-    inverse[i] = det > 0.0 ? Block{d / det, -b / det, a / det, 0.0, 0.0, 0.0} : Block{};
-  }
+  int anew = stale || atoms_moved_between_ranks;
+  MPI_Allreduce(MPI_IN_PLACE, &anew, 1, MPI_INT, MPI_MAX, world);
+  if (anew) factorise(true);
+  stale = law.alpha != 1.0;
   inverse_flow = 0.0;
   if (!free_rate) return;
   double power, flow;
-  std::fill(blocks.begin(), blocks.end(), Motion());
-  Motions out(blocks.size());
-  multiply_ahead(blocks, 1.0, out, power, flow);
+  std::fill(still.begin(), still.end(), Motion());
+  Motions out(still.size());
+  multiply_ahead(still, 1.0, out, power, flow);
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   without what can be negative in K, if it makes the whole so
+------------------------------------------------------------------------- */
+
+void DropletDrag::factorise(bool new_pattern)
+{
+  factors_ahead = ahead;
+  atoms_moved_between_ranks = false;
+  for (const bool without : {soft, true}) {
+    BlockAssembly matrix(lmp->atom);
+    assemble_drag(matrix);
+    if (ahead > 0.0) {
+      if (without != soft) stiffness.take(meetings, true);
+      stiffness.assemble(ahead, matrix);
+      if (without != soft) stiffness.take(meetings, soft);
+    }
+    matrix.fill(factors, new_pattern);
+    mean_diagonal = factors.mean_diagonal();
+    if (factors.factorise(mean_diagonal > 0.0 ? SHIFT * mean_diagonal : 1.0)) return;
+  }
+  lmp->error->one(FLERR, "{}: the matrix of drag has no Cholesky factor at step {}: are positions finite?", WHO,
+                  lmp->update->ntimestep);
+}
+
+/* ----------------------------------------------------------------------
+   what approach and slip of a meeting depend on: one part for each vertex of this rank
+------------------------------------------------------------------------- */
+
+struct Part {
+  int i;
+  double approach[2], slide[2];
+};
+
+static void merge(std::vector<Part> &parts, const BlockAssembly &matrix)
+{
+  std::size_t kept = 0;
+  for (const Part part : parts) {
+    const int own = matrix.owner(part.i);
+    if (own < 0) continue;
+    std::size_t k = 0;
+    while (k < kept && parts[k].i != own) k++;
+    if (k == kept)
+      parts[kept++] = {own, {part.approach[0], part.approach[1]}, {part.slide[0], part.slide[1]}};
+    else
+      for (int d = 0; d < 2; d++) {
+        parts[k].approach[d] += part.approach[d];
+        parts[k].slide[d] += part.slide[d];
+      }
+  }
+  parts.resize(kept);
+}
+
+/* ----------------------------------------------------------------------
+   approach and slip of every meeting as rows over the vertices that they depend on
+------------------------------------------------------------------------- */
+
+void DropletDrag::assemble_drag(BlockAssembly &matrix) const
+{
+  std::vector<Part> parts;
+  for (std::size_t k = 0; k < meetings.size(); k++) {
+    const DropletMeeting &m = meetings[k];
+    const int site[3] = {m.vertex, m.tail, m.head};
+    const double c[3] = {1.0, m.t - 1.0, -m.t}, q[3] = {1.0, 1.0 - m.t, m.t};
+    parts.clear();
+    for (int a = 0; a < 3; a++)
+      parts.push_back({site[a], {c[a] * m.nx, c[a] * m.ny}, {-c[a] * m.ny, c[a] * m.nx}});
+    for (int a = 0; a < 3; a++) {
+      const int own = matrix.owner(site[a]);
+      if (own < 0) continue;
+      const Turn &t = turns[own];
+      const double arm = 0.5 * m.distance * q[a] * t.per_square;
+      parts.push_back({own, {0.0, 0.0}, {arm * (t.in_y - t.out_y), arm * (t.out_x - t.in_x)}});
+      parts.push_back({t.prev, {0.0, 0.0}, {-arm * t.in_y, arm * t.in_x}});
+      parts.push_back({t.next, {0.0, 0.0}, {arm * t.out_y, -arm * t.out_x}});
+    }
+    merge(parts, matrix);
+    const double w = weights[k], v = law.beta * w;
+    for (std::size_t a = 0; a < parts.size(); a++)
+      for (std::size_t b = a; b < parts.size(); b++) {
+        const Part &p = parts[a], &r = parts[b];
+        const auto part = [&](int i, int j) { return w * p.approach[i] * r.approach[j] + v * p.slide[i] * r.slide[j]; };
+        matrix.add(p.i, r.i, {part(0, 0), part(0, 1), part(1, 0), part(1, 1)});
+      }
+  }
+  for (int i = 0; i < nlocal; i++) matrix.add(i, i, {turns[i].drag, 0.0, 0.0, turns[i].drag});
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DropletDrag::precondition(double r_flow, double &z_flow)
+{
+  if (settings.background == 0.0) remove_mean(residual);    // contacts leave all of it free to drift
+  column.resize(2 * nlocal);
+  for (int i = 0; i < nlocal; i++) {
+    column[2 * i] = residual[i].x;
+    column[2 * i + 1] = residual[i].y;
+  }
+  factors.solve(column);
+  for (int i = 0; i < nlocal; i++) descent[i] = {column[2 * i], column[2 * i + 1], 0.0};
+  if (settings.background == 0.0) remove_mean(descent);
+  double product = 0.0;
+  for (int i = 0; i < nlocal; i++) product += residual[i].x * descent[i].x + residual[i].y * descent[i].y;
+  z_flow = inverse_flow * r_flow;
+  return sum(product) + r_flow * z_flow;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DropletDrag::remove_mean(Motions &motions) const
+{
+  double mean[2] = {0.0, 0.0};
+  for (int i = 0; i < nlocal; i++) {
+    mean[0] += motions[i].x;
+    mean[1] += motions[i].y;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, mean, 2, MPI_DOUBLE, MPI_SUM, world);
+  for (int i = 0; i < nlocal; i++) {
+    motions[i].x -= mean[0] / lmp->atom->natoms;
+    motions[i].y -= mean[1] / lmp->atom->natoms;
+  }
 }
 
 /* ---------------------------------------------------------------------- */
 
 double DropletDrag::rounding() const
 {
-  double total = 0.0;
-  for (int i = 0; i < nlocal; i++) total += inverse[i].xx + inverse[i].yy;
   const double force = ROUNDING * stiffness.largest_tension();
-  return force * force * sum(total);
+  return force * force * lmp->atom->natoms / std::max(mean_diagonal, 1e-300);
 }
 
 /* ----------------------------------------------------------------------
@@ -302,7 +409,7 @@ FlowSums DropletDrag::add_up(const Motions &u, double rate)
 
   double power, all, drag;
   Motions out(nlocal + nghost);
-  Motions &followed = blocks;
+  Motions &followed = still;
   for (int i = 0; i < nlocal; i++) followed[i] = {u[i].x - start[i].x, u[i].y - start[i].y, 0.0};
   const double extra = rate - start_rate;
   multiply_ahead(followed, extra, out, power, all);
@@ -345,5 +452,5 @@ double DropletDrag::least_relaxation_time() const
 double DropletDrag::memory_usage() const
 {
   return DragSolver::memory_usage() + meetings.capacity() * (sizeof(DropletMeeting) + sizeof(double)) +
-      2.0 * work.capacity() * sizeof(Motion) + turns.capacity() * sizeof(Turn);
+      2.0 * work.capacity() * sizeof(Motion) + turns.capacity() * sizeof(Turn) + factors.memory_usage();
 }

@@ -4,6 +4,7 @@
 #ifndef JAMLAB_DROPLET_DRAG_H
 #define JAMLAB_DROPLET_DRAG_H
 
+#include "block_cholesky.h"
 #include "drag_solver.h"
 #include "droplet_stiffness.h"
 
@@ -15,7 +16,11 @@ namespace LAMMPS_NS {
    both outlines take back by rotating, each with half the distance for a lever: a rigid rotation
    dissipates nothing. An outline rotates at a vertex as fits its two edges e best,
    w = sum e x e'/sum e^2; between two vertices w is interpolated. Background drag of a droplet is
-   shared by its vertices. */
+   shared by its vertices.
+
+   Drag leaves most motion of vertices free, and K is stiff along some of it and soft along other: the
+   preconditioner is the Cholesky factor of B + ahead K, of what each rank owns, and serves as many steps
+   as it makes conjugate gradients short. */
 
 class DropletDrag : public DragSolver {
  public:
@@ -25,6 +30,7 @@ class DropletDrag : public DragSolver {
   double elastic_moment() const override;
   FlowSums add_up(const Motions &u, double rate) override;
   double least_relaxation_time() const override;
+  bool touched(int /*i*/) const override { return true; }
   double memory_usage() const override;
 
  private:
@@ -37,7 +43,11 @@ class DropletDrag : public DragSolver {
   bool soft = false;
   std::vector<DropletMeeting> meetings;
   std::vector<double> weights;    // drag over velocity of approach
-  Motions work, blocks;
+  Motions work, still;
+  BlockCholesky factors;
+  bool stale = true, atoms_moved_between_ranks = true;
+  double factors_ahead = -1.0, mean_diagonal = 0.0;
+  std::vector<double> column;
   struct Turn {    // of the outline at an owned vertex: edges in and out over the sum of their squares
     int prev, next;
     double in_x, in_y, out_x, out_y, per_square, drag;    // drag: share of the background
@@ -45,8 +55,12 @@ class DropletDrag : public DragSolver {
   std::vector<Turn> turns;
 
   void read_outlines();
+  void remove_mean(Motions &) const;
+  void factorise(bool new_pattern);
+  void assemble_drag(class BlockAssembly &) const;
   void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;
+  double precondition(double r_flow, double &z_flow) override;
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   void multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   bool looks_ahead() const override { return ahead > 0.0; }

@@ -4,6 +4,7 @@
 #include "droplet_stiffness.h"
 
 #include "atom.h"
+#include "block_assembly.h"
 #include "bond.h"
 #include "fix_polygon_area.h"
 #include "force.h"
@@ -151,28 +152,60 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::add_blocks(double factor, Motions &blocks) const
+void DropletStiffness::assemble(double factor, BlockAssembly &matrix) const
 {
-  const auto add = [&](int i, double xx, double xy, double yy) {
-    blocks[i].x += factor * xx;
-    blocks[i].y += factor * xy;
-    blocks[i].spin += factor * yy;
-  };
-  for (const DropletMeeting &m : *meetings) {
-    const double xx = m.stiffness * m.nx * m.nx, xy = m.stiffness * m.nx * m.ny, yy = m.stiffness * m.ny * m.ny;
-    const double s = (1.0 - m.t) * (1.0 - m.t), t = m.t * m.t;
-    add(m.vertex, xx, xy, yy);
-    add(m.tail, s * xx, s * xy, s * yy);
-    add(m.head, t * xx, t * xy, t * yy);
-  }
+  assemble_contacts(factor, matrix);
   for (const Edge &e : edges) {
-    if (e.own_i) add(e.i, e.xx, e.xy, e.yy);
-    if (e.own_j) add(e.j, e.xx, e.xy, e.yy);
+    const double xx = factor * e.xx, xy = factor * e.xy, yy = factor * e.yy;
+    if (e.own_i) matrix.add(e.i, e.i, {xx, xy, xy, yy});
+    if (e.own_j) matrix.add(e.j, e.j, {xx, xy, xy, yy});
+    matrix.add(e.i, e.j, {-e.share * xx, -e.share * xy, -e.share * xy, -e.share * yy});
   }
-  for (const Vertex &v : vertices) {
-    const double ka = area->stiffness_of(v.polygon);
-    add(v.i, ka * v.slope_x * v.slope_x, ka * v.slope_x * v.slope_y, ka * v.slope_y * v.slope_y);
+  assemble_areas(factor, matrix);
+}
+
+/* ----------------------------------------------------------------------
+   as in add_contacts
+------------------------------------------------------------------------- */
+
+void DropletStiffness::assemble_contacts(double factor, BlockAssembly &matrix) const
+{
+  for (const DropletMeeting &m : *meetings) {
+    const int site[3] = {m.vertex, m.tail, m.head};
+    const double c[3] = {1.0, m.t - 1.0, -m.t}, w[3] = {0.0, -1.0, 1.0};
+    const double k = factor * m.stiffness, f = soft ? 0.0 : factor * m.force;
+    const double per_length = m.length > 0.0 ? 1.0 / m.length : 0.0, per_d = m.length > 0.0 ? 0.0 : f / m.distance;
+    for (int a = 0; a < 3; a++)
+      for (int b = a; b < 3; b++) {
+        const double nn = c[a] * c[b] * (k + per_d) + f * per_length * per_length * m.distance * w[a] * w[b];
+        const double nt = f * per_length * w[a] * c[b], tn = f * per_length * c[a] * w[b], one = c[a] * c[b] * per_d;
+        matrix.add(site[a], site[b],
+                   {nn * m.nx * m.nx + nt * m.nx * m.tx + tn * m.tx * m.nx - one,
+                    nn * m.nx * m.ny + nt * m.nx * m.ty + tn * m.tx * m.ny,
+                    nn * m.ny * m.nx + nt * m.ny * m.tx + tn * m.ty * m.nx,
+                    nn * m.ny * m.ny + nt * m.ny * m.ty + tn * m.ty * m.ny - one});
+      }
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DropletStiffness::assemble_areas(double factor, BlockAssembly &matrix) const
+{
+  std::vector<std::vector<const Vertex *>> rings(area->rings().polygons().size());
+  for (const Vertex &v : vertices) rings[v.polygon].push_back(&v);
+  for (const auto &ring : rings)
+    for (std::size_t n = 0; n < ring.size(); n++) {
+      const Vertex &v = *ring[n];
+      const double ka = factor * area->stiffness_of(v.polygon);
+      for (std::size_t m = n; m < ring.size(); m++) {
+        const Vertex &o = *ring[m];
+        matrix.add(v.i, o.i, {ka * v.slope_x * o.slope_x, ka * v.slope_x * o.slope_y, ka * v.slope_y * o.slope_x,
+                              ka * v.slope_y * o.slope_y});
+      }
+      const double half = soft ? 0.0 : 0.5 * ka * area->excess_of(v.polygon);
+      matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
+    }
 }
 
 /* ---------------------------------------------------------------------- */

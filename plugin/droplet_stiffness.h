@@ -32,8 +32,7 @@ class DropletStiffness {
   // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
   double add_product(const Motions &p, double strain, double factor, Motions &out);
 
-  // xx, xy and yy of each atom's own block in factor K, ghosts included: x, y and spin of `blocks`
-  void add_blocks(double factor, Motions &blocks) const;
+  void assemble(double factor, class BlockAssembly &) const;
 
   double largest_tension() const;
 
@@ -56,6 +55,8 @@ class DropletStiffness {
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
 
+  void assemble_contacts(double factor, BlockAssembly &) const;
+  void assemble_areas(double factor, BlockAssembly &) const;
   double add_contacts(const Motions &p, double strain, double factor, Motions &out) const;
   double add_tension(const Motions &p, double strain, double factor, Motions &out) const;
   double add_areas(const Motions &p, double strain, double factor, Motions &out);

@@ -19,7 +19,6 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr double AT_ONCE = 1e-6;     // time in which vertices without drag take up the first motion of a flow
 static constexpr double STABLE = 0.5;       // step over the least relaxation time; the scheme diverges at 1
 static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, units of length
 static constexpr double STRAIN = 0.02;      // that the box may lean in a step
@@ -60,11 +59,8 @@ double FixOverdamped::typical_rate() const
 void FixOverdamped::setup(int /*vflag*/)
 {
   if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
-  solver->take(atom->nlocal, atom->nghost, droplets && state.last_step == 0.0 ? AT_ONCE : 0.0);
-  if (droplets && state.last_step > 0.0)
-    solver->accept(now, state.rate);
-  else
-    find_velocities();
+  solver->take(atom->nlocal, atom->nghost, 0.0);
+  droplets ? start_droplets() : find_velocities();
   add_up();
   if (state.step == 0.0) state.step = FIRST * longest_step();
   set_step();
@@ -187,11 +183,11 @@ void FixOverdamped::blend_prediction()
    of this moment
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::find_velocities()
+void FixOverdamped::find_velocities(bool forces)
 {
   const int nlocal = atom->nlocal;
-  pushes.resize(nlocal);
-  for (int i = 0; i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
+  pushes.assign(nlocal, Motion());
+  for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
 
   state.rate = driven_rate();
   DragSolver::Load load = {state.rate, 0.0, drive == STRESS};

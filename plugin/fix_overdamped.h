@@ -89,7 +89,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   void check() const;
 
   void make_solver();
-  void find_velocities();
+  void find_velocities(bool forces = true);
+  void start_droplets();
   void predict_disks(double dt, double strain_step);
   void predict_droplets(double dt, double strain_step);
   void blend_prediction();

@@ -18,6 +18,20 @@
 using namespace LAMMPS_NS;
 
 /* ----------------------------------------------------------------------
+   A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
+   which vertices without drag cannot stand, act from the first step on.
+------------------------------------------------------------------------- */
+
+void FixOverdamped::start_droplets()
+{
+  if (state.last_step > 0.0 || drive == STRESS) {
+    solver->accept(now, state.rate);
+    return;
+  }
+  find_velocities(false);
+}
+
+/* ----------------------------------------------------------------------
    part of the last step's displacement that this one repeats
 ------------------------------------------------------------------------- */
 
