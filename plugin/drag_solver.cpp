@@ -159,7 +159,7 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
 
 DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &load)
 {
-  Result result = {0, false, 0.0};
+  Result result = {0, false, 0.0, false};
   start_rate = load.rate;
   std::copy_n(u.begin(), nlocal, start.begin());
   bool softer = false;
@@ -182,6 +182,7 @@ DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &loa
     bool downhill;
     rho = descend(u, load, r_flow, enough, result.iterations, downhill);
     softer = !downhill && soften();
+    result.soft |= softer;
     if (softer) continue;
     if (law.alpha == 1.0) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;

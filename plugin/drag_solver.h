@@ -64,6 +64,7 @@ class DragSolver {
     int iterations;
     bool converged;
     double residual;    // relative
+    bool soft;          // K had to be left in part
   };
 
   DragSolver(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const DragLaw &law) :

@@ -15,12 +15,17 @@
 
 using namespace LAMMPS_NS;
 
+static constexpr double DIAGONAL = 1e-2;    // over the stiffness of a contact
+
 /* ---------------------------------------------------------------------- */
 
 void DropletStiffness::take(const std::vector<DropletMeeting> &found, bool without_prestress)
 {
   meetings = &found;
   soft = without_prestress;
+  diagonal = 0.0;
+  if (soft)
+    for (const DropletMeeting &m : found) diagonal = std::max(diagonal, DIAGONAL * m.stiffness);
   const double *const *const x = lmp->atom->x;
   const int nlocal = lmp->atom->nlocal;
 
@@ -54,6 +59,10 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found, bool witho
 
 double DropletStiffness::add_product(const Motions &p, double strain, double factor, Motions &out)
 {
+  for (int i = 0; soft && i < lmp->atom->nlocal; i++) {
+    out[i].x += factor * diagonal * p[i].x;
+    out[i].y += factor * diagonal * p[i].y;
+  }
   return add_contacts(p, strain, factor, out) + add_tension(p, strain, factor, out) +
       add_areas(p, strain, factor, out);
 }
@@ -154,6 +163,8 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
 
 void DropletStiffness::assemble(double factor, BlockAssembly &matrix) const
 {
+  for (int i = 0; soft && i < lmp->atom->nlocal; i++)
+    matrix.add(i, i, {factor * diagonal, 0.0, 0.0, factor * diagonal});
   assemble_contacts(factor, matrix);
   for (const Edge &e : edges) {
     const double xx = factor * e.xx, xy = factor * e.xy, yy = factor * e.yy;

@@ -26,7 +26,7 @@ class DropletStiffness {
  public:
   DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
 
-  // soft: without the terms that can be negative, those that forces make
+  // soft: without the terms that can be negative, those that forces make, and with a little on the diagonal instead
   void take(const std::vector<DropletMeeting> &, bool soft);
 
   // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
@@ -41,6 +41,7 @@ class DropletStiffness {
   class FixPolygonArea *area;
   const std::vector<DropletMeeting> *meetings = nullptr;
   bool soft = false;
+  double diagonal = 0.0;
   struct Edge {    // block of its line tension
     int i, j;
     double y, xx, xy, yy;

@@ -60,7 +60,10 @@ void FixOverdamped::setup(int /*vflag*/)
 {
   if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
   solver->take(atom->nlocal, atom->nghost, 0.0);
-  droplets ? start_droplets() : find_velocities();
+  if (droplets)
+    start_droplets();
+  else if (const DragSolver::Result result = find_velocities(); !result.converged)
+    refuse(result);
   add_up();
   if (state.step == 0.0) state.step = FIRST * longest_step();
   set_step();
@@ -73,6 +76,7 @@ void FixOverdamped::setup(int /*vflag*/)
 void FixOverdamped::initial_integrate(int /*vflag*/)
 {
   const double dt = update->dt, strain_step = next_strain_step(dt);
+  at_start = state;
   droplets ? predict_droplets(dt, strain_step) : predict_disks(dt, strain_step);
   const double rate = state.rate;
   if (droplets && drive == STRESS && state.last_step > 0.0)
@@ -151,9 +155,13 @@ void FixOverdamped::final_integrate()
   const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts, rate = state.rate;
   solver->take(atom->nlocal, atom->nghost, ahead);
   if (!droplets) blend_prediction();
-  find_velocities();
+  const DragSolver::Result result = find_velocities();
+  if (droplets && !correct_droplets(predicted, rate, result)) {
+    step_back();
+    return;
+  }
+  if (!result.converged) refuse(result);
   add_up();
-  if (droplets) correct_droplets(predicted, rate);
   state.work += 0.5 * state.last_step * (power + state.power);
   state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
   adapt_step(predicted, contacts);
@@ -183,7 +191,7 @@ void FixOverdamped::blend_prediction()
    of this moment
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::find_velocities(bool forces)
+DragSolver::Result FixOverdamped::find_velocities(bool forces)
 {
   const int nlocal = atom->nlocal;
   pushes.assign(nlocal, Motion());
@@ -196,8 +204,8 @@ void FixOverdamped::find_velocities(bool forces)
   last_iterations = result.iterations;
   state.iterations += result.iterations;
   state.rate = load.rate;
-  if (!result.converged) refuse(result);
   if (settings.background == 0.0) remove_drift();
+  return result;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -249,11 +257,12 @@ void FixOverdamped::add_up()
 
 void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
 {
-  double off = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) off += hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
+  double off = droplets ? droplet_error() : 0.0;
+  for (int i = 0; !droplets && i < atom->nlocal; i++)
+    off += 0.5 * hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
   const double longest = longest_step();
-  off *= 0.5 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
+  off *= 1.0 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
   const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
   const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
   const double least = std::min(SHORTEST * longest, state.last_step * GROWTH);

@@ -51,7 +51,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double memory_usage() override;
 
  private:
-  static constexpr int PER_ATOM = 9;    // numbers of three motions, which travel with an atom
+  static constexpr int PER_ATOM = 12;    // numbers of four motions, which travel with an atom
   enum Drive { NONE, RATE, OSCILLATE, STRESS } drive = NONE;
   double wanted_rate = 0.0, amplitude = 0.0, omega = 0.0, wanted_stress = 0.0;
   double tolerance = 1e-3;    // relative error of velocities that a step may make
@@ -65,7 +65,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   std::unique_ptr<DragSolver> solver;
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
   Motions now, before;        // velocities: of this step, and of the last one
-  Motions moved;              // droplets: beside the affine flow, in the last step
+  Motions moved, moved_before;    // droplets: beside the affine flow, in the last two steps
   Motions pushes;             // on every atom, but for the drag
   Motions *traveling = nullptr;
   double ahead = 0.0;         // droplets: time over which a new velocity counts in the last step
@@ -74,13 +74,14 @@ class FixOverdamped : public Fix, private GhostExchange {
   struct State {    // what a restart file keeps
     double time = 0.0, strain = 0.0, rate = 0.0, rate_before = 0.0, strain_step = 0.0;
     double step = 0.0;         // that the error allows next; 0: nothing has moved yet
-    double last_step = 0.0;
+    double last_step = 0.0, step_before = 0.0;
     double end = 0.0;          // of the present interval
     double power = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // per area
     double iterations = 0.0;
   } state;
 
   FlowSums sums;
+  State at_start;    // of the step
   int last_iterations = 0;
 
   void read_arguments(int narg, char **arg);
@@ -89,12 +90,15 @@ class FixOverdamped : public Fix, private GhostExchange {
   void check() const;
 
   void make_solver();
-  void find_velocities(bool forces = true);
+  DragSolver::Result find_velocities(bool forces = true);
   void start_droplets();
   void predict_disks(double dt, double strain_step);
   void predict_droplets(double dt, double strain_step);
   void blend_prediction();
-  void correct_droplets(const Motions &predicted, double predicted_rate);
+  bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
+  void step_back();
+  double droplet_error() const;
+  double limit_correction(const Motions &predicted);
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
   void refuse(const DragSolver::Result &) const;

@@ -98,21 +98,21 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 
 void FixOverdamped::grow_arrays(int nmax)
 {
-  for (Motions *each : {&now, &before, &moved}) each->resize(nmax);
+  for (Motions *each : {&now, &before, &moved, &moved_before}) each->resize(nmax);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
-  for (Motions *each : {&now, &before, &moved}) (*each)[j] = (*each)[i];
+  for (Motions *each : {&now, &before, &moved, &moved_before}) (*each)[j] = (*each)[i];
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::set_arrays(int i)
 {
-  now[i] = before[i] = moved[i] = Motion();
+  now[i] = before[i] = moved[i] = moved_before[i] = Motion();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -122,6 +122,7 @@ int FixOverdamped::pack_exchange(int i, double *buf)
   put(buf, now[i]);
   put(buf + 3, before[i]);
   put(buf + 6, moved[i]);
+  put(buf + 9, moved_before[i]);
   return PER_ATOM;
 }
 
@@ -132,6 +133,7 @@ int FixOverdamped::unpack_exchange(int i, double *buf)
   now[i] = {buf[0], buf[1], buf[2]};
   before[i] = {buf[3], buf[4], buf[5]};
   moved[i] = {buf[6], buf[7], buf[8]};
+  moved_before[i] = {buf[9], buf[10], buf[11]};
   return PER_ATOM;
 }
 
@@ -172,5 +174,5 @@ int FixOverdamped::maxsize_restart()
 
 double FixOverdamped::memory_usage()
 {
-  return (3 * now.capacity() + pushes.capacity()) * sizeof(Motion) + (solver ? solver->memory_usage() : 0.0);
+  return (4 * now.capacity() + pushes.capacity()) * sizeof(Motion) + (solver ? solver->memory_usage() : 0.0);
 }
