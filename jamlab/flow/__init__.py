@@ -1,0 +1,1 @@
+"""Packings that flow: protocols in time and strain, beyond the linear response of `jamlab.rheology`."""
