@@ -1,0 +1,241 @@
+"""One LAMMPS in which disks without mass flow: at every instant drag balances the elastic forces.
+
+`fix overdamped` of the plugin finds the velocities, moves the disks, strains the box and chooses the steps; the decks
+in.sp.startup, in.sp.oscillate and in.sp.creep do the same by the same parts, `flow.law` and `flow.fix`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.checks import is_number
+from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import Damping, StokesDrag
+
+Array = NDArray[np.float64]
+
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
+_LEAST_SOLVER = 1e-13  # residual that rounding leaves
+_ALL = 10**9  # steps of a run that the end of an interval ends
+# what tells a flow that has no answer from an engine that fails; the plugin's own words say what to do
+_NO_ANSWER = ("Fix overdamped: the drag is nearly singular", "Fix overdamped: at time", "Lost atoms", "Non-numeric")
+
+
+class FlowState(NamedTuple):
+    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain.
+
+    `energy` is elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate,
+    are per area. `iterations` are those of all solutions so far.
+    """
+
+    time: float
+    strain: float
+    rate: float
+    stress: float
+    elastic_stress: float
+    viscous_stress: float
+    pressure: float
+    normal_stress_difference: float
+    dissipation: float
+    energy: float
+    work: float
+    dissipated: float
+    last_iterations: float
+    step: float
+    iterations: float
+    contacts: float
+
+
+_COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the start
+
+
+class OverdampedSession:
+    """A LAMMPS instance that holds one packing of disks and shears it.
+
+    Args:
+        packing: SP.
+        damping: `ContactDamping` or `StokesDrag`.
+        tolerance: relative error of velocities that a step may make; the residual of the velocities keeps its ratio
+            to it in `flow.parameters`.
+        background: drag of every disk against the affine flow beside contact damping, over k tau_1.
+
+    Raises:
+        InputError: droplets, or a value out of range.
+        EngineError: see `Session`.
+    """
+
+    def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+        check_flowing(packing, damping, tolerance, background)
+        self._damping = damping
+        self._fluid = FluidStress(0.0)
+        self._before: FlowState | None = None
+        self._driven = False
+        given = defaults("flow")
+        settings = {name: given[name] for name in ("accuracy", "solver", "beta", "alpha", "arms")}
+        settings |= {"accuracy": tolerance, "solver": max(_LEAST_SOLVER, tolerance * _solver_over_accuracy())}
+        if isinstance(damping, StokesDrag):  # no drag between disks; all of it is that of the background
+            settings |= {"tau": damping.tau, "background": 1.0}
+        else:
+            settings |= {"tau": damping.tau, "background": background}
+            settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
+        self._session = Session(packing)
+        try:
+            self._session.set_variables(settings)
+            if isinstance(damping, StokesDrag):
+                self._session.command('variable disk_style string "disk/drag 0 0"')
+            else:
+                self._session.include("flow.law")
+            self._session.load(packing, anew=True)  # by the other pair style
+            self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End LAMMPS and free its memory."""
+        self._session.close()
+
+    def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
+        """Drive the packing from its present state; time and strain count from here.
+
+        Args:
+            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`.
+            interval: of time, after which `advance` returns.
+            longest: step, by default no limit but that of the tolerance.
+            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
+
+        Returns:
+            The state before the first step.
+        """
+        if self._driven:
+            self._session.command("unfix flow")
+        words = drive + (f" longest {longest:.17g}" if longest else "")
+        self._session.set_variables({"drive": words, "interval": interval})
+        self._before = before
+        with _flow_errors():
+            self._session.include("flow.fix")
+            self._driven = True
+            self._fluid = FluidStress(self._damping.eta_f if isinstance(self._damping, StokesDrag) else 0.0, drive)
+            self._session.command("run 0 post no")
+        return self.state()
+
+    def advance(self, steps: int = _ALL) -> FlowState:
+        """Go on to the end of the interval, or by so many steps if that comes first.
+
+        Raises:
+            ConvergenceError: velocities that no solver finds or no step resolves: strain, rate and remedy are named.
+        """
+        with _flow_errors():
+            self._session.command(f"run {steps} post no")
+        return self.state()
+
+    def state(self) -> FlowState:
+        """Numbers of this instant, those of the fluid of Stokes drag included."""
+        found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
+        found = self._fluid.add_to(found)
+        if self._before is None:
+            return found
+        return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
+
+    def packing(self) -> Packing:
+        """The packing as it is now, in the box as it leans now."""
+        self._session.take_box()
+        return self._session.packing()
+
+    def steps(self) -> int:
+        """Steps taken in this session."""
+        return self._session.steps()
+
+
+class FluidStress:
+    """Viscous stress eta_F rate of the fluid of Stokes drag, which no disk carries; Baumgarten & Tighe eq 8.
+
+    Args:
+        viscosity: eta_F.
+        drive: of the flow: what the fluid dissipates up to a time follows from it.
+    """
+
+    def __init__(self, viscosity: float, drive: str = "rate 0") -> None:
+        self._viscosity = viscosity
+        word, *numbers = drive.split()
+        self._numbers = [float(number) for number in numbers]
+        self._oscillates = word == "oscillate"
+
+    def add_to(self, state: FlowState) -> FlowState:
+        """Add its stress, dissipation and work to those of the disks."""
+        if not self._viscosity:
+            return state
+        stress, power = self._viscosity * state.rate, self._viscosity * state.rate**2
+        lost = self._viscosity * self._rate_squared(state.time)
+        return state._replace(
+            stress=state.stress + stress,
+            viscous_stress=state.viscous_stress + stress,
+            dissipation=state.dissipation + power,
+            work=state.work + lost,
+            dissipated=state.dissipated + lost,
+        )
+
+    def _rate_squared(self, time: float) -> float:
+        """Integral of the squared rate up to a time."""
+        if not self._oscillates:
+            return self._numbers[0] ** 2 * time
+        amplitude, omega = self._numbers
+        return float((amplitude * omega) ** 2 * (0.5 * time + np.sin(2 * omega * time) / (4 * omega)))
+
+
+def check_flowing(packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+    """Refuse what cannot flow in time.
+
+    Raises:
+        InputError: naming model, tolerance or background.
+    """
+    check_model(packing)
+    if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
+        raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
+    if not (is_number(background) and background >= 0):
+        raise InputError(f"background = {background!r}: must be a drag over k tau_1, 0 or more, such as 1e-2")
+    if background and isinstance(damping, StokesDrag):
+        raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
+
+
+def check_model(packing: Packing) -> None:
+    """Refuse droplets.
+
+    Raises:
+        InputError: naming the model.
+    """
+    if packing.model != "sp":
+        raise InputError(
+            f"a packing of model {packing.model} flows in a later version: give disks (model sp), or for small strains "
+            "take jamlab.complex_modulus, which knows droplets"
+        )
+
+
+def _solver_over_accuracy() -> float:
+    """Residual of velocities over the error of a step: as in `flow.parameters`."""
+    given = defaults("flow")
+    return float(given["solver"]) / float(given["accuracy"])
+
+
+@contextmanager
+def _flow_errors() -> Iterator[None]:
+    try:
+        yield
+    except EngineError as error:
+        if not any(words in str(error) for words in _NO_ANSWER):
+            raise
+        raise ConvergenceError(str(error).partition("ERROR: ")[2].partition(" (")[0] or str(error)) from error
