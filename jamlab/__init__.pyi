@@ -17,6 +17,8 @@ from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep
 from .flow.creep_run import CreepRun as CreepRun
 from .flow.flow_curve import flow_curve as flow_curve
+from .flow.flow_plan import FlowPlan as FlowPlan
+from .flow.flow_plan import plan_flow as plan_flow
 from .flow.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .flow.oscillate import oscillate as oscillate
 from .flow.oscillation import Oscillation as Oscillation

@@ -13,7 +13,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import Progress
 from jamlab.flow.overdamped_session import check_flowing
 from jamlab.flow.run_file import RunFile
-from jamlab.flow.shear import LARGEST_RATE, TOLERANCE, shear
+from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
 from jamlab.flow.steady_flow import FlowCurve
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
@@ -103,18 +103,6 @@ def flow_curve(
 
 _Item = tuple[Packing, float, Damping, float, float, float, float]
 _Point = tuple[Any, ...]  # numbers of `_POINTS`, and the last packing
-
-
-def check_rates(rates: Sequence[float]) -> list[float]:
-    """Rates from the fastest to the slowest, each once.
-
-    Raises:
-        InputError: none, or one that is not positive or too large.
-    """
-    values = sorted({float(rate) for rate in rates}, reverse=True)
-    if not values or not all(0 < rate <= LARGEST_RATE for rate in values):
-        raise InputError(f"rates = {list(rates)!r}: give one or more, above 0 and at most {LARGEST_RATE:g}, in 1/tau_1")
-    return values
 
 
 def _measure(item: _Item, report: Callable[..., None]) -> None:

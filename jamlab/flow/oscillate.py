@@ -94,4 +94,4 @@ def oscillate(
 
 
 def _repeats(found: list[Complex], tolerance: float) -> bool:
-    return len(found) > 1 and abs(found[-1][0] - found[-2][0]) <= tolerance * abs(found[-1][0])
+    return len(found) > 1 and bool(abs(found[-1][0] - found[-2][0]) <= tolerance * abs(found[-1][0]))

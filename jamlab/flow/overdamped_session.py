@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _LEAST_SOLVER = 1e-13  # residual that rounding leaves
-_ALL = 10**9  # steps of a run that the end of an interval ends
+_LOOK = 20_000  # steps between two looks at how long they are
+_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end
+_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
 # what tells a flow that has no answer from an engine that fails; the plugin's own words say what to do
 _NO_ANSWER = ("Fix overdamped: the drag is nearly singular", "Fix overdamped: at time", "Lost atoms", "Non-numeric")
 
@@ -77,6 +79,7 @@ class OverdampedSession:
         self._damping = damping
         self._fluid = FluidStress(0.0)
         self._before: FlowState | None = None
+        self._start, self._interval = 0.0, np.inf
         self._driven = False
         given = defaults("flow")
         settings = {name: given[name] for name in ("accuracy", "solver", "beta", "alpha", "arms")}
@@ -125,7 +128,7 @@ class OverdampedSession:
             self._session.command("unfix flow")
         words = drive + (f" longest {longest:.17g}" if longest else "")
         self._session.set_variables({"drive": words, "interval": interval})
-        self._before = before
+        self._before, self._start, self._interval = before, before.time if before else 0.0, interval
         with _flow_errors():
             self._session.include("flow.fix")
             self._driven = True
@@ -133,15 +136,35 @@ class OverdampedSession:
             self._session.command("run 0 post no")
         return self.state()
 
-    def advance(self, steps: int = _ALL) -> FlowState:
+    def advance(self, steps: int | None = None) -> FlowState:
         """Go on to the end of the interval, or by so many steps if that comes first.
 
         Raises:
             ConvergenceError: velocities that no solver finds or no step resolves: strain, rate and remedy are named.
         """
-        with _flow_errors():
-            self._session.command(f"run {steps} post no")
-        return self.state()
+        state = self.state()
+        end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
+        while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
+            now = min(_LOOK, _LOOK if steps is None else steps)
+            with _flow_errors():
+                self._session.command(f"run {now} post no")
+            before, state = state, self.state()
+            if steps is not None:
+                steps -= now
+            if now == _LOOK and state.time < end * (1 - 1e-12):
+                self._check_pace(before, state)
+        return state
+
+    def _check_pace(self, before: FlowState, state: FlowState) -> None:
+        step = (state.time - before.time) / _LOOK
+        smooth = _SMOOTH[0] * self._damping.tau
+        if state.rate:
+            smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
+        if step < _CRAWL * smooth:
+            raise ConvergenceError(
+                f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
+                f"drag, and steps of {step:.1g} lead nowhere: give background = 1e-2, or a lower rate"
+            )
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included."""
@@ -171,9 +194,7 @@ class FluidStress:
 
     def __init__(self, viscosity: float, drive: str = "rate 0") -> None:
         self._viscosity = viscosity
-        word, *numbers = drive.split()
-        self._numbers = [float(number) for number in numbers]
-        self._oscillates = word == "oscillate"
+        self._drive = drive
 
     def add_to(self, state: FlowState) -> FlowState:
         """Add its stress, dissipation and work to those of the disks."""
@@ -191,9 +212,10 @@ class FluidStress:
 
     def _rate_squared(self, time: float) -> float:
         """Integral of the squared rate up to a time."""
-        if not self._oscillates:
-            return self._numbers[0] ** 2 * time
-        amplitude, omega = self._numbers
+        word, *numbers = self._drive.split()
+        if word != "oscillate":
+            return float(numbers[0]) ** 2 * time
+        amplitude, omega = map(float, numbers)
         return float((amplitude * omega) ** 2 * (0.5 * time + np.sin(2 * omega * time) / (4 * omega)))
 
 

@@ -57,7 +57,7 @@ class Recording:
 
     def advance(self, steps: int | None = None, *, keep: bool = False) -> FlowState:
         """Go on to the end of the interval, or by so many steps; keep the packing there if asked for."""
-        self.rows.append(self.session.advance() if steps is None else self.session.advance(steps))
+        self.rows.append(self.session.advance(steps))
         if keep:
             self._keep()
         return self.rows[-1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,18 @@ def shear(
         found = result()
     file.save(lambda: found, now=True)
     return found
+
+
+def check_rates(rates: Sequence[float]) -> list[float]:
+    """Rates from the fastest to the slowest, each once.
+
+    Raises:
+        InputError: none, or one that is not positive or too large.
+    """
+    values = sorted({float(rate) for rate in rates}, reverse=True)
+    if not values or not all(0 < rate <= LARGEST_RATE for rate in values):
+        raise InputError(f"rates = {list(rates)!r}: give one or more, above 0 and at most {LARGEST_RATE:g}, in 1/tau_1")
+    return values
 
 
 def _check_rate(rate: float) -> None:

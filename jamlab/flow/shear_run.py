@@ -42,8 +42,8 @@ class ShearRun(FlowRun):
 
     @property
     def peak(self) -> Peak | None:
-        """Overshoot: largest stress, by 2 % above what follows; None while the stress still rises to its plateau."""
-        k = int(np.argmax(self.stress))
+        """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None."""
+        k = int(np.argmax(self.stress[self.strain <= TRANSIENT]))
         if k == 0 or k == len(self.stress) - 1 or self.stress[k] < (1 + _OVER) * self.stress[k + 1 :].min():
             return None
         return Peak(float(self.strain[k]), float(self.stress[k]))

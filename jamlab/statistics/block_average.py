@@ -8,10 +8,12 @@ largest of the errors found is taken, since shorter blocks underestimate it.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
+
+Array = NDArray[np.float64]
 
 FEWEST_BLOCKS = 8
 LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
@@ -53,13 +55,19 @@ def block_average(values: ArrayLike) -> BlockAverage:
     series = np.asarray(values, dtype=np.float64)
     if series.ndim != 1 or len(series) < 2 * FEWEST_BLOCKS or not np.isfinite(series).all():
         raise InputError(f"a series of shape {series.shape}: give one row of at least {2 * FEWEST_BLOCKS} numbers")
+    middle, places = len(series) // 2, np.arange(len(series))
+    change = float(series[middle:].mean() - series[:middle].mean())
+    trend = np.polyval(np.polyfit(places, series, 1), places)  # which would pass for noise of long blocks
+    rounding = np.finfo(np.float64).eps * float(np.abs(series).max())
+    noise = max(2 * _block_error(series - trend), rounding)
+    return BlockAverage(float(series.mean()), _block_error(series), change / noise if change else 0.0)
+
+
+def _block_error(series: Array) -> float:
     errors, length = [], 1
     while len(series) >= FEWEST_BLOCKS * length:
         count = len(series) // length
         means = series[len(series) - count * length :].reshape(count, length).mean(axis=1)
-        errors.append(means.std(ddof=1) / np.sqrt(count))
+        errors.append(float(means.std(ddof=1) / np.sqrt(count)))
         length *= 2
-    error, middle = float(max(errors)), len(series) // 2
-    change = float(series[middle:].mean() - series[:middle].mean())
-    rounding = np.finfo(np.float64).eps * float(np.abs(series).max())
-    return BlockAverage(float(series.mean()), error, change / max(2 * error, rounding) if change else 0.0)
+    return max(errors)
