@@ -23,7 +23,7 @@ def creep(
     alpha: Alpha = 1.0,
     tau: Tau = 1.0,
     tolerance: Accuracy = 1e-3,
-    background: Background = 0.0,
+    background: Background = None,
     frame: Frame = -1,
     out: Out = Path("creep.h5"),
     plot: Plot = None,
@@ -38,6 +38,6 @@ def creep(
     expect_files(file, out, plot, csv)
     law = ContactDamping(beta=beta, tau=tau, alpha=alpha)
     with share_bar("creep") as progress:
-        how = {"tolerance": tolerance, "background": background, "largest_strain": largest_strain}
+        how = {"tolerance": tolerance, "background": background or 0.0, "largest_strain": largest_strain}
         found = run(read(file, frame), stress, duration, law, out=out, progress=progress, **how)
     give(found, _COLUMNS, [f"residual stress {found.residual:.5g}"], out, plot, csv, as_json)

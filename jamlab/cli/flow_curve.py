@@ -40,7 +40,7 @@ def flow_curve(
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
     tolerance: Accuracy = 1e-2,
-    background: Background = 0.0,
+    background: Background = None,
     frame: Frame = -1,
     out: Out = Path("flow-curve.h5"),
     plot: Plot = None,

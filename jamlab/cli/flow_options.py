@@ -14,7 +14,9 @@ Alpha = Annotated[float, typer.Option(help="Contact damping: power of the veloci
 Tau = Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")]
 Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")]
 EtaF = Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")]
-Background = Annotated[float, typer.Option(help="Drag of every disk beside contact damping, k tau_1; 1e-2 is faster.")]
+Background = Annotated[
+    float | None, typer.Option(help="Drag of every disk beside contact damping, k tau_1; flow by a rate: 1e-4.")
+]
 Accuracy = Annotated[float, typer.Option("--tolerance", help="Relative error of velocities in a step.")]
 Plot = Annotated[Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.")]
 Csv = Annotated[Path | None, typer.Option(help="Table of all rows to write as well.")]

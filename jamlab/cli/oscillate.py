@@ -38,7 +38,7 @@ def oscillate(
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
     tolerance: Accuracy = 1e-3,
-    background: Background = 0.0,
+    background: Background = None,
     frame: Frame = -1,
     out: Out = Path("oscillate.h5"),
     plot: Plot = None,
@@ -52,7 +52,7 @@ def oscillate(
     expect_files(file, out, plot, csv)
     packing, law = read(file, frame), drag_law(beta, alpha, tau, stokes, eta_f)
     with share_bar("oscillate") as progress:
-        how = {"tolerance": tolerance, "background": background}
+        how = {"tolerance": tolerance, "background": background or 0.0}
         found = run(packing, omega, amplitude, law, cycles=cycles, points=points, out=out, progress=progress, **how)
     notes = [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
     give(found, _COLUMNS, notes, out, plot, csv, as_json)

@@ -37,7 +37,7 @@ def relax_stress(
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
     tolerance: Accuracy = 1e-3,
-    background: Background = 0.0,
+    background: Background = None,
     frame: Frame = -1,
     out: Out = Path("relax-stress.h5"),
     plot: Plot = None,
@@ -51,6 +51,6 @@ def relax_stress(
     expect_files(file, out, plot, csv)
     law = drag_law(beta, alpha, tau, stokes, eta_f)
     with share_bar("relax") as progress:
-        how = {"tolerance": tolerance, "background": background, "step_time": step_time}
+        how = {"tolerance": tolerance, "background": background or 0.0, "step_time": step_time}
         found = run(read(file, frame), strain, duration, law, out=out, progress=progress, **how)
     give(found, _COLUMNS, [f"residual stress {found.residual:.5g}"], out, plot, csv, as_json)

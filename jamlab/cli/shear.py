@@ -41,7 +41,7 @@ def shear(
     stokes: Stokes = False,
     eta_f: EtaF = 1.0,
     tolerance: Accuracy = 1e-2,
-    background: Background = 0.0,
+    background: Background = None,
     frame: Frame = -1,
     out: Out = Path("shear.h5"),
     plot: Plot = None,

@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import Progress
-from jamlab.flow.overdamped_session import check_flowing
+from jamlab.flow.overdamped_session import background_drag, check_flowing
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
@@ -37,7 +37,7 @@ def flow_curve(
     strain: float = AVERAGE,
     discard: float = TRANSIENT,
     tolerance: float = TOLERANCE,
-    background: float = 0.0,
+    background: float | None = None,
     processes: int = 1,
     out: str | Path | None = None,
     progress: Progress | None = None,
@@ -66,6 +66,7 @@ def flow_curve(
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
+    background = background_drag(law, background)
     wanted = check_rates(rates)
     check_number("strain", strain, 1e4)
     if strain < 1:

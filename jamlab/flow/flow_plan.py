@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.overdamped_session import OverdampedSession
+from jamlab.flow.overdamped_session import OverdampedSession, background_drag
 from jamlab.flow.shear import TOLERANCE, check_rates
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -20,8 +20,7 @@ from jamlab.rheology.damping import ContactDamping, Damping
 Array = NDArray[np.float64]
 
 TRIAL = 0.5  # s at each rate
-_STEPS = 10  # of a trial between two looks at the clock
-_BEGINNING = 30  # steps that are shorter than those that follow
+_STEPS = 100  # of a trial between two looks at the clock
 _LONGEST_TRIAL = 0.2  # strain
 _FLOW_OVER_START = 2.0  # cost of a unit of strain in flow over that of start-up, which the trial sees
 
@@ -77,7 +76,7 @@ def plan_flow(
     *,
     strain: float = 1.0,
     tolerance: float = TOLERANCE,
-    background: float = 0.0,
+    background: float | None = None,
 ) -> FlowPlan:
     """Measure for half a second at each rate what a unit of strain costs.
 
@@ -93,6 +92,7 @@ def plan_flow(
         ConvergenceError: see `shear`.
     """
     law = damping or ContactDamping()
+    background = background_drag(law, background)
     values = check_rates(rates)[::-1]
     check_number("strain", strain, 1e4)
     costs = [_cost(packing, rate, law, tolerance, background) for rate in values]
@@ -103,10 +103,10 @@ def _cost(packing: Packing, rate: float, law: Damping, tolerance: float, backgro
     """Seconds per unit of strain."""
     with OverdampedSession(packing, law, tolerance, background) as session:
         session.drive(f"rate {rate:.17g}", 1e3 / rate)
-        begun = session.advance(_BEGINNING).strain
-        clock = time.perf_counter()
+        begun = session.advance(_STEPS).strain  # the first steps are shorter than those that follow
+        clock = time.process_time()
         while True:
             strain = session.advance(_STEPS).strain - begun
-            seconds = time.perf_counter() - clock
+            seconds = time.process_time() - clock
             if seconds > TRIAL or strain > _LONGEST_TRIAL:
                 return _FLOW_OVER_START * seconds / strain

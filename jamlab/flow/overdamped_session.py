@@ -23,7 +23,9 @@ from jamlab.rheology.damping import Damping, StokesDrag
 Array = NDArray[np.float64]
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-_LEAST_SOLVER = 1e-13  # residual that rounding leaves
+BACKGROUND = 1e-4  # over k tau_1; without any, some motion costs no drag and outruns every step; stress moves by less
+_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end
 _SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
@@ -65,8 +67,7 @@ class OverdampedSession:
     Args:
         packing: SP.
         damping: `ContactDamping` or `StokesDrag`.
-        tolerance: relative error of velocities that a step may make; the residual of the velocities keeps its ratio
-            to it in `flow.parameters`.
+        tolerance: relative error of velocities that a step may make; the residual of the solver follows.
         background: drag of every disk against the affine flow beside contact damping, over k tau_1.
 
     Raises:
@@ -82,8 +83,8 @@ class OverdampedSession:
         self._start, self._interval = 0.0, np.inf
         self._driven = False
         given = defaults("flow")
-        settings = {name: given[name] for name in ("accuracy", "solver", "beta", "alpha", "arms")}
-        settings |= {"accuracy": tolerance, "solver": max(_LEAST_SOLVER, tolerance * _solver_over_accuracy())}
+        settings = {name: given[name] for name in ("beta", "alpha", "arms")}
+        settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
         if isinstance(damping, StokesDrag):  # no drag between disks; all of it is that of the background
             settings |= {"tau": damping.tau, "background": 1.0}
         else:
@@ -234,6 +235,13 @@ def check_flowing(packing: Packing, damping: Damping, tolerance: float, backgrou
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 
 
+def background_drag(damping: Damping, background: float | None) -> float:
+    """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
+    if background is not None:
+        return background
+    return 0.0 if isinstance(damping, StokesDrag) else BACKGROUND
+
+
 def check_model(packing: Packing) -> None:
     """Refuse droplets.
 
@@ -247,10 +255,13 @@ def check_model(packing: Packing) -> None:
         )
 
 
-def _solver_over_accuracy() -> float:
-    """Residual of velocities over the error of a step: as in `flow.parameters`."""
-    given = defaults("flow")
-    return float(given["solver"]) / float(given["accuracy"])
+def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
+    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step.
+
+    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background in its unit.
+    """
+    softest = 1.0 if isinstance(damping, StokesDrag) else background
+    return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
 
 
 @contextmanager
