@@ -258,7 +258,7 @@ def check_model(packing: Packing) -> None:
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
     """Residual of the velocities over the driving force, so small that its noise stays below the error of a step.
 
-    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background in its unit.
+    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
     """
     softest = 1.0 if isinstance(damping, StokesDrag) else background
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
