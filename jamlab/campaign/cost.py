@@ -50,6 +50,8 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
     "sp": ((32, 0.0075), (128, 0.02), (512, 0.06), (2048, 0.2), (32768, 25.0)),
     "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
 }
+_FLOW_TIME = (0.7, 1.1e-3)  # of 256 disks, s per unit of strain: at high rates, and over the rate at low ones
+_FLOW_GROWTH = 1.2  # exponent of n
 _ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 
 DRIVING = 1.2  # CPU of a campaign over that of its parts: Dask and files; 1.6, 1.6 and 1.2 on a machine at full load
@@ -113,7 +115,16 @@ def measuring_seconds(parameters: dict[str, Any], known: Collection[str] = ()) -
     each = spectra * _interpolate(_SPECTRUM_TIME[model], n)
     for name, points in (("states", _MEASURE_TIME), ("voids", _VOIDS_TIME)):
         each += _interpolate(points[model], n) * (name in wanted)
+    if "flow" in wanted:
+        each += _flow_seconds(parameters)
     return each * state_count(parameters)
+
+
+def _flow_seconds(parameters: dict[str, Any]) -> float:
+    fast, slow = _FLOW_TIME
+    flow, laws = parameters["flow"], sum(map(len, parameters["damping"].values()))
+    strain = sum(fast + slow / rate for rate in flow["rates"]) * (flow["strain"] + flow["discard"])
+    return float(laws * strain * (parameters["n"] / 256) ** _FLOW_GROWTH)
 
 
 @cache

@@ -36,10 +36,14 @@ from jamlab.campaign.file_problems import explain
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE as LARGEST_TOLERANCE_OF_FLOW
+from jamlab.flow.overdamped_session import LEAST_TOLERANCE as LEAST_TOLERANCE_OF_FLOW
+from jamlab.flow.shear import LARGEST_RATE
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
+from jamlab.rheology.damping import LEAST_ALPHA
 
-OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
+OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
@@ -95,6 +99,33 @@ class _OmegaGrid(_Table):
         if self.lowest >= self.highest:
             raise ValueError(f"lowest = {self.lowest:g} is not below highest = {self.highest:g}: swap them")
         return self
+
+
+class Flow(_Table):
+    """Arguments of `jamlab.flow_curve`, for every state and damping law.
+
+    Attributes:
+        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate.
+        strain: of the average.
+        discard: strain of start-up before.
+        alpha: power of the velocity in contact damping, 1 is linear.
+        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
+        tolerance: relative error of velocities in a step.
+    """
+
+    rates: Frequencies
+    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
+    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
+    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0
+    background: Annotated[float, Field(ge=0, le=1e3)] | None = None
+    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)] = 1e-2
+
+    @field_validator("rates")
+    @classmethod
+    def _check_rates(cls, value: list[float]) -> list[float]:
+        if max(value) > LARGEST_RATE:
+            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
+        return value
 
 
 class Compression(_Table):
@@ -153,6 +184,8 @@ class SweepTable(_Table):
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
+        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow of disks by each damping
+            law, see `Flow`; table "flow".
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
@@ -177,6 +210,7 @@ class SweepTable(_Table):
     prestress: Annotated[list[bool], BeforeValidator(_make_list), Field(min_length=1)] = [True]
     omega: Frequencies | None = None
     correlation_omega: Frequencies | None = None
+    flow: Flow | None = None
     force_law: dict[str, Any] = {}
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
@@ -232,14 +266,18 @@ class SweepTable(_Table):
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is for model sp: give droplets a separate sweep")
+        if droplets and "flow" in self.observables:
+            raise ValueError("observable 'flow' is for model sp: give droplets a separate sweep")
         if droplets and self.ranks > 1:
             raise ValueError(f"ranks = {self.ranks} is for model sp: give droplets a separate sweep with ranks = 1")
         if self.force_law and "sp" in self.model:
             raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
-        for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
+        needs = {"spectra": "omega", "correlation": "correlation_omega", "flow": "flow"}
+        for observable, key in needs.items():
             if observable in self.observables and getattr(self, key) is None:
-                raise ValueError(f"observable {observable!r} needs {key}: give frequencies in 1/tau_1")
+                what = "a table with rates" if observable == "flow" else "frequencies"
+                raise ValueError(f"observable {observable!r} needs {key}: give {what} in 1/tau_1")
             if observable in self.observables and not laws:
                 raise ValueError(f"observable {observable!r} needs a damping law: add contact or stokes to damping")
             if getattr(self, key) is not None and observable not in self.observables:
@@ -326,6 +364,8 @@ def _known_keys(place: list[Any]) -> list[str]:
         "damping": DampingLaws,
         "omega": _OmegaGrid,
         "correlation_omega": _OmegaGrid,
+        "flow": Flow,
+        "rates": _OmegaGrid,
         "tolerances": Tolerances,
     }
     for part in place[:-1]:

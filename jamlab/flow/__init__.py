@@ -1,1 +1,1 @@
-"""Packings that flow: protocols in time and strain, beyond the linear response of `jamlab.rheology`."""
+"""Rheology in time: start-up, steady flow, oscillation, creep and relaxation of packings without inertia."""

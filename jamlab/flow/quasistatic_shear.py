@@ -6,7 +6,9 @@ into another one: stress drops and energy is released at once (Maloney & Lemaitr
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +17,11 @@ from numpy.typing import NDArray
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
+from jamlab.flow.flow_run import Progress
+from jamlab.flow.run_file import RunFile
+from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.stress_drops import StressDrops
+from jamlab.geometry.contact_network import contacts
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
@@ -22,7 +29,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.axes import axes_for
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import Progress, check_tolerance, relax
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,42 +63,50 @@ class PlasticEvents:
         return len(self.strain)
 
 
-@dataclass(frozen=True)
-class QuasistaticShear:
-    """States of `quasistatic_shear`, m of them with the start, in the units of the packing.
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticShear(ShearRun):
+    """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag.
+
+    There is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
+    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule.
 
     Attributes:
-        strain: (m,) simple shear x -> x + strain y, from 0 on.
-        stress: (m,) shear stress, conjugate to the strain: its integral is the work per area.
-        pressure: (m,) positive in compression.
-        normal_stress_difference: (m,) N1 = s_xx - s_yy of the stress s, positive in tension.
-        energy: (m,) per area.
         converged: (m,) bool, whether the minimisation met its tolerance.
         max_force: (m,) largest force left.
-        events: plastic events.
-        frames: packings every so much strain, if they were asked for; the strain is in their provenance.
-        packing: last state.
-        unit: of stress, for labels.
+        event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`.
     """
 
-    strain: Array
-    stress: Array
-    pressure: Array
-    normal_stress_difference: Array
-    energy: Array
     converged: NDArray[np.bool_]
     max_force: Array
-    events: PlasticEvents
-    frames: tuple[Packing, ...]
-    packing: Packing
-    unit: str = ""
+    event_strain: Array
+    event_drop: Array
+    event_released: Array
+    event_width: Array
 
-    __repr__ = short_repr
+    @property
+    def events(self) -> PlasticEvents:
+        """Plastic events."""
+        return PlasticEvents(self.event_strain, self.event_drop, self.event_released, self.event_width)
+
+    @property
+    def drops(self) -> StressDrops:
+        """Stress drops of the events, at the strain where each begins."""
+        return StressDrops(self.event_strain - self.event_width, self.event_drop)
+
+    @property
+    def verdict(self) -> str:
+        """What the run has reached, in words."""
+        missed = int((~self.converged).sum())
+        return super().verdict + (f"; {missed} of {len(self.converged)} states NOT CONVERGED" if missed else "")
+
+    def describe(self) -> str:
+        """Say how it was run."""
+        return f"quasi-static, largest force {self.tolerance:g}"
 
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
 
-        >>> ax = quasistatic_shear(jamlab.pack(n=64, pressure=1e-2, seed=1), strain=0.2).plot()
+        >>> ax = jamlab.shear(jamlab.pack(n=64, pressure=1e-2, seed=1), rate=0, strain=0.2, step=1e-3).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.
@@ -119,6 +134,7 @@ def quasistatic_shear(
     resolution: float | None = None,
     every: float | None = None,
     tolerance: float | None = None,
+    out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> QuasistaticShear:
     """Shear a packing at fixed area without rate: after every step of strain an energy minimum.
@@ -136,9 +152,10 @@ def quasistatic_shear(
             smaller than the elastic rise in a step is not seen.
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
             strain and size of the drop are known that well. By default steps are not refined.
-        every: strain between two frames kept; by default none is.
+        every: strain between two packings that are kept; by default first and last are.
         tolerance: on the largest force, as in `compress`.
-        progress: called with "shear" and the strain after each step.
+        out: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
+        progress: called after each step.
 
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
@@ -157,16 +174,28 @@ def quasistatic_shear(
             raise InputError(f"every = {every:g}: frames cannot be closer than the step, {step:g}")
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     count = int(np.ceil(strain / step - 1e-9))
-    with Session(packing) as session:
-        walk = _Walk(session, tolerance, strain / count if resolution is None else resolution)
-        frames: list[Packing] = []
+    task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
+    file = RunFile(out, QuasistaticShear, packing, None, task)
+    before = file.before
+    with Session(before.packing if before else packing) as session:
+        walk = _Walk(session, tolerance, strain / count if resolution is None else resolution, before)
+
+        def result() -> QuasistaticShear:
+            return walk.result(strain)
+
         for k in range(1, count + 1):
-            walk.go_to(strain * k / count)
-            if every is not None and int(strain * k / count / every + 1e-9) > len(frames):
-                frames.append(walk.packing)
+            reached = strain * k / count
+            if reached < walk.states[-1].strain + 0.5 * strain / count:
+                continue  # done by the run before
+            walk.go_to(reached)
+            if every is not None and int(reached / every + 1e-9) > int(strain * (k - 1) / count / every + 1e-9):
+                walk.keep()
+            file.save(result)
             if progress is not None:
-                progress("shear", strain * k / count)
-    return _gather(walk, tuple(frames))
+                progress(f"strain {reached:.3g}", k / count)
+        found = result()
+    file.save(lambda: found, now=True)
+    return found
 
 
 @dataclass(frozen=True)
@@ -178,18 +207,69 @@ class _State:
     pressure: float
     normal_stress_difference: float
     energy: float
+    contacts: float
     converged: bool
     max_force: float
+
+
+@dataclass(frozen=True)
+class _Event:
+    """One plastic event, as in `PlasticEvents`."""
+
+    strain: float
+    drop: float
+    released: float
+    width: float
 
 
 class _Walk:
     """Minima one after the other, the events between them, and the packing at the last."""
 
-    def __init__(self, session: Session, tolerance: float | None, shortest: float) -> None:
+    def __init__(
+        self, session: Session, tolerance: float | None, shortest: float, before: QuasistaticShear | None
+    ) -> None:
         self._session, self._tolerance, self._shortest = session, tolerance, shortest
-        state, self.packing = self._relax(0.0)
-        self.states = [state]
-        self.events: list[tuple[_State, _State]] = []
+        self._began = time.perf_counter() - (before.seconds if before else 0.0)
+        self._minima = before.steps if before else 0
+        self.events: list[_Event] = []
+        if before is None:
+            state, self.packing = self._relax(0.0)
+            self.states, self._frames = [state], [self.packing]
+            return
+        self.packing, self._frames = before.packing, list(before.frames)
+        columns = {f.name: getattr(before, f.name).tolist() for f in fields(_State)}
+        self.states = [_State(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
+        self.events = list(map(_Event, *(getattr(before, f"event_{f.name}").tolist() for f in fields(_Event))))
+
+    def keep(self) -> None:
+        """Keep the packing among the frames."""
+        self._frames.append(self.packing)
+
+    def result(self, strain: float) -> QuasistaticShear:
+        """All states so far of a run to a strain."""
+        columns: dict[str, Any] = {f.name: np.array([getattr(s, f.name) for s in self.states]) for f in fields(_State)}
+        events = {f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(_Event)}
+        stress, zero = columns["stress"], np.zeros(len(self.states))
+        columns |= dict.fromkeys(("time", "rate", "viscous_stress", "dissipation"), zero)
+        work = np.append(0.0, np.cumsum(0.5 * (stress[1:] + stress[:-1]) * np.diff(columns["strain"])))
+        frames = self._frames if self._frames[-1] is self.packing else [*self._frames, self.packing]
+        return QuasistaticShear(
+            **columns,
+            **events,
+            elastic_stress=stress,
+            work=work,
+            dissipated=work - (columns["energy"] - columns["energy"][0]),
+            frames=tuple(frames),
+            damping=None,
+            background=0.0,
+            tolerance=force_tolerance(self.packing.model) if self._tolerance is None else self._tolerance,
+            steps=self._minima,
+            iterations=0,
+            seconds=time.perf_counter() - self._began,
+            unit=UNIT_OF_STRESS[self.packing.model, self.packing.units],
+            shear_rate=0.0,
+            strain_asked=strain,
+        )
 
     def go_to(self, strain: float) -> None:
         """Take one step, or shorter and shorter ones up to an event on the way and long ones behind it."""
@@ -204,7 +284,7 @@ class _Walk:
         self.states.append(after)
         self.packing = packing
         if event:
-            self.events.append((before, after))
+            self.events.append(_event(before, after))
 
     def _leads_back(self, before: _State, after: _State, packing: Packing) -> bool:
         """Whether the step back ends where it came from: stress falls before an instability, too."""
@@ -218,6 +298,7 @@ class _Walk:
 
     def _relax(self, strain: float) -> tuple[_State, Packing]:
         found = relax(self._session, self._tolerance, near=True)
+        self._minima += 1
         packing = self._session.packing(ensemble="fixed-box")
         reached = found.evaluation
         state = _State(
@@ -226,10 +307,11 @@ class _Walk:
             pressure=reached.pressure,
             normal_stress_difference=float(reached.stress[1, 1] - reached.stress[0, 0]),
             energy=reached.energy / packing.area,
+            contacts=float(contacts(packing).count),
             converged=found.converged,
             max_force=reached.max_force,
         )
-        return state, record(packing, found, protocol="quasistatic_shear", strain=strain)
+        return state, record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
 
 
 def _flipped(packing: Packing) -> Packing:
@@ -241,20 +323,7 @@ def _flipped(packing: Packing) -> Packing:
     return packing.with_state(box=box)
 
 
-def _released(before: _State, after: _State) -> float:
-    """Work less the gain of energy, per area."""
-    work = 0.5 * (before.stress + after.stress) * (after.strain - before.strain)
-    return work - (after.energy - before.energy)
-
-
-def _gather(walk: _Walk, frames: tuple[Packing, ...]) -> QuasistaticShear:
-    columns = {f.name: np.array([getattr(state, f.name) for state in walk.states]) for f in fields(_State)}
-    events = PlasticEvents(
-        strain=np.array([after.strain for _, after in walk.events]),
-        stress_drop=np.array([before.stress - after.stress for before, after in walk.events]),
-        released=np.array([_released(before, after) for before, after in walk.events]),
-        width=np.array([after.strain - before.strain for before, after in walk.events]),
-    )
-    packing = walk.packing
-    unit = UNIT_OF_STRESS[packing.model, packing.units]
-    return QuasistaticShear(**columns, events=events, frames=frames, packing=packing, unit=unit)
+def _event(before: _State, after: _State) -> _Event:
+    width = after.strain - before.strain
+    work = 0.5 * (before.stress + after.stress) * width
+    return _Event(after.strain, before.stress - after.stress, work - (after.energy - before.energy), width)

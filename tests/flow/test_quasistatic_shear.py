@@ -59,7 +59,7 @@ def test_stress_between_events_rises_with_the_shear_modulus(request, packing, mo
     """By the mean of G at both ends, in every step in which no contact changes; vertices of droplets slide along."""
     start = packing if model == "sp" else request.getfixturevalue("dp_dense")
     found = quasistatic_shear(start, strain=4 * step, step=step, every=step, tolerance=1e-13)
-    states = (start, *found.frames)
+    states = found.frames
     assert found.converged.all() and len(states) == len(found.strain) == 5
     modulus = np.array([jamlab.shear_modulus(state) for state in states])
     who = [meetings(state) for state in states]
@@ -99,7 +99,7 @@ def test_resolution_finds_where_an_event_is(packing, run):
 def test_the_box_flips_and_energy_goes_on(packing):
     """The same lattice: a packing that leans too far is one that leans back, of the same energy and stress."""
     found = quasistatic_shear(packing, strain=0.6, step=0.05, every=0.1)
-    assert [round(frame.provenance["strain"], 12) for frame in found.frames] == [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    assert [round(frame.provenance["flow_strain"], 12) for frame in found.frames] == [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
     assert found.packing.box[1, 0] == pytest.approx(-0.4 * packing.box[0, 0])
     last = jamlab.evaluate(found.packing)
     assert last.energy / packing.area == pytest.approx(found.energy[-1], rel=1e-12)
@@ -109,6 +109,29 @@ def test_the_box_flips_and_energy_goes_on(packing):
     assert quasistatic_shear(ahead, strain=1e-9, step=1e-9).energy[0] == pytest.approx(
         quasistatic_shear(before, strain=0.08, step=0.08).energy[-1], rel=1e-9
     )
+
+
+def test_shear_at_rate_0_is_quasistatic_and_goes_on_from_its_file(packing, run, tmp_path):
+    """Up to the step that an interrupted run had reached, and on to the same end."""
+    file = tmp_path / "run.h5"
+
+    def stop(words, share):
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
+        jamlab.shear(packing, rate=0, strain=0.1, step=2e-3, out=file, progress=stop)
+    part = jamlab.read_flow(file)
+    assert not part.finished and "interrupted at strain 0.06" in part.verdict
+    seen = []
+    found = jamlab.shear(packing, 0, 0.1, step=2e-3, out=file, progress=lambda words, share: seen.append(share))
+    assert min(seen) > 0.6 and found.finished
+    assert found.stress == pytest.approx(run.stress, abs=1e-9)
+    assert found.plastic_events == len(run.events) == len(jamlab.read_flow(file).events)
+    assert found.work[-1] - found.dissipated[-1] == pytest.approx(found.energy[-1] - found.energy[0])
+    assert found.contacts[0] == jamlab.contacts(packing).count
+    assert found.packing.difference(jamlab.read(file)) is None
 
 
 def test_states_that_miss_the_tolerance_say_so(packing):

@@ -1,0 +1,104 @@
+"""Draw flows in time: start-up, flow curves, Lissajous figures, creep, relaxation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.modulus_curves import positive
+from jamlab.plotting.palette import BLUE, COLOURS, RED
+
+if TYPE_CHECKING:
+    from jamlab.flow.creep_run import CreepRun
+    from jamlab.flow.herschel_bulkley import HerschelBulkley
+    from jamlab.flow.oscillation import Oscillation
+    from jamlab.flow.shear_run import ShearRun
+    from jamlab.flow.steady_flow import FlowCurve
+    from jamlab.flow.stress_relaxation import StressRelaxation
+
+
+def draw_startup(axes: Axes, run: ShearRun, /, label: str = "", **style: Any) -> None:
+    """Draw the shear stress (solid) and its elastic part (dashed) over strain."""
+    colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
+    name = label or (f"rate {run.shear_rate:g}/$\\tau_1$" if run.shear_rate else "quasi-static")
+    parts = ((run.stress, name, "-", 1.6), (run.elastic_stress, "elastic part", "--", 1.2))
+    for stress, text, line, width in parts:
+        look = {"color": colour, "linestyle": line, "linewidth": width, "label": text}
+        axes.plot(run.strain, stress, **merged(Line2D, look, style))
+    label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", run.unit))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_flow_curve(axes: Axes, curve: FlowCurve, /, label: str = "", **style: Any) -> None:
+    """Draw stress over rate with errors, on logarithmic axes; open symbols are not steady."""
+    colour = COLOURS[len(axes.containers) % len(COLOURS)]
+    look = merged(Line2D, {"color": colour, "marker": "o", "markersize": 5, "linewidth": 1.2}, style)
+    stress, left_out = positive(curve.stress)
+    name = (label or str(curve.damping)) + left_out
+    axes.errorbar(curve.rates, stress, curve.stress_error, capsize=2.5, label=name, **look)
+    drifting = ~curve.steady
+    if drifting.any():
+        open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
+        axes.plot(curve.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
+    _label_flow_curve(axes, curve.unit)
+
+
+def draw_herschel_bulkley(axes: Axes, fit: HerschelBulkley, /, **style: Any) -> None:
+    """Draw the points and the law through them."""
+    rates = np.geomspace(fit.rates.min(), fit.rates.max(), 200)
+    axes.errorbar(fit.rates, fit.stress, fit.stress_error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label="flow")
+    look = {"color": RED, "linewidth": 1.6, "label": rf"$\sigma_y$ = {fit.yield_stress:.3g}, $n$ = {fit.exponent:.3f}"}
+    axes.plot(rates, fit(rates), **merged(Line2D, look, style))
+    _label_flow_curve(axes, fit.unit)
+
+
+def _label_flow_curve(axes: Axes, unit: str) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", unit))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_lissajous(axes: Axes, found: Oscillation, against: str, /, label: str = "", **style: Any) -> None:
+    """Draw stress over strain or its rate in the last cycle, the mean stress taken off."""
+    rows = found.last_cycle
+    x = found.strain[rows] if against == "strain" else found.rate[rows]
+    stress = found.stress[rows]
+    name = label or rf"$\gamma_0$ = {found.amplitude:g}, $\omega\,\tau_1$ = {found.omega:g}"
+    look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name}
+    axes.plot(x, stress - stress[1:].mean(), **merged(Line2D, look, style))
+    across = r"strain $\gamma$" if against == "strain" else r"rate of strain $\dot\gamma\,\tau_1$"
+    label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", found.unit))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_creep(axes: Axes, run: CreepRun, /, label: str = "", **style: Any) -> None:
+    """Draw the compliance over time, on logarithmic axes."""
+    values, left_out = positive(run.compliance[1:])
+    name = label or rf"$\sigma$ = {run.applied:g}: {_ends(run.verdict)}"
+    _draw_in_time(axes, run.time[1:], values, name + left_out, **style)
+    per_unit = f"1/({run.unit})" if "/" in run.unit or " " in run.unit else f"1/{run.unit}"
+    label_axes(axes, r"time $t/\tau_1$", in_unit(r"compliance $J(t)$", per_unit if run.unit else ""))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_relaxation(axes: Axes, run: StressRelaxation, /, label: str = "", **style: Any) -> None:
+    """Draw the relaxation modulus over time, on logarithmic axes."""
+    values, left_out = positive(run.modulus)
+    name = label or rf"$\gamma$ = {run.step_strain:g}: {_ends(run.verdict)}"
+    _draw_in_time(axes, run.time, values, name + left_out, **style)
+    label_axes(axes, r"time $t/\tau_1$", in_unit(r"relaxation modulus $G(t)$", run.unit))
+    axes.legend(fontsize=LEGEND)
+
+
+def _draw_in_time(axes: Axes, time: Any, values: Any, label: str, **style: Any) -> None:
+    look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": label}
+    axes.loglog(time, values, **merged(Line2D, look, style))
+
+
+def _ends(verdict: str) -> str:
+    return verdict.partition(":")[0] if verdict.startswith(("STILL", "NOT")) else verdict
