@@ -7,7 +7,9 @@ from disk_flows import Flow
 import jamlab
 
 
-def commands(packing: jamlab.Packing, data: str, newton: str = "on", grid: str = "1 * 1", longest: float = 1.5) -> list[str]:
+def commands(
+    packing: jamlab.Packing, data: str, newton: str = "on", grid: str = "1 * 1", longest: float = 1.5
+) -> list[str]:
     """Up to where the fix comes in; `data` is a file of the packing."""
     law = packing.params
     return [
