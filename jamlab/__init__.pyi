@@ -22,6 +22,8 @@ from .flow.flow_plan import plan_flow as plan_flow
 from .flow.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .flow.oscillate import oscillate as oscillate
 from .flow.oscillation import Oscillation as Oscillation
+from .flow.pipkin import Pipkin as Pipkin
+from .flow.pipkin import pipkin as pipkin
 from .flow.read_flow import read_flow as read_flow
 from .flow.relax_stress import relax_stress as relax_stress
 from .flow.shear import shear as shear

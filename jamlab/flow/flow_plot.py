@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 
-from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.axes import LABEL, LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.modulus_curves import positive
 from jamlab.plotting.palette import BLUE, COLOURS, RED
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from jamlab.flow.creep_run import CreepRun
     from jamlab.flow.herschel_bulkley import HerschelBulkley
     from jamlab.flow.oscillation import Oscillation
+    from jamlab.flow.pipkin import Pipkin
     from jamlab.flow.shear_run import ShearRun
     from jamlab.flow.steady_flow import FlowCurve
     from jamlab.flow.stress_relaxation import StressRelaxation
@@ -72,8 +75,33 @@ def draw_lissajous(axes: Axes, found: Oscillation, against: str, /, label: str =
     look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name}
     axes.plot(x, stress - stress[1:].mean(), **merged(Line2D, look, style))
     across = r"strain $\gamma$" if against == "strain" else r"rate of strain $\dot\gamma\,\tau_1$"
+    axes.locator_params(axis="x", nbins=5)
     label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", found.unit))
     axes.legend(fontsize=LEGEND)
+
+
+def draw_pipkin(axes: Axes, found: Pipkin, /, **style: Any) -> None:
+    """Draw the loops of all oscillations, each of one size, at its place on logarithmic axes."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    width, height = (_spacing(np.log10(values)) for values in (found.omega, found.amplitude))
+    shares = [each.third_over_first for each in found.oscillations]
+    colours = ScalarMappable(Normalize(0.0, max(*shares, 1e-2)), "viridis")
+    for each, share in zip(found.oscillations, shares, strict=True):
+        rows = each.last_cycle
+        stress = each.stress[rows] - each.stress[rows][1:].mean()
+        x = each.omega * 10 ** (0.4 * width * each.strain[rows] / each.amplitude)
+        y = each.amplitude * 10 ** (0.4 * height * stress / np.abs(stress).max())
+        axes.plot(x, y, **merged(Line2D, {"color": colours.to_rgba(np.array(share)), "linewidth": 1.4}, style))
+    label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
+    scale = axes.figure.colorbar(colours, ax=axes)
+    scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
+
+
+def _spacing(places: Any) -> float:
+    """Smallest distance of two different places; 1 if there is one only."""
+    steps = np.diff(np.unique(places))
+    return float(steps.min()) if len(steps) else 1.0
 
 
 def draw_creep(axes: Axes, run: CreepRun, /, label: str = "", **style: Any) -> None:

@@ -14,7 +14,7 @@ from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
-_SERIES = (  # of a row that a result keeps
+SERIES = (  # of a row that a result keeps
     *("time", "strain", "rate", "stress", "elastic_stress", "viscous_stress", "pressure"),
     *("normal_stress_difference", "dissipation", "energy", "work", "dissipated", "contacts"),
 )
@@ -78,7 +78,7 @@ class Recording:
         if frames[-1].provenance["flow_time"] != self.rows[-1].time:
             frames.append(self._frame())
         return {
-            **{name: np.array([getattr(row, name) for row in self.rows]) for name in _SERIES},
+            **{name: np.array([getattr(row, name) for row in self.rows]) for name in SERIES},
             **self._how,
             "frames": tuple(frames),
             "steps": self._steps + self.session.steps(),
@@ -98,7 +98,7 @@ class Recording:
 
 def _rows(before: FlowRun) -> list[FlowState]:
     """Rows of an earlier run; of iterations only the sum is kept, with the last one."""
-    columns = {name: getattr(before, name) for name in _SERIES}
+    columns = {name: getattr(before, name) for name in SERIES}
     empty = dict.fromkeys(FlowState._fields, 0.0)
     rows = [
         FlowState(**(empty | {name: float(values[k]) for name, values in columns.items()}))
