@@ -11,6 +11,8 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.errors import InputError
 
+STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal
+
 
 def figure(
     names: Annotated[
@@ -62,6 +64,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     from jamlab.cli.figure_tables import open_tables
     from jamlab.figures.papers import gallery
     from jamlab.figures.papers.example_packings import example_sections
+    from jamlab.figures.papers.summary import summary
     from jamlab.processes.cores import available_cores
 
     chosen = gallery.check_names(names)
@@ -83,10 +86,11 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
         missing = {f.name: f.reason for f in failures}
         print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
     else:
+        if whole:
+            for line in summary(claims):
+                out_console.print(Text(line), soft_wrap=True)
         for c in claims:
-            out_console.print(
-                Text(c.line, style="" if c.agrees else "yellow" if c.undecided else "red"), soft_wrap=True
-            )
+            out_console.print(Text(c.line, style=STYLES.get(c.verdict, "")), soft_wrap=True)
         names_written = gallery.PAGE if whole else ", ".join(f"{name}.png .pdf .csv" for name in chosen)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:

@@ -6,19 +6,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.claims import claim
-from jamlab.figures.papers.ensembles import RESAMPLES, average, groups_by
+from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, average, bootstrap, groups_by
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, sequence, size_style, style
 from jamlab.figures.papers.spectral_groups import LARGE, format_power, select_largest, select_law, select_limits
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
 _PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
+_SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
 _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 
 
@@ -42,7 +43,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     ):
         paper = published.SLOW_SHEAR[name]
         groups = groups_by(part, "pressure", name, p)
-        band = bootstrap(groups, lambda g: [float(v.mean()) for v in g], resamples=RESAMPLES)
+        band = bootstrap(groups, lambda g: [float(v.mean()) for v in g])
         out.curve(axes, text, p, band.value, band.low, band.high, **style(index))
         beside = 1.4 if paper.value < 0 else 0.6
         out.slope(axes, paper.value, (p[0], p[-1]), beside * float(band.value[0]), f"{paper.value:+g}")
@@ -55,7 +56,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
-        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, how=how))
+        words = {"how": how}
+        if name == "approach":
+            words |= {"cause": _half_modulus(tables, n, [p[k] for k in fitted]), "shown_by": "baumgarten-5"}
+        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -63,6 +67,24 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         else ". The paper leaves pre-stress out; these data do not."
     )
     return out
+
+
+def _half_modulus(tables: EnsembleTables, n: int, pressures: list[float]) -> str:
+    """Half the exponent of G_0 without pre-stress in the same packings: approach ~ G_0^(1/2), [T] eq 19."""
+    try:
+        rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
+    except (InputError, StorageError):
+        return ""
+    groups = groups_by(
+        rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"]), "target_pressure", "g0", pressures
+    )
+    if not groups or min(map(len, groups)) == 0:
+        return ""
+    mu = power_law(pressures, [g.mean() for g in groups]).exponents[0]
+    return (
+        f"it goes as the root of G_0, which rises with p^{mu:.3f} in these packings, hence {0.5 * mu:.3f};"
+        " the paper's is a guide line"
+    )
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:
@@ -84,7 +106,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         part = stokes[stokes["pressure"] == p]
         omega = np.sort(part["omega"].unique())
         cubes = [correlations(part[part["omega"] == w]) for w in omega]
-        found = [bootstrap([cube], lambda g: find_first_zero(g[0]), resamples=RESAMPLES) for cube in cubes]
+        found = [bootstrap([cube], lambda g: find_first_zero(g[0])) for cube in cubes]
         y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
         look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
         out.curve(c, name, omega, *y, **look)
@@ -95,17 +117,33 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     label(c, FREQUENCY, r"length $l$  [$d$]")
     label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
     for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
-        slow = part[(part["omega"] == part["omega"].min()) & (part["pressure"] == part["pressure"].max())]
-        scaled = correlations(slow) / [float(slow["box"].mean()), 1.0]
-        share = bootstrap([scaled], lambda g: find_first_zero(g[0]), resamples=RESAMPLES)
-        how = f"N = {int(part['n'].iloc[0])}, lowest frequency, p = {part['pressure'].max():g}"
-        out.claims.append(claim(out.name, text, share, published.CORRELATION_LENGTH, how=how))
+        out.claims.append(_plateau_claim(out.name, text, part))
     _log_claim(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
         "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
     )
     return out
+
+
+def _plateau_claim(name: str, text: str, part: pd.DataFrame) -> Claim:
+    """Claim on l/L of slow shear, the mean over pressures, since the paper has it independent of pressure."""
+    slow = part[part["omega"] == part["omega"].min()]
+    pressures = sorted(slow["pressure"].unique(), reverse=True)
+    cubes = [correlations(slow[slow["pressure"] == p]) / [float(slow["box"].mean()), 1.0] for p in pressures]
+    each = [find_first_zero(cube) for cube in cubes]
+    found = bootstrap(cubes, lambda g: np.nanmean([find_first_zero(cube) for cube in g]))
+    listed = f"{', '.join(f'{v:.3f}' for v in each)} at p = {', '.join(f'{p:g}' for p in pressures)}"
+    return claim(
+        name,
+        text,
+        found,
+        published.CORRELATION_LENGTH,
+        how=f"N = {int(part['n'].iloc[0])}, lowest frequency, where both damping laws give the same quasi-static "
+        f"motion; mean of {listed}",
+        cause=f"it scatters with the packing: {listed}",
+        shown_by="baumgarten-7 c",
+    )
 
 
 def correlations(part: pd.DataFrame) -> Array:
@@ -164,37 +202,52 @@ def _draw_correlation(
     out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
 ) -> None:
     cube = correlations(rows)
-    band = bootstrap([cube[..., 1]], lambda g: average(g[0]), resamples=RESAMPLES)
+    band = bootstrap([cube[..., 1]], lambda g: average(g[0]))
     out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
 
 
 def _log_claim(
     out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, list[Array]]]
 ) -> None:
-    """Claim the exponent of -ln p that collapses the lengths below the cut-off of the box."""
-    flat = [cube for _, cubes in family for cube in cubes]
-    places = np.cumsum([0, *(len(cubes) for _, cubes in family)])
+    """Claim the exponent of -ln p that collapses the lengths between a few disks and the cut-off of the box."""
+
+    def usable(x: Array, cubes: list[Array]) -> tuple[Array, Array]:
+        lengths = np.array([find_first_zero(cube) for cube in cubes])
+        kept = np.isfinite(lengths) & (lengths < _PLATEAU * side) & (lengths > _SHORTEST)
+        return x[kept], lengths[kept]
+
+    several = [k for k, (x, cubes) in enumerate(family) if len(usable(x, cubes)[0]) > 1]
+    scales = -np.log([pressures[k] for k in several])
+    flat = [cube for k in several for cube in family[k][1]]
+    places = np.cumsum([0, *(len(family[k][1]) for k in several)])
 
     def fit(drawn: list[Array]) -> float:
-        curves = []
-        for (x, _), first, last in zip(family, places[:-1], places[1:], strict=True):
-            lengths = np.array([find_first_zero(cube) for cube in drawn[first:last]])
-            short = np.isfinite(lengths) & (lengths < _PLATEAU * side)
-            curves.append((x[short], lengths[short]))
+        curves = [
+            usable(family[k][0], drawn[first:last])
+            for k, first, last in zip(several, places[:-1], places[1:], strict=True)
+        ]
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
-        return fit_scaling_exponents(-np.log(pressures), [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
+        return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
-    found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(pressures) > 1 else None
-    usable = found is not None and np.isfinite(found.value)
+    found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(several) > 2 else None
+    window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
-        f"N = {n}, best collapse of l < {_PLATEAU} L against omega/p^0.5"
-        if usable
-        else f"needs two pressures with two lengths each below {_PLATEAU} L"
+        f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
+        if found is not None
+        else f"N = {n} has two lengths in {window} at {len(several)} of {len(family)} pressures; it takes three"
     )
-    why = f"lengths span {np.log10(_PLATEAU * side):.1f} decades between a disk and the box"
+    decades = np.log10(_PLATEAU * side / _SHORTEST)
     out.claims.append(
-        claim(out.name, "exponent of -ln p in the collapse of l", found, published.LOG_EXPONENT, how=how, reason=why)
+        claim(
+            out.name,
+            "exponent of -ln p in the collapse of l",
+            found,
+            published.LOG_EXPONENT,
+            how=how,
+            cause=f"lengths span {decades:.1f} decades between two disks and the box",
+            shown_by="baumgarten-7 c",
+        )
     )
 
 
@@ -216,12 +269,13 @@ def figure_8(tables: EnsembleTables) -> Drawing:
             for n, values in zip(sizes, groups, strict=True):
                 kept = [(q, v) for q, v in zip(p, values, strict=True) if len(v)]
                 x = np.array([q for q, _ in kept])
-                band = bootstrap([v for _, v in kept], lambda g: [float(v.mean()) for v in g], resamples=RESAMPLES)
+                band = bootstrap([v for _, v in kept], lambda g: [float(v.mean()) for v in g])
                 y = [v / n**a for v in (band.value, band.low, band.high)]
                 look = size_style(n) | {"linestyle": "none", "fillstyle": "none" if prestress else "full"}
                 name = f"N = {n}"
                 series = f"{name}, {'with' if prestress else 'no'} pre-stress"
                 out.curve(axes, series, x * n**2, *y, band=False, label=None if prestress else name, **look)
+            groups = [[v if len(v) >= FEWEST else v[:0] for v in values] for values in groups]
             several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
             kept_sizes = [sizes[k] for k in several]
             _size_claims(out, law, prestress, kept_sizes, p, [groups[k] for k in several])
@@ -274,9 +328,16 @@ def _size_claims(
         if sum(q * n**2 >= _TAIL for n, (x, _) in zip(sizes, curves(flat), strict=True) for q in x) >= 3:
             slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
     how = f"N = {', '.join(map(str, sizes))}"
-    why = "pre-stress makes the crossover gradual" if prestress else ""
+    words = {"how": how}
+    if found is not None:
+        at_paper = fit_scaling_exponents(
+            np.array(sizes, dtype=float), [curves(flat)], a=2.0, b=-published.SIZE_EXPONENT[law].value
+        ).spread
+        best = fit_scaling_exponents(np.array(sizes, dtype=float), [curves(flat)], a=2.0, b=-float(found.value)).spread
+        words["cause"] = f"curves lie apart by {at_paper:.3f} in ln eta_0 with the paper's a, by {best:.3f} with ours"
+        words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
     out.claims.append(
-        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, published.SIZE_EXPONENT[law], how=how, reason=why)
+        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, published.SIZE_EXPONENT[law], **words)
     )
     if not prestress:
         out.claims.append(

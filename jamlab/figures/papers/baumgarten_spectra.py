@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, average
+from jamlab.figures.papers.ensembles import FEWEST, average, bootstrap
 from jamlab.figures.papers.panels import BESIDE, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
@@ -25,7 +25,7 @@ from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ def draw(
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
     ):
         both: dict[str, Any] = look | more
-        band = bootstrap([values], lambda g: average(g[0]), resamples=RESAMPLES)
+        band = bootstrap([values], lambda g: average(g[0]))
         text = (name or None) if part == "G'" else None
         series = f"{part} {name}"
         m = max(len(group.omega) // 20, 1)
@@ -73,7 +73,8 @@ def _slope(values: Array, omega: Array, low: float, high: float) -> float:
 
 def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
-    groups = group_by_pressure(select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0)))
+    table = select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0))
+    groups = group_by_pressure(table)
     p = nearest(list(groups), 1e-4)
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
@@ -97,12 +98,24 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
         how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        out.claims.append(claim(out.name, text, found, paper, how=how))
+        cause = _trend(groups, part) if "critical" in text else ""
+        out.claims.append(claim(out.name, text, found, paper, how=how, cause=cause, shown_by="baumgarten-3 a"))
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
         "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
     )
     return out
+
+
+def _trend(groups: dict[float, Group], part: int) -> str:
+    """Say how the critical slope changes with pressure: it has not reached its limit."""
+    slopes = []
+    for p, group in groups.items():
+        low = _CRITICAL[0] * p
+        if np.count_nonzero((group.omega >= low) & (group.omega <= _CRITICAL[1])) >= 5:
+            slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, _CRITICAL[1])))
+    values = ", ".join(f"{slope:.3f}" for _, slope in slopes)
+    return f"still changing with pressure: {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
 
 
 def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
@@ -125,24 +138,60 @@ def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Gr
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **BESIDE)
 
 
-def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
-    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives."""
+def _exponent_claims(name: str, table: pd.DataFrame, law: str, parameters: dict[str, float]) -> list[Claim]:
+    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives.
+
+    Args:
+        table: spectra of one law and size, with pre-stress and without.
+        parameters: of the law.
+    """
+    n = int(table["n"].iloc[0])
+    kind = "contact" if "beta" in parameters else "stokes"
+    stressed = select_law(table, kind, prestress=True, **parameters)
+    groups = select_large(group_by_pressure(stressed), n)
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
-    groups = select_large(groups, n)
-    how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
-    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
+    how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
+    cause = ""
+    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
         try:
             members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
             fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
-            how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
+            stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
+            how = (
+                f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
+                f"spread {fit.spread:.2g} in ln G*"
+            )
+            cause = _static_exponents(table, kind, parameters, n)
         except InputError as error:
             how = str(error)
     names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
+    shown = {"cause": cause, "shown_by": f"{name} a"}
     return [
-        Claim(name, f"{text}, {law}", v, v - e, v + e, *paper, how=how)
+        claim(
+            name,
+            f"{text}, {law}",
+            Interval(np.array(v), np.array(v - e), np.array(v + e)),
+            paper,
+            how=f"{how}; {cause}" if cause else how,
+            **shown,
+        )
         for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
     ]
+
+
+def _static_exponents(table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:
+    """Exponents of G_0 itself in p, with pre-stress and without it, as text."""
+    found = []
+    for prestress in (True, False):
+        try:
+            rows = select_law(table, kind, prestress=prestress, **parameters)
+        except InputError:
+            continue
+        groups = select_large(group_by_pressure(rows), n)
+        slope = power_law(list(groups), [g.g0.mean() for g in groups.values()]).exponents[0]
+        found.append(f"{slope:.2f} {'with' if prestress else 'without'} pre-stress")
+    return f"G_0 alone rises with p^{' and '.join(found)}"
 
 
 def figure_3(tables: EnsembleTables) -> Drawing:
@@ -159,7 +208,9 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
     _draw_largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
-    out.claims = _exponent_claims(out.name, groups, "contact damping", int(table["n"].iloc[0]))
+    both = select_law(tables.spectra, "contact", beta=1.0)
+    both = both[both["n"] == table["n"].iloc[0]]
+    out.claims = _exponent_claims(out.name, both, "contact damping", {"beta": 1.0})
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
@@ -201,7 +252,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
             draw(out, a, group, name, look, 1.0, p**-0.5)
     if loose:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
-        gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g), resamples=RESAMPLES)
+        gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g))
     label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
     out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
     out.claims.append(
@@ -286,7 +337,9 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             text = rf"$\eta_F = {format_power(eta_f) if eta_f else 0}$"
             draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
-    out.claims = _exponent_claims(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
+    both = select_law(tables.spectra, "stokes", eta_f=1.0)
+    both = both[both["n"] == stokes["n"].iloc[0]]
+    out.claims = _exponent_claims(out.name, both, "Stokes drag", {"eta_f": 1.0})
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)

@@ -71,7 +71,7 @@ class EnsembleTables:
     @cached_property
     def spectra(self) -> pd.DataFrame:
         """One row per packing, law and frequency."""
-        table = self._read("spectra")
+        table = _require_rows("spectra", self._read("spectra"))
         return _require_rows("spectra", table[table["converged"].astype(bool)])
 
     @cached_property
