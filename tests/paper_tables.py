@@ -131,7 +131,7 @@ def correlation():
     rng = np.random.default_rng(4)
     rows = []
     for law in ("contact", "stokes"):
-        for n in (256, 1024):
+        for n in (256, 16384):
             for seed in SEEDS:
                 box = 0.95 * n**0.5 * (1 + 0.001 * rng.normal())
                 delta = np.arange(round(box)) * box / round(box) / 2

@@ -230,14 +230,15 @@ def _log_claim(
             return np.nan
         return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
-    found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if len(several) > 2 else None
+    decades = np.log10(_PLATEAU * side / _SHORTEST)
+    enough = len(several) > 2 and decades >= 1
+    found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if enough else None
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
-        if found is not None
-        else f"N = {n} has two lengths in {window} at {len(several)} of {len(family)} pressures; it takes three"
+        if enough
+        else f"it takes a decade of lengths {window} at three pressures; N = {n} has {decades:.1f} at {len(several)}"
     )
-    decades = np.log10(_PLATEAU * side / _SHORTEST)
     out.claims.append(
         claim(
             out.name,

@@ -247,9 +247,11 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         if not prestress:
             loose = groups
         for index, (p, group) in enumerate(groups.items()):
-            look = sequence(index, len(groups)) | ({} if prestress else {"marker": "+", "linewidth": 0.6})
-            name = f"$p = {format_power(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
-            draw(out, a, group, name, look, 1.0, p**-0.5)
+            look = sequence(index, len(groups))
+            if prestress:
+                draw(out, a, group, f"$p = {format_power(p)}$", look, 1.0, p**-0.5)
+            else:
+                _draw_loose(out, a, p, group, "no pre-stress: dotted" if not index else None)
     if loose:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
         gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g))
@@ -267,10 +269,18 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
     _draw_beta_sweep(out, b, table)
     out.caption = (
-        "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (crosses); the frequency is not "
+        "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (dotted); the frequency is not "
         "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
     )
     return out
+
+
+def _draw_loose(out: Drawing, axes: Any, p: float, group: Group, name: str | None) -> None:
+    """Draw G* without pre-stress as dotted lines, which nearly fall onto each other."""
+    for part, values in (("G'", group.storage), ("G''", group.loss)):
+        mean = values.mean(axis=0) * p**-0.5
+        text = name if part == "G'" else None
+        out.curve(axes, f"{part} p = {p:g}, no pre-stress", group.omega, mean, label=text, color=BLACK, linestyle=":")
 
 
 def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:

@@ -69,7 +69,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         "(a) True against nominal packing fraction with eq 11; the form in the paper's caption is a misprint. (b) Mean "
         "particle area, overlaps shared. (c) Packing fraction against shape factor, A - 1 for disks; regular 12- and "
         "17-gons begin at A = 1.0235 and 1.0115, so A - A_J for droplets (small diamonds: their A - 1, the paper's "
-        "abscissa). Exponents of dashed lines in b and c are the paper's, their heights are chosen to meet our points."
+        "abscissa). Exponents of dashed lines in b and c are the paper's, their heights are ours."
     )
     return out
 
