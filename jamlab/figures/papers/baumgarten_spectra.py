@@ -101,8 +101,8 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         cause = _trend(groups, part) if "critical" in text else ""
         out.claims.append(claim(out.name, text, found, paper, how=how, cause=cause, shown_by="baumgarten-3 a"))
     out.caption = (
-        f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
-        "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
+        f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
+        "Displacement fields: baumgarten-1-fields."
     )
     return out
 

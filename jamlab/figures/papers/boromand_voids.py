@@ -61,8 +61,8 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     c.set_yscale("log")
     label(c, r"true packing fraction $\rho$", r"mean void area / particle area")
     out.caption = (
-        "Voids that do not percolate; rattlers count as particles. The paper's snapshots are not redrawn: a table "
-        "holds no shapes (`jamlab demo` draws them). Panel c is not in the paper."
+        "Voids that do not percolate; rattlers count as particles. Snapshots: boromand-8-voids. Panel c is not in the "
+        "paper."
     )
     return out
 

@@ -13,10 +13,12 @@ from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.figures.papers import (
     baumgarten_motion,
+    baumgarten_pictures,
     baumgarten_spectra,
     boromand_contacts_and_modulus,
     boromand_geometry,
     boromand_onset,
+    boromand_pictures,
     boromand_power_laws,
     boromand_tables,
     boromand_voids,
@@ -32,16 +34,22 @@ from jamlab.packing.versions import versions
 from jamlab.processes.side_by_side import run_side_by_side
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
+    "boromand-1": boromand_pictures.figure_1,
+    "boromand-2": boromand_pictures.figure_2,
+    "boromand-3": boromand_pictures.figure_3,
     "boromand-4": boromand_geometry.figure_4,
     "boromand-5": boromand_contacts_and_modulus.figure_5,
     "boromand-6": boromand_contacts_and_modulus.figure_6,
     "boromand-7": boromand_contacts_and_modulus.figure_7,
     "boromand-8": boromand_voids.figure_8,
+    "boromand-8-voids": boromand_pictures.figure_8_snapshots,
     "boromand-9": boromand_geometry.figure_9,
     "boromand-10": boromand_onset.figure_10,
     "boromand-11": boromand_power_laws.figure_11,
     "tables": boromand_tables.tables_1_2,
     "baumgarten-1": baumgarten_spectra.figure_1,
+    "baumgarten-1-fields": baumgarten_pictures.figure_1_fields,
+    "baumgarten-2": baumgarten_pictures.figure_2,
     "baumgarten-3": baumgarten_spectra.figure_3,
     "baumgarten-4": baumgarten_spectra.figure_4,
     "baumgarten-5": baumgarten_motion.figure_5,
