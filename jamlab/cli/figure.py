@@ -26,6 +26,9 @@ def figure(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-figures"),
     commit: Annotated[str, typer.Option(help="With the name reference: commit to record.")] = "unknown",
+    add: Annotated[
+        bool, typer.Option("--add", help="With the name reference: keep packings that the folder has already.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
@@ -33,7 +36,7 @@ def figure(
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:
-        _write_reference(source, out, commit, as_json)
+        _write_reference(source, out, commit, add, as_json)
     else:
         _draw_figures(names, source, out, as_json)
 
@@ -48,12 +51,12 @@ def _list_figures(as_json: bool) -> None:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
 
 
-def _write_reference(source: Path | None, out: Path, commit: str, as_json: bool) -> None:
+def _write_reference(source: Path | None, out: Path, commit: str, add: bool, as_json: bool) -> None:
     from jamlab.cli.figure_tables import save_reference
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
-    written = save_reference(source, out, commit)
+    written = save_reference(source, out, commit, add)
     if as_json:
         print_json({"out": str(out), "bytes": written})
     else:

@@ -20,11 +20,12 @@ from jamlab.figures.papers import conventions, gallery
 from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.figures.papers.ensembles import add_distances, ensemble, from_onset, interpolate, log_places, select_usual
 from jamlab.figures.papers.summary import SUMMARY
-from jamlab.figures.papers.tables import EnsembleTables, count_voids, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import EnsembleTables, combine, count_voids, read_folder, reference_tables, save
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
 TABLES, states = paper_tables.TABLES, paper_tables.states
+REFERENCE = Path(str(resources.files("jamlab.figures.papers").joinpath("reference")))
 PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith("_pictures")]
 
 
@@ -260,6 +261,24 @@ def test_reference_tables_give_the_same_figures(tmp_path):
             assert (b.value, b.low, b.high) == pytest.approx((a.value, a.low, a.high), rel=1e-2, nan_ok=True)
 
 
+def test_new_packings_join_those_that_are_there(tmp_path):
+    """Seeds 4 to 8 of a new campaign replace 4 and 5 of the old one and leave 1 to 3; both origins are on record."""
+    save(tables(), tmp_path, {"commit": "old"})
+    new = EnsembleTables(
+        lambda name: TABLES[name]().assign(seed=lambda t: t["seed"] + 3) if name == "spectra" else pd.DataFrame(),
+        {"commit": "new"},
+    )
+    old = read_folder(tmp_path)
+    both = combine(new, old)
+    assert both.facts["commit"] == "new"
+    assert sorted(both.spectra["seed"].unique()) == list(range(1, 9))
+    keys = ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"]
+    assert not both.spectra.duplicated(keys).any()
+    fourth = both.spectra[(both.spectra["seed"] == 4) & (both.spectra["n"] == 256)]
+    assert fourth["g0"].max() == pytest.approx(TABLES["spectra"]().query("seed == 1 and n == 256")["g0"].max())
+    assert len(both.states) == len(old.states)
+
+
 def test_reference_tables_are_written_alike_every_time(tmp_path):
     for folder in ("a", "b"):
         save(tables(), tmp_path / folder, {})
@@ -295,13 +314,20 @@ def test_damaged_reference_tables_are_refused(tmp_path):
 
 
 def test_the_reference_data_are_packed_whole_and_small():
-    folder = Path(str(resources.files("jamlab.figures.papers").joinpath("reference")))
+    folder = REFERENCE
     rows = json.loads((folder / "reference.json").read_text())["rows"]
     packed = reference_tables()
     for name, count in rows.items():
         assert len(getattr(packed, name)) == count > 0
     assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
     assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
+
+
+def test_the_readme_repeats_how_many_numbers_agree():
+    """`jamlab figure all` writes the file; the slow test below draws it anew."""
+    told = (REFERENCE / SUMMARY).read_text().splitlines()[0]
+    readme = Path(__file__).parents[2] / "README.md"
+    assert told in " ".join(readme.read_text().split())
 
 
 @pytest.mark.slow
@@ -311,6 +337,9 @@ def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
     assert not failures and [d.name for d in drawn] == list(gallery.FIGURES)
     measured = [c for d in drawn for c in d.claims if c.measured]
     assert len(measured) > 60
+    differing = [c for d in drawn for c in d.claims if c.verdict is Verdict.DIFFERS]
+    assert [c.line for c in differing if not (c.cause and c.shown_by)] == []  # a difference has a measured cause
+    assert (tmp_path / "two" / SUMMARY).read_text() == (REFERENCE / SUMMARY).read_text()
     for name in gallery.FIGURES:
         drawing = gallery.draw(name, reference_tables())
         for path in gallery.write(drawing, tmp_path)[0]:

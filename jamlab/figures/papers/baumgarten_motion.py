@@ -59,6 +59,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         words = {"how": how}
         if name == "approach":
             words |= {"cause": _half_modulus(tables, n, [p[k] for k in fitted]), "shown_by": "baumgarten-5"}
+            words["how"] += f"; {words['cause']}" if words["cause"] else ""
         out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (

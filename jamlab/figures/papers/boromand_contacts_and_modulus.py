@@ -237,7 +237,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     for model, plain, scaled in (("sp", axes[0], axes[1]), ("dp", axes[2], axes[3])):
         scale(plain)
         scale(scaled)
-        last: tuple[int, Ensemble] | None = None
+        curves: dict[int, Ensemble] = {}
         for n in sizes(states, model):
             every = states[(states["model"] == model) & (states["n"] == n)]
             part = select_below_confluence(every)
@@ -250,16 +250,16 @@ def figure_7(tables: EnsembleTables) -> Drawing:
             out.curve(
                 scaled, f"N = {n}", x * n, *(v * n for v in (y.value, y.low, y.high)), linestyle="none", **size_style(n)
             )
-            last = n, e
+            curves[n] = e
         if model == "sp":
             limit = published.MISSING_CONTACTS_LIMIT["sp"].value
             out.curve(scaled, f"paper: limit {limit:g}", [1e-3, 30], [limit, limit], **PAPER)
         else:
             out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (3e-3, 1e-1), 0.02)
         name = model.upper()
-        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
-        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="upper left")
-        out.claims += _confluence_claims(out.name, model, last)
+        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
+        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
+        out.claims += _confluence_claims(out.name, model, curves)
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
         f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "
@@ -276,30 +276,24 @@ def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
     return s.assign(to_confluence=s["rho_star"] - s["rho"], missing=6 - s["z"])
 
 
-def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None) -> list[Claim]:
-    nothing = f"no {model} packing reaches z = 6"
+def _confluence_claims(name: str, model: str, curves: dict[int, Ensemble]) -> list[Claim]:
+    """Missing contacts at the smallest distance that any size has, and their exponent in the largest."""
     found = slope = None
-    how = nothing
-    if last is not None:
-        n, e = last
-        found = e.interval(lambda x, y: y[np.nanargmin(x)] * n)
-        slope = e.interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
-        how = f"N = {n}, rho* - rho = {np.nanmin(e.x):.2g}, rho* of each packing"
-    words = {"cause": f"more contacts than one open within {np.nanmin(last[1].x):.2g} of rho*" if last else ""}
+    how = ending = f"no {model} packing reaches z = 6"
+    words: dict[str, str] = {}
+    if curves:
+        distance, n = min((float(np.nanmin(e.x)), n) for n, e in curves.items())
+        found = curves[n].interval(lambda x, y: y[np.nanargmin(x)] * n)
+        how = f"N = {n}, rho* - rho = {distance:.2g}, rho* of each packing"
+        words = {"cause": f"more contacts than one open within {distance:.2g} of rho*", "shown_by": "boromand-7 b"}
+        largest = max(curves)
+        slope = curves[largest].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
+        ending = f"N = {largest}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}"
     if model == "dp":
         words = {"contradiction": COUNTED, "shown_by": "boromand-7 d"}
-    limit = claim(
-        name,
-        f"(z_conf - z) N nearest to rho*, {model.upper()}",
-        found,
-        published.MISSING_CONTACTS_LIMIT[model],
-        how=how,
-        **words,
-    )
+    paper, exponent = published.MISSING_CONTACTS_LIMIT[model], published.MISSING_CONTACTS_EXPONENT
+    limit = claim(name, f"(z_conf - z) N nearest to rho*, {model.upper()}", found, paper, how=how, **words)
     if model == "sp":
         return [limit]
-    how = f"N = {last[0]}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}" if last else nothing
-    return [
-        limit,
-        claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, how=how),
-    ]
+    text = "exponent of z_conf - z in rho* - rho, DP"
+    return [limit, claim(name, text, slope, exponent, how=ending, cause="", shown_by="boromand-7 c")]

@@ -214,4 +214,10 @@ def _draw_ratios(out: Drawing, axes: Any) -> None:
         axes.plot(ratio[1:], [row, row], color=color, linewidth=1.6)
     axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
     axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
-    label(axes, "measured / paper", "", loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8.5, "va": "center"}
+    for row, c in enumerate(reversed(out.claims)):
+        axes.text(1.02, row, f"{c.value:.4g}", **beside)
+        axes.text(1.19, row, c.paper_text, **beside)
+    axes.text(1.02, len(out.claims), "measured", weight="bold", **beside)
+    axes.text(1.19, len(out.claims), "paper", weight="bold", **beside)
+    label(axes, "measured / paper", "", loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5)
