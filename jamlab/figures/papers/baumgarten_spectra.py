@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import FEWEST, average, bootstrap
-from jamlab.figures.papers.panels import BESIDE, Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.critical_exponents import exponent_claims
+from jamlab.figures.papers.ensembles import average, bootstrap
+from jamlab.figures.papers.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
-    cut_to_shared_frequencies,
     format_power,
     group_by_pressure,
     select_large,
@@ -23,7 +22,6 @@ from jamlab.figures.papers.spectral_groups import (
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
-from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
@@ -31,8 +29,6 @@ from jamlab.statistics.power_laws import power_law
 Array = NDArray[np.float64]
 
 MODULUS = r"[$k$]"
-FREQUENCY = r"frequency $\omega\,\tau_1$"
-_COLLAPSE_RESAMPLES = 60  # each is a fit: seconds for a figure
 _CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
 
 
@@ -138,62 +134,6 @@ def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Gr
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **BESIDE)
 
 
-def _exponent_claims(name: str, table: pd.DataFrame, law: str, parameters: dict[str, float]) -> list[Claim]:
-    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives.
-
-    Args:
-        table: spectra of one law and size, with pre-stress and without.
-        parameters: of the law.
-    """
-    n = int(table["n"].iloc[0])
-    kind = "contact" if "beta" in parameters else "stokes"
-    stressed = select_law(table, kind, prestress=True, **parameters)
-    groups = {p: g for p, g in select_large(group_by_pressure(stressed), n).items() if len(g.g0) >= FEWEST}
-    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
-    how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
-    cause = ""
-    if len(groups) >= 3:
-        try:
-            members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
-            fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
-            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
-            stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
-            how = (
-                f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
-                f"spread {fit.spread:.2g} in ln G*"
-            )
-            cause = _static_exponents(table, kind, parameters, n)
-        except InputError as error:
-            how = str(error)
-    names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
-    shown = {"cause": cause, "shown_by": f"{name} a"}
-    return [
-        claim(
-            name,
-            f"{text}, {law}",
-            Interval(np.array(v), np.array(v - e), np.array(v + e)),
-            paper,
-            how=f"{how}; {cause}" if cause else how,
-            **shown,
-        )
-        for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
-    ]
-
-
-def _static_exponents(table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:
-    """Exponents of G_0 itself in p, with pre-stress and without it, as text."""
-    found = []
-    for prestress in (True, False):
-        try:
-            rows = select_law(table, kind, prestress=prestress, **parameters)
-        except InputError:
-            continue
-        groups = select_large(group_by_pressure(rows), n)
-        slope = power_law(list(groups), [g.g0.mean() for g in groups.values()]).exponents[0]
-        found.append(f"{slope:.2f} {'with' if prestress else 'without'} pre-stress")
-    return f"G_0 alone rises with p^{' and '.join(found)}"
-
-
 def figure_3(tables: EnsembleTables) -> Drawing:
     """G* of balanced contact damping for a range of pressures, and its collapse."""
     every = select_law(tables.spectra, "contact", prestress=True, beta=1.0)
@@ -210,7 +150,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
     both = select_law(tables.spectra, "contact", beta=1.0)
     both = both[both["n"] == table["n"].iloc[0]]
-    out.claims = _exponent_claims(out.name, both, "contact damping", {"beta": 1.0})
+    out.claims = exponent_claims(out.name, both, "contact damping", {"beta": 1.0})
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
@@ -349,7 +289,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
     both = select_law(tables.spectra, "stokes", eta_f=1.0)
     both = both[both["n"] == stokes["n"].iloc[0]]
-    out.claims = _exponent_claims(out.name, both, "Stokes drag", {"eta_f": 1.0})
+    out.claims = exponent_claims(out.name, both, "Stokes drag", {"eta_f": 1.0})
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)

@@ -12,6 +12,7 @@ from jamlab.errors import InputError, JamlabError
 from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.figures.papers import (
+    baumgarten_correlation,
     baumgarten_motion,
     baumgarten_pictures,
     baumgarten_spectra,
@@ -54,7 +55,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-4": baumgarten_spectra.figure_4,
     "baumgarten-5": baumgarten_motion.figure_5,
     "baumgarten-6": baumgarten_spectra.figure_6,
-    "baumgarten-7": baumgarten_motion.figure_7,
+    "baumgarten-7": baumgarten_correlation.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
+FREQUENCY = r"frequency $\omega\,\tau_1$"
 SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
     32: {"color": RED, "marker": "s"},
     64: {"color": BLUE, "marker": "o"},
