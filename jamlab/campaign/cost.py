@@ -76,7 +76,10 @@ def state_count(parameters: dict[str, Any]) -> int:
         return 1
     how = parameters["compress"]
     start = min(_ONSET_PHI, 0.99 * how["to"])
-    return 1 + len(grid(start, how["to"], how["step"], how["nearest"], how["per_decade"]))
+    halvings = 0
+    if how.get("confluence") is not None:
+        halvings = max(0, int(np.ceil(np.log2(how["step"] / how["confluence"]))))
+    return 1 + len(grid(start, how["to"], how["step"], how["nearest"], how["per_decade"])) + halvings
 
 
 def task_seconds(parameters: dict[str, Any], ranks: int = 1) -> float:

@@ -129,13 +129,17 @@ class Flow(_Table):
 
 
 class Compression(_Table):
-    """Arguments of `jamlab.compress`, from onset up to a packing fraction."""
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction.
+
+    With `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`).
+    """
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
     step: Annotated[float, Field(ge=SMALLEST_STEP, le=1)] = 0.01
     nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
+    confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
 
     @model_validator(mode="after")
     def _check_steps(self) -> "Compression":

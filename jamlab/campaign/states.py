@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
+from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
 from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
 
@@ -73,7 +75,7 @@ def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, 
     if "compress" not in parameters:
         return [onset]
     sweep = dict(parameters["compress"])
-    to, by = sweep.pop("to"), sweep["by"]
+    to, by, confluence = sweep.pop("to"), sweep["by"], sweep.pop("confluence", None)
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
@@ -82,6 +84,20 @@ def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, 
         sweep |= {"error": parameters["tolerances"]["step_error"], "tolerance": tolerance, "ranks": ranks}
         for packing in compress(onset, to, **sweep):
             packings.append(packing)
+        if confluence is not None:
+            packings = _add_confluence(packings, confluence, by, tolerance, ranks)
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
     return packings
+
+
+def _add_confluence(
+    packings: list[Packing], error: float, by: str, tolerance: float | None, ranks: int
+) -> list[Packing]:
+    """Add the bisection of the place where z first reaches 6; there is none where it never does."""
+    full = next((k for k, p in enumerate(packings) if contacts(p).z >= MOST_CONTACTS), 0)
+    if not full:
+        return packings
+    below, above = packings[full - 1], packings[full]
+    found = bisect_confluence(below, above, error, by=by, tolerance=tolerance, ranks=ranks)
+    return [*packings[:full], *sorted(found, key=lambda p: p.phi), *packings[full:]]

@@ -151,6 +151,8 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
         parameters["minimized_to"] = sweep.tolerances.max_force  # jamlab 0.1.0 only marked states by it
     if sweep.compress is not None:
         parameters["compress"] = sweep.compress.model_dump()
+        if sweep.compress.confluence is None:
+            del parameters["compress"]["confluence"]  # tasks keep the names that they had before there was the key
     elif sweep.pressures is not None:
         parameters["pressures"] = sorted(map(float, sweep.pressures), reverse=True)
     else:
