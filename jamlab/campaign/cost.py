@@ -70,8 +70,9 @@ _POSITION_BYTES = 24  # of a disk or vertex: x, y and z = 0 in float64
 
 def state_count(parameters: dict[str, Any]) -> int:
     """Count the frames of a task; those of a compression as from the typical onset."""
-    if "pressures" in parameters:
-        return len(parameters["pressures"])
+    for key in ("pressures", "phi"):
+        if key in parameters:
+            return len(parameters[key])
     if "compress" not in parameters:
         return 1
     how = parameters["compress"]
@@ -98,6 +99,8 @@ def _making_seconds(parameters: dict[str, Any]) -> float:
         high, low = _PACK_PRESSURES
         share = np.log(np.array(parameters["pressures"]) / high) / np.log(low / high)
         return float(np.sum(dense * (soft / dense) ** share))
+    if "phi" in parameters:  # a quench each, which takes the longest near onset
+        return states * _interpolate(_PACK_TIME["fixed-box"][0], n)
     onset = _STABILIZED_ONSET_TIME if sheared and model == "sp" else _ONSET_TIME[model]
     return _interpolate(onset, n) + (states - 1) * _interpolate(_STATE_TIME[model], n)
 

@@ -176,8 +176,9 @@ class SweepTable(_Table):
         until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
             of each named column of "states", at the last state of each packing and for each model and n. The first
             eight seeds always run; `standard_error.py` says how many follow.
-        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures` and `onset`.
+        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
         pressures: target pressures of disks, in units of k.
+        phi: packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start.
         onset: true: make only the packings at onset.
         ensemble: "fixed-box" or "shear-stabilized".
         observables: tables to measure; "states" is always among them. One added later is measured on the packings
@@ -207,6 +208,7 @@ class SweepTable(_Table):
     until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
     compress: Compression | None = None
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], Field(min_length=1)] | None = None
+    phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], Field(min_length=1)] | None = None
     onset: Literal[True] | None = None
     ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
     observables: list[Observable] = ["states"]
@@ -232,7 +234,7 @@ class SweepTable(_Table):
             raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
         return range(1, value + 1)
 
-    @field_validator("model", "n", "seeds", "pressures", "observables", "prestress")
+    @field_validator("model", "n", "seeds", "pressures", "phi", "observables", "prestress")
     @classmethod
     def _refuse_repetition(cls, value: Any) -> Any:
         if isinstance(value, list):
@@ -258,14 +260,17 @@ class SweepTable(_Table):
 
     @model_validator(mode="after")
     def _check_combination(self) -> "SweepTable":
-        protocols = [key for key in ("compress", "pressures", "onset") if getattr(self, key) is not None]
+        protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
         if len(protocols) != 1:
             said = " and ".join(protocols) or "none of them"
-            raise ValueError(f"says {said}: give exactly one of compress, pressures and onset = true")
+            raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
         self._check_until()
         droplets = "dp" in self.model
-        if droplets and self.pressures is not None:
-            raise ValueError("pressures are for model sp (units k): give droplets a separate sweep with compress")
+        for key in ("pressures", "phi"):
+            if droplets and getattr(self, key) is not None:
+                raise ValueError(f"{key} are for model sp (units k): give droplets a separate sweep with compress")
+        if self.phi is not None and self.ensemble != "fixed-box":
+            raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
         if droplets and False in self.prestress:
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:

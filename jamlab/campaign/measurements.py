@@ -66,7 +66,7 @@ def measure_tables(
     known = known or {}
     observables = [name for name in parameters["observables"] if name not in known]
     tables: dict[str, list[Row]] = {}
-    if "pressures" not in parameters and "onset" not in known:
+    if not {"pressures", "phi"} & parameters.keys() and "onset" not in known:
         tables["onset"] = [_onset_row(states)]
     if "spectra" in observables:
         tables["spectra"] = _spectrum_rows(parameters, states, pressure)

@@ -155,6 +155,8 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
             del parameters["compress"]["confluence"]  # tasks keep the names that they had before there was the key
     elif sweep.pressures is not None:
         parameters["pressures"] = sorted(map(float, sweep.pressures), reverse=True)
+    elif sweep.phi is not None:
+        parameters["phi"] = sorted(map(float, sweep.phi))
     else:
         parameters["onset"] = True
     if {"spectra", "correlation", "flow"} & set(sweep.observables):

@@ -42,6 +42,19 @@ def test_other_rates_need_no_other_packings(tmp_path):
     assert keys[0] == keys[1] and len(set(keys[0])) == 2
 
 
+def test_flow_from_quenches_below_and_above_onset(tmp_path):
+    """States at packing fractions, in units "k"; the loose one bears no pressure at rest, and flows under little."""
+    changes = {"pressures": None, "phi": [0.9, 0.7], "seeds": 1, "damping": {"contact": [1.0]}}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    states = campaign.table("states")
+    assert states["phi"].to_numpy() == pytest.approx([0.7, 0.9]) and set(states["units"]) == {"k"}
+    assert states["pressure"].iloc[0] < 1e-9 < 1e-3 < states["pressure"].iloc[1]
+    stress = campaign.table("flow").query("rate == 0.3").set_index("state")["stress"]
+    assert 0 < stress[0] < 0.5 * stress[1]
+    assert campaign.table("onset").empty
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
