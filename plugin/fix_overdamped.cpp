@@ -212,6 +212,10 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
+  if (droplets)
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still too "
+               "long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+               state.last_step);
   error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
              "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
              state.strain, result.residual, result.iterations);
