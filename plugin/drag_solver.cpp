@@ -110,25 +110,21 @@ double DragSolver::find_residual(const Motions &force, Motions &u, const Load &l
 }
 
 /* ----------------------------------------------------------------------
-   conjugate gradients from the residual on; returns its squared norm. downhill: false, if the matrix
-   is not positive along a direction
+   conjugate gradients from the residual on; returns its squared norm
 ------------------------------------------------------------------------- */
 
-double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough, int &iterations, bool &downhill)
+double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough, Result &result)
 {
   double z_flow;
   double rho = precondition(r_flow, z_flow);
   std::copy_n(descent.begin(), nlocal, direction.begin());
   double p_flow = z_flow;
-  downhill = true;
-  while (rho > INNER * INNER * enough && iterations < settings.iterations) {
-    iterations++;
+  while (rho > INNER * INNER * enough && result.iterations < settings.iterations) {
+    result.iterations++;
     double power, flow;
     multiply_ahead(direction, p_flow, product, power, flow);
-    if (!(power > 0.0)) {
-      downhill = false;
-      break;
-    }
+    result.positive = power > 0.0;
+    if (!result.positive) break;
     const double step = rho / power;
     for (int i = 0; i < nlocal; i++) {
       u[i].x += step * direction[i].x;
@@ -159,14 +155,13 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
 
 DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &load)
 {
-  Result result = {0, false, 0.0, false};
+  Result result = {0, false, 0.0, true};
   start_rate = load.rate;
   std::copy_n(u.begin(), nlocal, start.begin());
-  bool softer = false;
   for (int round = 0; round < MOST_ROUNDS; round++) {
     exchange.send_to_ghosts(u);
     find_weights(u, load.rate);
-    if (round == 0 || softer || law.alpha != 1.0) find_preconditioner(load.free_rate);
+    if (round == 0 || law.alpha != 1.0) find_preconditioner(load.free_rate);
     const double driven = driving(force, load);
     const double enough = std::max(settings.tolerance * settings.tolerance * driven, rounding());
 
@@ -179,12 +174,8 @@ DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &loa
       break;
     }
 
-    bool downhill;
-    rho = descend(u, load, r_flow, enough, result.iterations, downhill);
-    softer = !downhill && soften();
-    result.soft |= softer;
-    if (softer) continue;
-    if (law.alpha == 1.0) {
+    rho = descend(u, load, r_flow, enough, result);
+    if (law.alpha == 1.0 || !result.positive) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
       result.converged = rho <= enough;
       break;

@@ -64,7 +64,7 @@ class DragSolver {
     int iterations;
     bool converged;
     double residual;    // relative
-    bool soft;          // K had to be left in part
+    bool positive;      // the matrix, as far as was seen
   };
 
   DragSolver(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const DragLaw &law) :
@@ -118,12 +118,11 @@ class DragSolver {
     multiply(p, rate, out, power, flow);
   }
   virtual bool looks_ahead() const { return false; }
-  virtual bool soften() { return false; }    // leave out of K what can be negative; false: nothing is left of it
-  virtual double rounding() const = 0;       // squared norm that rounding of the forces leaves in any residual
+  virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
   double driving(const Motions &force, const Load &);
   double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
-  double descend(Motions &u, Load &, double r_flow, double enough, int &iterations, bool &downhill);
+  double descend(Motions &u, Load &, double r_flow, double enough, Result &);
   void subtract(const Motions &, double factor = 1.0);
 };
 

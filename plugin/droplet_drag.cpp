@@ -59,8 +59,7 @@ void DropletDrag::take(int local, int ghost, double time_ahead)
   for (Motions *each : {&work, &still}) each->resize(local + ghost);
   ahead = time_ahead;
   if (lmp->neighbor->ago == 0) atoms_moved_between_ranks = true;
-  stale = soft || last_iterations > SLOW || ahead > OTHER_STEP * factors_ahead || ahead * OTHER_STEP < factors_ahead;
-  soft = false;
+  stale = last_iterations > SLOW || ahead > OTHER_STEP * factors_ahead || ahead * OTHER_STEP < factors_ahead;
   for (Compute *compute : {&virial, &energy}) compute->addstep(lmp->update->ntimestep + 1);
 
   const auto x = lmp->atom->x;
@@ -80,7 +79,7 @@ void DropletDrag::take(int local, int ghost, double time_ahead)
   }
   weights.resize(meetings.size());
   read_outlines();
-  stiffness.take(meetings, soft);
+  stiffness.take(meetings);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -214,16 +213,6 @@ void DropletDrag::multiply_ahead(Motions &p, double rate, Motions &out, double &
 
 /* ---------------------------------------------------------------------- */
 
-bool DropletDrag::soften()
-{
-  if (soft) return false;
-  soft = stale = true;
-  stiffness.take(meetings, soft);
-  return true;
-}
-
-/* ---------------------------------------------------------------------- */
-
 void DropletDrag::find_weights(const Motions &u, double rate)
 {
   std::vector<double> square(law.alpha == 1.0 ? 0 : meetings.size());
@@ -262,21 +251,17 @@ void DropletDrag::find_preconditioner(bool free_rate)
 }
 
 /* ----------------------------------------------------------------------
-   without what can be negative in K, if it makes the whole so
+   with less of K, if what can be negative in it makes the whole so
 ------------------------------------------------------------------------- */
 
 void DropletDrag::factorise(bool new_pattern)
 {
   factors_ahead = ahead;
   atoms_moved_between_ranks = false;
-  for (const bool without : {soft, true}) {
+  for (const bool whole : {true, false}) {
     BlockAssembly matrix(lmp->atom);
     assemble_drag(matrix);
-    if (ahead > 0.0) {
-      if (without != soft) stiffness.take(meetings, true);
-      stiffness.assemble(ahead, matrix);
-      if (without != soft) stiffness.take(meetings, soft);
-    }
+    if (ahead > 0.0) stiffness.assemble(ahead, whole, matrix);
     matrix.fill(factors, new_pattern);
     mean_diagonal = factors.mean_diagonal();
     if (factors.factorise(mean_diagonal > 0.0 ? SHIFT * mean_diagonal : 1.0)) return;

@@ -40,7 +40,6 @@ class DropletDrag : public DragSolver {
   Compute &virial, &energy;
   DropletStiffness stiffness;
   double ahead = 0.0;
-  bool soft = false;
   std::vector<DropletMeeting> meetings;
   std::vector<double> weights;    // drag over velocity of approach
   Motions work, still;
@@ -64,7 +63,6 @@ class DropletDrag : public DragSolver {
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   void multiply_ahead(Motions &p, double rate, Motions &out, double &power, double &flow) override;
   bool looks_ahead() const override { return ahead > 0.0; }
-  bool soften() override;
   double rounding() const override;
 
   void apply(Motions &p, double rate, double ahead, Motions &out, double &power, double &flow, FlowSums *);

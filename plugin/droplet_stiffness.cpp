@@ -19,13 +19,9 @@ static constexpr double DIAGONAL = 1e-2;    // over the stiffness of a contact
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::take(const std::vector<DropletMeeting> &found, bool without_prestress)
+void DropletStiffness::take(const std::vector<DropletMeeting> &found)
 {
   meetings = &found;
-  soft = without_prestress;
-  diagonal = 0.0;
-  if (soft)
-    for (const DropletMeeting &m : found) diagonal = std::max(diagonal, DIAGONAL * m.stiffness);
   const double *const *const x = lmp->atom->x;
   const int nlocal = lmp->atom->nlocal;
 
@@ -59,10 +55,6 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found, bool witho
 
 double DropletStiffness::add_product(const Motions &p, double strain, double factor, Motions &out)
 {
-  for (int i = 0; soft && i < lmp->atom->nlocal; i++) {
-    out[i].x += factor * diagonal * p[i].x;
-    out[i].y += factor * diagonal * p[i].y;
-  }
   return add_contacts(p, strain, factor, out) + add_tension(p, strain, factor, out) +
       add_areas(p, strain, factor, out);
 }
@@ -82,7 +74,7 @@ double DropletStiffness::add_contacts(const Motions &p, double strain, double fa
     // of the vertex against its foot, and of the head against the tail; the shear moves both along x
     const double rx = v.x - s * a.x - m.t * b.x + strain * m.ny * m.distance, ry = v.y - s * a.y - m.t * b.y;
     const double across = rx * m.nx + ry * m.ny;
-    const double f = soft ? 0.0 : m.force;
+    const double f = m.force;
     double fx = m.stiffness * across * m.nx, fy = m.stiffness * across * m.ny, gx = 0.0, gy = 0.0;
     double edge_y = 0.0;
     if (m.length > 0.0) {
@@ -148,7 +140,7 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
   double flow = 0.0;
   for (const Vertex &v : vertices) {
     const double push = factor * area->stiffness_of(v.polygon) * stretch[v.polygon];
-    const double half = soft ? 0.0 : 0.5 * factor * area->stiffness_of(v.polygon) * area->excess_of(v.polygon);
+    const double half = 0.5 * factor * area->stiffness_of(v.polygon) * area->excess_of(v.polygon);
     const Motion &before = p[v.prev], &after = p[v.next];
     const double fx = push * v.slope_x + half * (after.y - before.y);
     const double fy = push * v.slope_y + half * (before.x - after.x - 2.0 * strain * v.slope_x);
@@ -161,30 +153,31 @@ double DropletStiffness::add_areas(const Motions &p, double strain, double facto
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::assemble(double factor, BlockAssembly &matrix) const
+void DropletStiffness::assemble(double factor, bool whole, BlockAssembly &matrix) const
 {
-  for (int i = 0; soft && i < lmp->atom->nlocal; i++)
-    matrix.add(i, i, {factor * diagonal, 0.0, 0.0, factor * diagonal});
-  assemble_contacts(factor, matrix);
+  double diagonal = 0.0;
+  for (const DropletMeeting &m : *meetings) diagonal = std::max(diagonal, DIAGONAL * factor * m.stiffness);
+  for (int i = 0; !whole && i < lmp->atom->nlocal; i++) matrix.add(i, i, {diagonal, 0.0, 0.0, diagonal});
+  assemble_contacts(factor, whole, matrix);
   for (const Edge &e : edges) {
     const double xx = factor * e.xx, xy = factor * e.xy, yy = factor * e.yy;
     if (e.own_i) matrix.add(e.i, e.i, {xx, xy, xy, yy});
     if (e.own_j) matrix.add(e.j, e.j, {xx, xy, xy, yy});
     matrix.add(e.i, e.j, {-e.share * xx, -e.share * xy, -e.share * xy, -e.share * yy});
   }
-  assemble_areas(factor, matrix);
+  assemble_areas(factor, whole, matrix);
 }
 
 /* ----------------------------------------------------------------------
    as in add_contacts
 ------------------------------------------------------------------------- */
 
-void DropletStiffness::assemble_contacts(double factor, BlockAssembly &matrix) const
+void DropletStiffness::assemble_contacts(double factor, bool whole, BlockAssembly &matrix) const
 {
   for (const DropletMeeting &m : *meetings) {
     const int site[3] = {m.vertex, m.tail, m.head};
     const double c[3] = {1.0, m.t - 1.0, -m.t}, w[3] = {0.0, -1.0, 1.0};
-    const double k = factor * m.stiffness, f = soft ? 0.0 : factor * m.force;
+    const double k = factor * m.stiffness, f = whole ? factor * m.force : 0.0;
     const double per_length = m.length > 0.0 ? 1.0 / m.length : 0.0, per_d = m.length > 0.0 ? 0.0 : f / m.distance;
     for (int a = 0; a < 3; a++)
       for (int b = a; b < 3; b++) {
@@ -201,7 +194,7 @@ void DropletStiffness::assemble_contacts(double factor, BlockAssembly &matrix) c
 
 /* ---------------------------------------------------------------------- */
 
-void DropletStiffness::assemble_areas(double factor, BlockAssembly &matrix) const
+void DropletStiffness::assemble_areas(double factor, bool whole, BlockAssembly &matrix) const
 {
   std::vector<std::vector<const Vertex *>> rings(area->rings().polygons().size());
   for (const Vertex &v : vertices) rings[v.polygon].push_back(&v);
@@ -214,7 +207,7 @@ void DropletStiffness::assemble_areas(double factor, BlockAssembly &matrix) cons
         matrix.add(v.i, o.i, {ka * v.slope_x * o.slope_x, ka * v.slope_x * o.slope_y, ka * v.slope_y * o.slope_x,
                               ka * v.slope_y * o.slope_y});
       }
-      const double half = soft ? 0.0 : 0.5 * ka * area->excess_of(v.polygon);
+      const double half = whole ? 0.5 * ka * area->excess_of(v.polygon) : 0.0;
       matrix.add(v.i, v.next, {0.0, half, -half, 0.0});
     }
 }

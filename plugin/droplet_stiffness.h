@@ -26,13 +26,13 @@ class DropletStiffness {
  public:
   DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
 
-  // soft: without the terms that can be negative, those that forces make, and with a little on the diagonal instead
-  void take(const std::vector<DropletMeeting> &, bool soft);
+  void take(const std::vector<DropletMeeting> &);
 
   // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
   double add_product(const Motions &p, double strain, double factor, Motions &out);
 
-  void assemble(double factor, class BlockAssembly &) const;
+  // factor K; whole: false, for a little on the diagonal instead of the terms that can be negative, which forces make
+  void assemble(double factor, bool whole, class BlockAssembly &) const;
 
   double largest_tension() const;
 
@@ -40,8 +40,6 @@ class DropletStiffness {
   class LAMMPS *lmp;
   class FixPolygonArea *area;
   const std::vector<DropletMeeting> *meetings = nullptr;
-  bool soft = false;
-  double diagonal = 0.0;
   struct Edge {    // block of its line tension
     int i, j;
     double y, xx, xy, yy;
@@ -56,8 +54,8 @@ class DropletStiffness {
   std::vector<Vertex> vertices;
   std::vector<double> stretch;
 
-  void assemble_contacts(double factor, BlockAssembly &) const;
-  void assemble_areas(double factor, BlockAssembly &) const;
+  void assemble_contacts(double factor, bool whole, BlockAssembly &) const;
+  void assemble_areas(double factor, bool whole, BlockAssembly &) const;
   double add_contacts(const Motions &p, double strain, double factor, Motions &out) const;
   double add_tension(const Motions &p, double strain, double factor, Motions &out) const;
   double add_areas(const Motions &p, double strain, double factor, Motions &out);

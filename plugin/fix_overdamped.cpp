@@ -64,7 +64,9 @@ void FixOverdamped::setup(int /*vflag*/)
     start_droplets();
   else if (const DragSolver::Result result = find_velocities(); !result.converged)
     refuse(result);
+  const double power = state.power;
   add_up();
+  if (droplets && state.step > 0.0) state.power = power;    // by forces that followed the velocities
   if (state.step == 0.0) state.step = FIRST * longest_step();
   set_step();
 }
@@ -212,6 +214,10 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
+  if (droplets)
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still too "
+               "long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+               state.last_step);
   error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
              "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
              state.strain, result.residual, result.iterations);
@@ -286,10 +292,11 @@ double FixOverdamped::longest_step() const
   if (fastest > 0.0) least = std::min(least, TRAVEL / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
   if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
+  if (droplets && !std::isfinite(least)) least = droplet_law.tau > 0.0 ? droplet_law.tau : 1.0;    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
-  if (least < STUCK * stable && least < longest)
+  if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
     error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
                "rate", WHO, state.time, state.strain, state.rate, fastest, least);

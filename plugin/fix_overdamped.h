@@ -98,7 +98,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
   void step_back();
   double droplet_error() const;
-  double limit_correction(const Motions &predicted);
+  double farthest_correction(const Motions &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
   void refuse(const DragSolver::Result &) const;

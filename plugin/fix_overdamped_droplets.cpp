@@ -24,7 +24,7 @@ using namespace LAMMPS_NS;
 
 static constexpr double FARTHEST = 0.005;   // that forces may take a vertex beside its prediction, units of length
 static constexpr double RETRY = 0.25;       // step over one that was too long
-static constexpr double SHORT = 1e-4;       // step over tau that is not repeated any more
+static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
 
 /* ----------------------------------------------------------------------
    A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
@@ -33,7 +33,7 @@ static constexpr double SHORT = 1e-4;       // step over tau that is not repeate
 
 void FixOverdamped::start_droplets()
 {
-  if (state.last_step > 0.0 || drive == STRESS) {
+  if (state.step > 0.0 || drive == STRESS) {
     solver->accept(now, state.rate);
     return;
   }
@@ -108,14 +108,14 @@ double FixOverdamped::droplet_error() const
 bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_rate,
                                      const DragSolver::Result &result)
 {
-  const double part = limit_correction(predicted);
-  const bool shorter = state.last_step > SHORT * (droplet_law.tau > 0.0 ? droplet_law.tau : 1.0);
-  if (shorter && (result.soft || !result.converged || part < 1.0)) return false;
-
-  const double extra = part * ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
+  if (!result.converged || farthest_correction(predicted) > FARTHEST) {
+    if (state.last_step < SHORTEST * (droplet_law.tau > 0.0 ? droplet_law.tau : 1.0)) refuse(result);
+    return false;
+  }
+  const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
   double **const x = atom->x;
   for (int i = 0; i < atom->nlocal; i++) {
-    const double dx = part * ahead * (now[i].x - predicted[i].x), dy = part * ahead * (now[i].y - predicted[i].y);
+    const double dx = ahead * (now[i].x - predicted[i].x), dy = ahead * (now[i].y - predicted[i].y);
     moved[i].x += dx;
     moved[i].y += dy;
     x[i][1] += dy;
@@ -132,18 +132,15 @@ bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_
   return true;
 }
 
-/* ----------------------------------------------------------------------
-   part of the correction after which no vertex has moved too far by it
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
-double FixOverdamped::limit_correction(const Motions &predicted)
+double FixOverdamped::farthest_correction(const Motions &predicted) const
 {
   double farthest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
     farthest = std::max(farthest, hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y));
-  farthest *= ahead;
   MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
-  return farthest > FARTHEST ? FARTHEST / farthest : 1.0;
+  return ahead * farthest;
 }
 
 /* ----------------------------------------------------------------------
