@@ -19,7 +19,6 @@ from .flow.creep_run import CreepRun as CreepRun
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.flow_plan import FlowPlan as FlowPlan
 from .flow.flow_plan import plan_flow as plan_flow
-from .flow.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .flow.oscillate import oscillate as oscillate
 from .flow.oscillation import Oscillation as Oscillation
 from .flow.pipkin import Pipkin as Pipkin
@@ -94,6 +93,7 @@ from .rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
+from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .statistics.published_points import read_points as read_points
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all

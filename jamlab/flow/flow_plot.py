@@ -12,11 +12,10 @@ from matplotlib.lines import Line2D
 
 from jamlab.plotting.axes import LABEL, LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.modulus_curves import positive
-from jamlab.plotting.palette import BLUE, COLOURS, RED
+from jamlab.plotting.palette import COLOURS
 
 if TYPE_CHECKING:
     from jamlab.flow.creep_run import CreepRun
-    from jamlab.flow.herschel_bulkley import HerschelBulkley
     from jamlab.flow.oscillation import Oscillation
     from jamlab.flow.pipkin import Pipkin
     from jamlab.flow.shear_run import ShearRun
@@ -47,22 +46,9 @@ def draw_flow_curve(axes: Axes, curve: FlowCurve, /, label: str = "", **style: A
     if drifting.any():
         open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
         axes.plot(curve.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
-    _label_flow_curve(axes, curve.unit)
-
-
-def draw_herschel_bulkley(axes: Axes, fit: HerschelBulkley, /, **style: Any) -> None:
-    """Draw the points and the law through them."""
-    rates = np.geomspace(fit.rates.min(), fit.rates.max(), 200)
-    axes.errorbar(fit.rates, fit.stress, fit.stress_error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label="flow")
-    look = {"color": RED, "linewidth": 1.6, "label": rf"$\sigma_y$ = {fit.yield_stress:.3g}, $n$ = {fit.exponent:.3f}"}
-    axes.plot(rates, fit(rates), **merged(Line2D, look, style))
-    _label_flow_curve(axes, fit.unit)
-
-
-def _label_flow_curve(axes: Axes, unit: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", unit))
+    label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", curve.unit))
     axes.legend(fontsize=LEGEND)
 
 

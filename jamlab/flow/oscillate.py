@@ -19,6 +19,7 @@ from jamlab.rheology.damping import ContactDamping, Damping
 TOLERANCE = 1e-3  # a modulus is wanted better than a stress in flow
 POINTS = 32  # rows in a cycle: about as many as there are steps at high frequencies
 MOST_CYCLES = 10_000
+LARGEST_AMPLITUDE = 2.0  # beyond, every half cycle is steady flow
 _SLOWEST, _FASTEST = 1e-8, 1e3
 
 
@@ -48,7 +49,7 @@ def oscillate(
     Args:
         packing: SP at a minimum.
         omega: angular frequency, 1/tau_1, from 1e-8 to 1e3.
-        amplitude: of the strain.
+        amplitude: of the strain, up to 2.
         damping: see `shear`.
         cycles: at most; two at least. It ends when the first harmonic changes by less than the tolerance.
         points: rows in a cycle, at least 16.
@@ -65,7 +66,7 @@ def oscillate(
     law = damping or ContactDamping()
     if not _SLOWEST <= omega <= _FASTEST:
         raise InputError(f"omega = {omega!r}: must lie between {_SLOWEST:g} and {_FASTEST:g}, in 1/tau_1")
-    check_number("amplitude", amplitude, 10.0)
+    check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
     if not 2 <= cycles <= MOST_CYCLES:
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import describe_drag
-from jamlab.flow.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
+from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

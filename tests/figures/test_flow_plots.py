@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.flow.herschel_bulkley import herschel_bulkley
 from jamlab.flow.oscillation import fit_harmonics
 from jamlab.flow.recording import SERIES
+from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
 PACKING = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
 HOW = {"frames": (PACKING,), "damping": jamlab.ContactDamping(), "background": 0.0, "tolerance": 1e-2, "unit": "k"}

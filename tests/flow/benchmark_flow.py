@@ -1,4 +1,4 @@
-"""Cost of flow against size, and on two ranks: exponents and ratios hold, not seconds. pytest -m benchmark -s."""
+"""Cost of flow against size, and on two ranks: exponents and ratios count, not seconds. pytest -m benchmark -s."""
 
 import subprocess
 import sys

@@ -5,9 +5,9 @@ import pytest
 
 import jamlab
 from jamlab.flow.flow_plan import FlowPlan
-from jamlab.flow.herschel_bulkley import herschel_bulkley
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
+from jamlab.statistics.herschel_bulkley import herschel_bulkley
 
 
 @pytest.fixture(scope="module")

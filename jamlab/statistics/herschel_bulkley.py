@@ -75,11 +75,14 @@ class HerschelBulkley:
         Raises:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_herschel_bulkley
-        from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.axes import axes_for, in_unit, label_axes
+        from jamlab.plotting.fitted_curves import draw_fit
 
+        rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
+        label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
         with axes_for(ax, style) as axes:
-            draw_herschel_bulkley(axes, self, **style)
+            draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_error), True, **style)
+            label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
         return axes
 
 
