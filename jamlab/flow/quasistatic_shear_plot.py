@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
-from jamlab.plotting.palette import BLUE, RED
+from jamlab.plotting.palette import BLACK, BLUE, RED
 
 if TYPE_CHECKING:
     from jamlab.flow.quasistatic_shear import QuasistaticShear
@@ -25,7 +25,6 @@ def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
     if not found.converged.all():
         missed = ~found.converged
         label = f"not converged: {missed.sum()}"
-        axes.plot(found.strain[missed], found.stress[missed], "x", color="black", markersize=6, label=label)
+        axes.plot(found.strain[missed], found.stress[missed], "x", color=BLACK, markersize=6, label=label)
     label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", found.unit))
-    axes.margins(y=0.15)
-    axes.legend(fontsize=LEGEND, loc="lower right")
+    axes.legend(fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)  # above: curves fill the axes
