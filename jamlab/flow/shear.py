@@ -13,7 +13,7 @@ from jamlab.flow.flow_run import Progress
 from jamlab.flow.overdamped_session import background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.recording import Recording
-from jamlab.flow.run_file import RunFile
+from jamlab.flow.run_file import RunFile, write_result
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping
@@ -78,7 +78,10 @@ def shear(
         raise InputError(f"rows = {rows}: must lie between 1 and {MOST_ROWS}")
     every = _rows_per_frame(strain, frames, rows)
     if rate == 0:
-        return quasistatic_shear(packing, strain, step, frames, progress)
+        slow = quasistatic_shear(packing, strain, step, frames, progress)
+        if out is not None:
+            write_result(out, slow)
+        return slow
     count = every * round(strain / frames) if frames else every
     interval = strain / count / rate
     file = RunFile(out, ShearRun, packing, law, {"rate": rate, "tolerance": tolerance, "background": background})
