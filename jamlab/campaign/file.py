@@ -189,7 +189,7 @@ class SweepTable(_Table):
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
-        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow of disks by each damping
+        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow by each damping
             law, see `Flow`; table "flow".
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
@@ -275,8 +275,6 @@ class SweepTable(_Table):
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is for model sp: give droplets a separate sweep")
-        if droplets and "flow" in self.observables:
-            raise ValueError("observable 'flow' is for model sp: give droplets a separate sweep")
         if droplets and self.ranks > 1:
             raise ValueError(f"ranks = {self.ranks} is for model sp: give droplets a separate sweep with ranks = 1")
         if self.force_law and "sp" in self.model:

@@ -31,7 +31,7 @@ def creep(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CreepRun:
-    """Add a shear stress to that of a packing at rest, and hold it; disks without inertia.
+    """Add a shear stress to that of a packing at rest, and hold it; without inertia.
 
     The rate of shear is one more unknown of the force balance: b u + c rate = A (stress - elastic stress). Rows lie
     evenly in the logarithm of time.
@@ -40,7 +40,7 @@ def creep(
     >>> k.compliance[-1], k.verdict
 
     Args:
-        packing: SP at a minimum.
+        packing: SP or DP at a minimum.
         stress: added to the residual stress of the packing, in its unit; positive.
         duration: time, tau_1.
         damping: `ContactDamping` (default, beta = 1), linear or a power law.
@@ -51,14 +51,14 @@ def creep(
         progress: called after each row.
 
     Raises:
-        InputError: droplets, disks that do not touch, Stokes drag, or a value out of range.
+        InputError: particles that do not touch, Stokes drag, or a value out of range.
         ConvergenceError: see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
     if isinstance(law, StokesDrag):
         raise InputError(
-            f"{law}: a stress upon disks alone leaves the rate of the fluid open; use contact damping, or shear at "
+            f"{law}: a stress upon particles alone leaves the rate of the fluid open; use contact damping, or shear at "
             "a rate"
         )
     check_number("stress", stress, LARGEST_STRESS)

@@ -42,7 +42,7 @@ def flow_curve(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> FlowCurve:
-    """Shear disks into steady flow at each rate, from the same packing, and average.
+    """Shear a packing into steady flow at each rate, from the same packing, and average.
 
     `plan_flow` says before how long it takes.
 
@@ -50,7 +50,7 @@ def flow_curve(
     >>> c.stress, c.stress_error, c.herschel_bulkley().exponent
 
     Args:
-        packing: SP.
+        packing: SP or DP.
         rates: of shear, 1/tau_1.
         damping: see `shear`.
         strain: of the average, one at least.
@@ -61,18 +61,18 @@ def flow_curve(
         progress: called with the share of all strain that is done.
 
     Raises:
-        InputError: droplets, or a value out of range.
+        InputError: a value out of range.
         ConvergenceError: see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    background = background_drag(law, background)
+    background = background_drag(packing, law, background)
     wanted = check_rates(rates)
     check_number("strain", strain, 1e4)
     if strain < 1:
         raise InputError(f"strain = {strain:g}: average over 1 at least, or the mean says nothing")
     check_number("discard", discard, 1e4)
-    check_flowing(packing, law, tolerance, background)
+    check_flowing(law, tolerance, background)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}

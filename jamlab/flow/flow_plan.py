@@ -88,11 +88,11 @@ def plan_flow(
         strain: of each run.
 
     Raises:
-        InputError: droplets, or a value out of range.
+        InputError: a value out of range.
         ConvergenceError: see `shear`.
     """
     law = damping or ContactDamping()
-    background = background_drag(law, background)
+    background = background_drag(packing, law, background)
     values = check_rates(rates)[::-1]
     check_number("strain", strain, 1e4)
     costs = [_cost(packing, rate, law, tolerance, background) for rate in values]

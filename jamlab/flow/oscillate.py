@@ -37,7 +37,7 @@ def oscillate(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Oscillation:
-    """Shear disks by amplitude sin(omega t) along x of the box, without inertia, until the stress repeats.
+    """Shear a packing by amplitude sin(omega t) along x of the box, without inertia, until the stress repeats.
 
     Of a small amplitude, storage and loss are those of `complex_modulus`, if no contact opens or closes: near onset
     that takes amplitudes well below pressure over stiffness, and rattlers that just touch, which
@@ -47,7 +47,7 @@ def oscillate(
     >>> o.storage, o.loss, o.third_over_first
 
     Args:
-        packing: SP at a minimum.
+        packing: SP or DP at a minimum.
         omega: angular frequency, 1/tau_1, from 1e-8 to 1e3.
         amplitude: of the strain, up to 2.
         damping: see `shear`.
@@ -59,7 +59,7 @@ def oscillate(
         progress: called after each cycle.
 
     Raises:
-        InputError: droplets, disks that do not touch, or a value out of range.
+        InputError: particles that do not touch, or a value out of range.
         ConvergenceError: see `shear`.
         StorageError: `out` cannot be written.
     """

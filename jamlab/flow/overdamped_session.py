@@ -1,7 +1,8 @@
-"""One LAMMPS in which disks without mass flow: at every instant drag balances the elastic forces.
+"""One LAMMPS in which a packing without mass flows: at every instant drag balances the elastic forces.
 
-`fix overdamped` of the plugin finds the velocities, moves the disks, strains the box and chooses the steps; the decks
-in.sp.startup, in.sp.oscillate and in.sp.creep do the same by the same parts, `flow.law` and `flow.fix`.
+`fix overdamped` of the plugin finds the velocities, moves disks or vertices, strains the box and chooses the steps; the
+decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same by the same parts, `flow.law` and
+`flow.fix`.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ from jamlab.rheology.damping import Damping, StokesDrag
 Array = NDArray[np.float64]
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-BACKGROUND = 1e-4  # over k tau_1; without any, some motion costs no drag and outruns every step; stress moves by less
+# over k tau_1; without any, some motion costs no drag and outruns every step. Stress of disks moves by less; droplets
+# that slip past each other outrun every step below
+BACKGROUND = {"sp": 1e-4, "dp": 1e-2}
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
@@ -62,21 +65,21 @@ _COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the st
 
 
 class OverdampedSession:
-    """A LAMMPS instance that holds one packing of disks and shears it.
+    """A LAMMPS instance that holds one packing and shears it.
 
     Args:
-        packing: SP.
+        packing: SP or DP.
         damping: `ContactDamping` or `StokesDrag`.
         tolerance: relative error of velocities that a step may make; the residual of the solver follows.
-        background: drag of every disk against the affine flow beside contact damping, over k tau_1.
+        background: drag of every particle against the affine flow beside contact damping, over k tau_1.
 
     Raises:
-        InputError: droplets, or a value out of range.
+        InputError: a value out of range.
         EngineError: see `Session`.
     """
 
     def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
-        check_flowing(packing, damping, tolerance, background)
+        check_flowing(damping, tolerance, background)
         self._damping = damping
         self._fluid = FluidStress(0.0)
         self._before: FlowState | None = None
@@ -85,19 +88,20 @@ class OverdampedSession:
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
         settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
-        if isinstance(damping, StokesDrag):  # no drag between disks; all of it is that of the background
-            settings |= {"tau": damping.tau, "background": 1.0}
+        settings |= {"tau": damping.tau, "background": background, "law": packing.units}
+        self._outlines = ""  # words for drag between outlines
+        if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
+            settings["background"] = 1.0
         else:
-            settings |= {"tau": damping.tau, "background": background}
             settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
+            if packing.model == "dp":
+                self._outlines = f" drag {damping.tau:.17g} {damping.beta:.17g} {damping.alpha:.17g}"
         self._session = Session(packing)
         try:
             self._session.set_variables(settings)
-            if isinstance(damping, StokesDrag):
-                self._session.command('variable disk_style string "disk/drag 0 0"')
-            else:
-                self._session.include("flow.law")
-            self._session.load(packing, anew=True)  # by the other pair style
+            if packing.model == "sp":
+                self._take_disk_style()
+                self._session.load(packing, anew=True)  # by the other pair style
             self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
         except BaseException:
             self.close()
@@ -108,6 +112,12 @@ class OverdampedSession:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _take_disk_style(self) -> None:
+        if isinstance(self._damping, StokesDrag):
+            self._session.command('variable disk_style string "disk/drag 0 0"')
+        else:
+            self._session.include("flow.law")
 
     def close(self) -> None:
         """End LAMMPS and free its memory."""
@@ -127,7 +137,7 @@ class OverdampedSession:
         """
         if self._driven:
             self._session.command("unfix flow")
-        words = drive + (f" longest {longest:.17g}" if longest else "")
+        words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
         self._session.set_variables({"drive": words, "interval": interval})
         self._before, self._start, self._interval = before, before.time if before else 0.0, interval
         with _flow_errors():
@@ -220,13 +230,12 @@ class FluidStress:
         return float((amplitude * omega) ** 2 * (0.5 * time + np.sin(2 * omega * time) / (4 * omega)))
 
 
-def check_flowing(packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
     """Refuse what cannot flow in time.
 
     Raises:
-        InputError: naming model, tolerance or background.
+        InputError: naming tolerance or background.
     """
-    check_model(packing)
     if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and background >= 0):
@@ -235,24 +244,11 @@ def check_flowing(packing: Packing, damping: Damping, tolerance: float, backgrou
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 
 
-def background_drag(damping: Damping, background: float | None) -> float:
+def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
-    return 0.0 if isinstance(damping, StokesDrag) else BACKGROUND
-
-
-def check_model(packing: Packing) -> None:
-    """Refuse droplets.
-
-    Raises:
-        InputError: naming the model.
-    """
-    if packing.model != "sp":
-        raise InputError(
-            f"a packing of model {packing.model} flows in a later version: give disks (model sp), or for small strains "
-            "take jamlab.complex_modulus, which knows droplets"
-        )
+    return 0.0 if isinstance(damping, StokesDrag) else BACKGROUND[packing.model]
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:

@@ -25,7 +25,7 @@ class Recording:
     """A flow as far as it has come.
 
     Args:
-        packing: SP, where it starts.
+        packing: SP or DP, where it starts.
         damping, tolerance, background: see `OverdampedSession`.
         before: a part of the same flow, to go on from.
     """

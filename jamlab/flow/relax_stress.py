@@ -33,16 +33,16 @@ def relax_stress(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
-    """Shear a packing at rest by a step of strain, and hold it; disks without inertia.
+    """Shear a packing at rest by a step of strain, and hold it; without inertia.
 
     The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
-    rules it, pushes disks aside. Rows lie evenly in the logarithm of time, from the end of the step on.
+    rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
 
     >>> g = jamlab.relax_stress(jamlab.pack(n=256, pressure=1e-2, seed=1), strain=1e-6, duration=1e4)
     >>> g.modulus[-1], g.verdict
 
     Args:
-        packing: SP at a minimum.
+        packing: SP or DP at a minimum.
         strain: of the step.
         duration: time, tau_1.
         damping: see `shear`.
@@ -53,7 +53,7 @@ def relax_stress(
         progress: called after each row.
 
     Raises:
-        InputError: droplets, disks that do not touch, or a value out of range.
+        InputError: particles that do not touch, or a value out of range.
         ConvergenceError: see `shear`.
         StorageError: `out` cannot be written.
     """
@@ -82,6 +82,11 @@ def relax_stress(
         done = flow.rows[-1].time if flow.rows else 0.5 * step_time
         if done < duration * (1 - 1e-12):
             flow.drive("rate 0", duration - done)
+            if packing.model == "dp" and file.before is None:
+                flow.advance(1)
+                del flow.rows[
+                    0
+                ]  # velocities of droplets, and with them viscous stress, are known from the first step on
         for state in flow.advance_log_spaced(duration):
             file.save(result)
             if progress is not None:

@@ -39,7 +39,7 @@ def shear(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ShearRun:
-    """Shear disks along x of the box at a constant rate, without inertia: drag always balances elastic forces.
+    """Shear a packing along x of the box at a constant rate, without inertia: drag always balances elastic forces.
 
     B u = F - rate b for the velocities u beside the affine flow, with B and b of `dynamical_matrices` at the present
     positions; Durian, Phys. Rev. E 55, 1739 (1997); drag as in Baumgarten & Tighe.
@@ -48,7 +48,7 @@ def shear(
     >>> r.steady().value, r.peak, r.packing
 
     Args:
-        packing: SP, usually at a minimum.
+        packing: SP or DP, usually at a minimum.
         rate: of strain, 1/tau_1. 0: quasi-static shear, a minimum after every `step`.
         strain: at the end.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
@@ -58,20 +58,21 @@ def shear(
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. The steps follow; so does the
             residual that the solver leaves. Stresses of a smooth flow err by about as much; where contacts open and
             close, paths part, and means agree.
-        background: drag of every disk against the affine flow beside contact damping, over k tau_1; 0: none. In flow
-            contacts leave motion that costs hardly any drag and that no step resolves. 1e-4, the default, carries that
-            and moves stresses by less than 1e-3; 1e-2, for drag without sliding and high rates, by less than 3 %.
+        background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none. In
+            flow contacts leave motion that costs hardly any drag and that no step resolves. 1e-4, the default for
+            disks, carries that and moves stresses by less than 1e-3; 1e-2, for drag without sliding and high rates, by
+            less than 3 %. 1e-2 is the default for droplets, whose vertices slip past each other.
         out: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
             run, go on from there.
         progress: called after each row.
 
     Raises:
-        InputError: droplets, or a value out of range.
+        InputError: a value out of range.
         ConvergenceError: the flow is too fast or drag too weak to be resolved; strain and remedy are named.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    background = background_drag(law, background)
+    background = background_drag(packing, law, background)
     _check_rate(rate)
     check_number("strain", strain, LARGEST_STRAIN)
     if not 1 <= rows <= MOST_ROWS:

@@ -36,6 +36,11 @@ TABLE_1 = {"SP(φ)": (3.97, 0.84, 3.7, 0.0), "SP(ρ)": (3.97, 0.84, 2.6, 4.0), "
 TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
 
 
+# stress of steady flow at onset goes as this power of the rate, by linear drag: the critical regime of Tighe et al.,
+# Phys. Rev. Lett. 105, 088303 (2010)
+FLOW_AT_ONSET = Published(0.5)
+
+
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
     """c_0 d^0.5 + c_1 d at a distance d from onset, [B] eqs 13 and 14."""
     c_0, c_1 = coefficients

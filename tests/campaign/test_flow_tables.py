@@ -62,7 +62,6 @@ def test_flow_from_quenches_below_and_above_onset(tmp_path):
         ({"flow": {"rates": [1e4]}}, r"flow.rates.*10000 is above 1000"),
         ({"flow": {"rates": [1.0], "alpha": 0.1}}, r"flow.alpha"),
         ({"flow": {"rates": [1.0], "speed": 1}}, r"flow.speed"),
-        ({"model": "dp", "pressures": None, "onset": True}, r"observable 'flow' is for model sp"),
         ({"observables": ["states"]}, r"flow is given, but observable 'flow' is not"),
     ],
 )

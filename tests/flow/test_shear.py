@@ -29,6 +29,17 @@ def test_work_is_stored_or_lost_and_steady_flow_loses_stress_times_rate(run):
     assert abs(lost - 0.1 * run.steady().value) <= change + 0.02 * lost
 
 
+def test_units_of_energy(disks):
+    """Stiffness eps over the squared distance of contact; the same as LAMMPS' own disks, before and after."""
+    packing = jamlab.Packing("sp", disks.box, disks.positions, {"eps": 2.0}, "eps", disks.diameters)
+    found = jamlab.shear(packing, 0.1, 0.1, jamlab.ContactDamping(beta=0.5, tau=0.5), rows=2)
+    for k, state in ((0, packing), (-1, found.packing)):
+        own = jamlab.evaluate(state)
+        assert found.elastic_stress[k] == pytest.approx(-own.stress[0, 1], abs=1e-12)
+        assert found.energy[k] * state.area == pytest.approx(own.energy, rel=1e-9)
+    assert found.unit == "ε/σ²"
+
+
 @pytest.mark.parametrize("k", [1, 10])
 def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run, touching, tmp_path, k):
     """Past flips of the box, at strain 0.5 and 5."""
@@ -127,18 +138,6 @@ def test_tolerance_is_that_of_the_stress(disks):
 def test_refused(disks, changes, message):
     with pytest.raises(jamlab.InputError, match=message):
         jamlab.shear(**{"packing": disks, "rate": 1.0} | changes)
-
-
-def test_droplets_are_refused_by_name(random_polygons):
-    for call in (
-        lambda p: jamlab.shear(p, 0.1),
-        lambda p: jamlab.oscillate(p, 1.0, 0.1),
-        lambda p: jamlab.creep(p, 1e-3, 10.0),
-        lambda p: jamlab.relax_stress(p, 1e-3, 10.0),
-        lambda p: jamlab.flow_curve(p, [0.1]),
-    ):
-        with pytest.raises(jamlab.InputError, match="model dp flows in a later version"):
-            call(random_polygons())
 
 
 def test_drops_of_a_stress():

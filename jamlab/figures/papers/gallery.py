@@ -23,6 +23,7 @@ from jamlab.figures.papers import (
     boromand_power_laws,
     boromand_tables,
     boromand_voids,
+    dynamics,
     micrograph_errors,
 )
 from jamlab.figures.papers.claims import Claim
@@ -57,6 +58,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-6": baumgarten_spectra.figure_6,
     "baumgarten-7": baumgarten_correlation.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
+    "dynamics-flow-curves": dynamics.flow_curves,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 PAGE = "figures.html"
