@@ -31,7 +31,7 @@ class FlowRun:
         dissipation: (m,) per time and area; in steady flow stress times rate.
         energy: (m,) elastic, per area.
         work, dissipated: (m,) done and lost since the start, per area, over all steps.
-        contacts: (m,) number of contacts.
+        contacts: (m,) pairs that touch; of droplets, except at rate 0, vertices that touch an edge.
         frames: packings at the start, on the way if asked for, and at the end; strain and time in their provenance.
         damping: drag law; None without rate.
         background: drag of every disk against the affine flow beside it, over k tau_1.
