@@ -42,6 +42,11 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
     Raises:
         InputError: unknown method, or one that the model does not have.
         BoundaryError: DP: if more boundaries meet in one point than can be told apart.
+
+    Example:
+        >>> p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
+        >>> round(jamlab.packing_fraction(p), 4), round(p.phi, 4)  # phi counts what two disks share twice
+        (0.3854, 0.3927)
     """
     if method not in METHODS[packing.model]:
         choices = ", ".join(METHODS[packing.model])
@@ -57,6 +62,11 @@ def exact_method(packing: Packing) -> str:
         SP: "pairs" where no lens of two disks overlaps another, so that eq 9 is exact, else "cells". DP: "boundary",
         1 minus the voids of the packing, to rounding; where outlines of polygons cross, which no contact form allows
         at rest, "outlines": what `particle_areas` sums, to about 1e-7 (see `rims`).
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> jamlab.exact_method(p)
+        'pairs'
     """
     if packing.model == "sp":
         return cover_by_disks(packing, touching_disks(packing))[1]
