@@ -27,7 +27,7 @@ extensions = [
     "plain_docstrings",
     "reference_pages",
 ]
-exclude_patterns = ["gallery_scripts", "examples", "gallery/*.ipynb", "gallery/*.py", "README.md"]
+exclude_patterns = ["gallery_scripts", "examples", "gallery/**/*.ipynb", "gallery/**/*.py", "README.md"]
 templates_path: list[str] = []
 default_role = "py:obj"  # `names` in docstrings are links where they name something public
 suppress_warnings = ["config.cache"]
@@ -42,6 +42,8 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 autosummary_generate = False
 
+SECTIONS = ("packings", "structure", "elasticity", "oscillation", "elsewhere")  # of the gallery
+
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "unsrt"
 bibtex_reference_style = "author_year"
@@ -50,6 +52,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery_scripts",
     "gallery_dirs": "gallery",
     "filename_pattern": r"/",
+    "subsection_order": [f"gallery_scripts/{name}" for name in SECTIONS],
     "within_subsection_order": "FileNameSortKey",
     "copyfile_regex": r".*\.(toml)",
     "min_reported_time": 20,

@@ -33,8 +33,7 @@ GROUPS = (
         "protocols",
         "Making packings",
         "Onset of jamming, a pressure, compression, and no more model than needed.",
-        ("protocols.onset", "protocols.target", "protocols.compr", "protocols.droplets", "protocols.scene")
-        + ("protocols.model_choice", "trajectories.relaxed"),
+        ("protocols", "trajectories.relaxed"),
     ),
     Group("measure", "Measuring many things", "One call for what most people want to know.", ("measure",)),
     Group("structure", "Structure", "Contacts, areas, shapes, cells, order and voids.", ("geometry", "packing.")),
@@ -49,7 +48,7 @@ GROUPS = (
     ),
     Group("campaigns", "Campaigns", "Ensembles of packings from one file.", ("campaign",)),
     Group("pictures", "Pictures", "Pages to look through, and figures of several things.", ("figures",)),
-    Group("micrographs", "Micrographs", "Droplets of a photograph, and photographs of known droplets.", ("micrographs",)),
+    Group("micrographs", "Micrographs", "Droplets of a photograph, and rendered photographs.", ("micrographs",)),
     Group("errors", "Errors", "Every error that a user can cause names the value and the remedy.", ("errors",)),
 )
 IN_TIME = {"shear", "flow_curve", "oscillate", "creep", "relax_stress"}
