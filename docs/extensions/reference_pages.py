@@ -101,7 +101,8 @@ def python_index(groups: dict[Group, list[str]]) -> str:
     about = "Every public name, ``import jamlab``. Arrays are float64; positions are two-dimensional."
     parts = [f"{title}\n{'=' * len(title)}\n\n{about}\n"]
     for group, names in groups.items():
-        parts.append(f":doc:`{group.title} <{group.page}>`\n{'-' * (len(group.title) + len(group.page) + 9)}\n")
+        heading = f":doc:`{group.title} <{group.page}>`"
+        parts.append(f"{heading}\n{'-' * len(heading)}\n")
         parts.append(f"{group.about}\n\n{summary(names)}")
     pages = "".join(f"   {group.page}\n" for group in groups)
     return "\n".join([*parts, f".. toctree::\n   :hidden:\n\n{pages}"])

@@ -26,18 +26,19 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
 
     Args:
         packing: SP or DP.
-        method:
-            "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
-            "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
-            "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
-                Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
-                compression.
-            "triples" (SP): eq 12 with the coefficient 1 that inclusion and exclusion asks for: adds what three disks
-                share. Exact where no point lies in four disks, else too high.
-            "paper-pairs" (SP): eq 9 with eq 10 as printed, without its two arccos terms.
-            "paper-triples" (SP): eq 12 as printed, with what three disks share counted twice, but with the true lens.
-                It passes 1 near phi = 1.24, where Boromand et al. report confluence; the exact rho is 0.998 there.
-            "nominal": phi, undeformed particles with every overlap counted twice.
+        method: one of
+
+            * "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
+            * "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
+            * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
+              Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
+              compression.
+            * "triples" (SP): eq 12 with the coefficient 1 that inclusion and exclusion asks for: adds what three disks
+              share. Exact where no point lies in four disks, else too high.
+            * "paper-pairs" (SP): eq 9 with eq 10 as printed, without its two arccos terms.
+            * "paper-triples" (SP): eq 12 as printed, with what three disks share counted twice, but with the true lens.
+              It passes 1 near phi = 1.24, where Boromand et al. report confluence; the exact rho is 0.998 there.
+            * "nominal": phi, undeformed particles with every overlap counted twice.
 
     Raises:
         InputError: unknown method, or one that the model does not have.

@@ -22,10 +22,13 @@ for ensemble in ("fixed-box", "shear-stabilized"):
         print(f"{ensemble:17s} {pressure:6.0e} {some:17d} of 20 {(along < 0).sum():12d} {g.mean():11.4f}")
 
 # %%
-# One packing of each.
+# Six packings of each.
 
-figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
 for ax, ensemble in zip(axes, ("fixed-box", "shear-stabilized"), strict=True):
-    p = jamlab.pack(n=32, pressure=1e-3, seed=1, ensemble=ensemble)
-    jamlab.elastic_tensor(p).plot(ax)
-    ax.set_title(ensemble)
+    for seed in range(1, 7):
+        p = jamlab.pack(n=32, pressure=1e-3, seed=seed, ensemble=ensemble)
+        ax.plot(np.degrees(angle), jamlab.shear_modulus(p, angle=angle), color="#0072B2", alpha=0.7)
+    ax.axhline(0, color="black", linewidth=0.8)
+    ax.set(title=ensemble, xlabel="direction of shear, degrees from x")
+axes[0].set_ylabel("G, k")

@@ -19,5 +19,5 @@ figure, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="constrained")
 modes.plot(axes[0])
 p.plot(axes[1], alpha=0.3)
 softest = modes.vectors[zero]
-axes[1].quiver(*p.positions.T, *softest.T, color="#D55E00", width=0.004)
+axes[1].quiver(*p.positions.T, *softest.T, color="#D55E00", angles="xy", scale_units="xy", scale=0.15)
 axes[1].set_title(f"softest of the others, eigenvalue {modes.eigenvalues[zero]:.2g} k")

@@ -16,6 +16,6 @@ swirl = tensor.displacements[:, :, 0, 1]
 
 figure, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="constrained")
 p.plot(axes[0], alpha=0.3)
-axes[0].quiver(*p.positions.T, *swirl.T, color="#D55E00", width=0.004)
-axes[0].set_title("displacement du/dγ beside the affine one")
+axes[0].quiver(*p.positions.T, *swirl.T, color="#D55E00", angles="xy", scale_units="xy", scale=3)
+axes[0].set_title("displacement per strain, a third of its length")
 jamlab.slow_shear(p).plot(axes[1])

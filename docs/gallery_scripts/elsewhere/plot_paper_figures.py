@@ -12,12 +12,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from jamlab.figures.papers.gallery import draw
 from jamlab.figures.papers.tables import reference_tables
 
-figure, axes = plt.subplots(2, 1, figsize=(11, 9), layout="constrained")
-for ax, name in zip(axes, ("boromand-6", "baumgarten-3"), strict=True):
+for name in ("boromand-6", "baumgarten-3"):
     drawing = draw(name, reference_tables())
     canvas = FigureCanvasAgg(drawing.figure)
     canvas.draw()
-    ax.imshow(canvas.buffer_rgba())
-    ax.set_axis_off()
+    plt.figure(figsize=drawing.figure.get_size_inches()).figimage(canvas.buffer_rgba())
     for claim in drawing.claims:
         print(f"{name}: {claim.quantity}: {claim.value:.3g}, paper {claim.paper:g}: {claim.verdict}")

@@ -2,7 +2,8 @@
 Contacts above onset
 ====================
 
-The excess contact number grows as the square root of the distance to onset. States are log-spaced near onset
+The excess contact number grows as the square root of the distance to onset; the fit takes distances above 0.01,
+below which 64 disks are too few. States are log-spaced near onset
 (`nearest`), and the fit is :func:`jamlab.statistics.power_laws.power_law`.
 """
 
@@ -22,10 +23,10 @@ for seed in range(1, 7):
 distance, excess = np.array(distance), np.array(excess)
 
 figure, ax = plt.subplots(figsize=(5.2, 4), layout="constrained")
-jammed = excess > 0
+jammed, window = excess > 0, distance > 0.01
 ax.loglog(distance[jammed], excess[jammed], ".", color="#0072B2", label="states of 6 packings")
-fit = power_law(distance[jammed], excess[jammed], (0.5,))
-line = np.geomspace(1e-3, 0.1, 20)
+fit = power_law(distance[window], excess[window], (0.5,))
+line = np.geomspace(1e-3, 0.12, 20)
 ax.loglog(line, fit(line), color="#D55E00", label=f"{fit.coefficients[0]:.2f} (φ - φ_J)^0.5")
 ax.set(xlabel="φ - φ_J", ylabel="z - z_J")
 ax.legend()

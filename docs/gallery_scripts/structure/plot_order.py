@@ -14,4 +14,4 @@ for ax, ratio in zip(axes, (1.4, 1.0), strict=True):
     p = jamlab.pack(n=128, pressure=1e-2, seed=1, ratio=ratio)
     psi = jamlab.orientational_order(p)
     psi.plot(ax)
-    ax.set_title(f"size ratio {ratio}: mean |ψ₆| = {psi.mean_local:.2f}, |mean ψ₆| = {psi.overall:.2f}")
+    ax.set_title(f"size ratio {ratio}: mean |ψ₆| = {psi.mean_local:.2f}")
