@@ -28,7 +28,7 @@ class Frame:
 
     def _repr_html_(self):
         return (
-            f'<iframe srcdoc="{escape(page)}" title="explorer" style="width: 100%; height: 760px; border: 0"></iframe>'
+            f'<iframe srcdoc="{escape(page)}" title="explorer" style="width: 100%; height: 1100px; border: 0"></iframe>'
         )
 
 
