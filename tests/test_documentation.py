@@ -52,3 +52,11 @@ def test_numbers_of_the_first_pages(name):
     text = (ROOT / name).read_text(encoding="utf-8")
     count = len(list((ROOT / "docs" / "gallery_scripts").glob("*/plot_*.py")))
     assert all(int(number) == count for number in re.findall(r"(\d+) scripts", text))
+
+
+@pytest.mark.slow
+def test_the_first_script_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    exec(script, {})
+    assert jamlab.read("dense.h5").converged and (tmp_path / "page.html").stat().st_size > 1e4
