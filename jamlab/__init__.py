@@ -1,8 +1,30 @@
 """jamlab: jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum, on LAMMPS.
 
-The public names are in `__init__.pyi`. They load when they are first used: LAMMPS itself imports this package at every
-start to find the plugin.
+States       jam, pack, compress, relaxed, scene, to_polygons -> Packing; evaluate, Session: LAMMPS holding one
+All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as numbers
+Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
+             particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
+             exact_method, self_crossings
+Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes
+Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
+             dynamical_matrices, oscillating_displacements, displacement_correlation
+Files        read, read_all, read_observables, write, write_data, write_dump, read_points
+MDAnalysis   universe, from_universe, PackingAnalysis
+Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
+Least model  choose: disks or droplets for a tolerance
+Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
+Micrographs  micrograph, synthetic_micrograph
+Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError
+
+    onset = jamlab.jam(n=32, seed=1)
+    for p in jamlab.compress(onset, to=0.9, step=0.02):
+        print(jamlab.contacts(p).z, jamlab.shear_modulus(p, average=True))
+
+`help(jamlab.jam)` has arguments, units, errors and an example; so has every name. Shell: `jamlab --help`.
 """
+
+# The public names are in `__init__.pyi`. They load when they are first used: LAMMPS itself imports this package at
+# every start to find the plugin.
 
 from typing import Any
 

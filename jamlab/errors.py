@@ -5,28 +5,94 @@ Each one is a `JamlabError` and also the built-in error it resembles, names the 
 
 
 class JamlabError(Exception):
-    """Base of all jamlab errors."""
+    """Base of all jamlab errors.
+
+    Example:
+        >>> try:
+        ...     jamlab.jam(n=7)
+        ... except jamlab.JamlabError as error:
+        ...     print(error)
+        n = 7: half of the particles are large, so n must be an even number, 2 or more
+    """
 
 
 class InputError(JamlabError, ValueError):
-    """A value that no run can start from."""
+    """A value that no run can start from.
+
+    Example:
+        >>> try:
+        ...     jamlab.pack(n=32, pressure=-1.0)
+        ... except jamlab.InputError as error:
+        ...     print(isinstance(error, ValueError), error)
+        True pressure = -1.0: must be a number above 0 and at most 0.3
+    """
 
 
 class SelfCrossingError(InputError):
-    """A polygon that has folded over itself."""
+    """A polygon that has folded over itself.
+
+    Example:
+        >>> bow = [[1.0, 1.0], [2.0, 2.0], [2.0, 1.0], [1.0, 2.0]]
+        >>> law = {"gamma": 0.4, "ka": 300.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.0]}
+        >>> try:
+        ...     jamlab.Packing("dp", [[4.0, 0.0], [0.0, 4.0]], bow, law, offsets=[0, 4])
+        ... except jamlab.SelfCrossingError as error:
+        ...     print(error)
+        edges of polygon 0 cross each other: its outline must be simple
+    """
 
 
 class BoundaryError(InputError):
-    """Outlines that cross, or meet in one point in a way that rounding cannot tell apart."""
+    """Outlines that cross, or meet in one point in a way that rounding cannot tell apart.
+
+    Example:
+        >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        >>> law = {"gamma": 0.4, "ka": 300.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline"}
+        >>> law["a0"] = [1.0, 1.0]
+        >>> both = np.vstack([square, square + 0.6])
+        >>> crossed = jamlab.Packing("dp", [[6.0, 0.0], [0.0, 6.0]], both, law, offsets=[0, 4, 8])
+        >>> try:
+        ...     jamlab.voids(crossed)
+        ... except jamlab.BoundaryError as error:
+        ...     print(error)
+        outlines of polygons 0 and 1 cross: push them apart; their rims alone may overlap
+    """
 
 
 class EngineError(JamlabError, RuntimeError):
-    """LAMMPS refused or is not usable."""
+    """LAMMPS refused or is not usable.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> with jamlab.Session(p) as session:
+        ...     try:
+        ...         session.command("pair_style none_such")
+        ...     except jamlab.EngineError as error:
+        ...         print(str(error)[:60])
+        LAMMPS stopped at `pair_style none_such`: ERROR: Unrecognize
+    """
 
 
 class ConvergenceError(JamlabError, RuntimeError):
-    """A method ended before it met its tolerance."""
+    """A method ended before it met its tolerance.
+
+    Example:
+        >>> p = jamlab.Packing("sp", [[3.0, 0.0], [0.0, 3.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
+        >>> try:
+        ...     jamlab.shear_modulus(p)
+        ... except jamlab.ConvergenceError as error:
+        ...     print(error)
+        every particle rattles: the packing is not jammed and has no elastic modulus
+    """
 
 
 class StorageError(JamlabError, OSError):
-    """A file that is missing, foreign or cannot be written."""
+    """A file that is missing, foreign or cannot be written.
+
+    Example:
+        >>> try:
+        ...     jamlab.read("none-such.h5")
+        ... except jamlab.StorageError as error:
+        ...     print(isinstance(error, OSError), error)
+        True cannot read none-such.h5: No such file or directory; check the name and its permissions
+    """

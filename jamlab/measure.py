@@ -66,6 +66,12 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
 
     Raises:
         InputError: a quantity that is not among `QUANTITIES`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> found = jamlab.measure(p, ["rho", "z", "g", "b"])
+        >>> {name: round(value, 3) for name, value in found.items()}
+        {'rho': 0.853, 'z': 4.452, 'g': 0.029, 'b': 0.486}
     """
     names = _check_names(quantities)
     state = _State(packing)
@@ -107,9 +113,6 @@ def measure_all(
 ) -> "dict[str, Array]":
     """Observables of several packings, such as a sweep, side by side where that is faster.
 
-    >>> measured = jamlab.measure_all(jamlab.read_all("sweep.h5"))
-    >>> measured["rho"], measured["z"]
-
     Args:
         packings: SP or DP; each is measured on one core, so the numbers do not depend on `processes`.
         quantities: see `measure`.
@@ -124,6 +127,12 @@ def measure_all(
         InputError: a quantity that is not among `QUANTITIES`, or `processes` below 1.
         EngineError: a process was killed.
         JamlabError: what `measure` raises; the message names the state, counted from 0.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> measured = jamlab.measure_all([onset, *jamlab.compress(onset, to=0.9, step=0.02)], ["rho", "z"])
+        >>> measured["rho"].shape == measured["z"].shape, round(float(measured["rho"][-1]), 3)
+        (True, 0.9)
     """
     if processes is not None and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")

@@ -35,12 +35,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign file and the folder of its tasks; made by `open_campaign`.
+    r"""A campaign file and the folder of its tasks; made by `open_campaign`.
 
     Attributes:
         file: the campaign file.
         content: of that file.
         folder: holds the files of the tasks.
+
+    Example:
+        >>> from pathlib import Path
+        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
+        >>> [(line.sweep, line.n, line.tasks) for line in jamlab.open_campaign("small.toml").plan()]
+        [('disks', 16, 4)]
     """
 
     file: Path
@@ -244,7 +251,13 @@ class Campaign:
         The legend counts states that are not drawn. Standard errors are of whole packings, by bootstrap; a point of one
         packing has none.
 
-        >>> ax = jamlab.open_campaign("campaign.toml").plot("z", along="d_rho")
+        >>> from pathlib import Path
+        >>> sweep = 'model = "sp"\\nn = 16\\nseeds = 4\\ncompress = { to = 0.9, step = 0.02 }\\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\\n[[sweep]]\\nname = "disks"\\n{sweep}')
+        >>> campaign = jamlab.open_campaign("small.toml")
+        >>> campaign.run(workers=1).finished
+        4
+        >>> ax = campaign.plot("z", along="d_rho")
 
         Args:
             value: column to average, see `table`.
@@ -298,7 +311,7 @@ class Campaign:
 
 @checked
 def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] | None = None) -> Campaign:
-    """Open a campaign by its TOML file, or by its folder.
+    r"""Open a campaign by its TOML file, or by its folder.
 
     Args:
         path: the campaign file, or a folder in which a campaign has run.
@@ -306,6 +319,14 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
 
     Raises:
         InputError: the file is not a valid campaign, or the folder holds none.
+
+    Example:
+        >>> from pathlib import Path
+        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
+        >>> campaign = jamlab.open_campaign("small.toml")
+        >>> campaign.name, campaign.status().left
+        ('small', 4)
     """
     given = Path(path)
     if given.name == COPY and folder is None and (given.parent / "tasks").is_dir():  # the copy in a folder

@@ -46,6 +46,11 @@ class Evaluation:
         stress: (2, 2) float64, (1/A) sum f r, positive in compression (Boromand et al. eq 6); all energy terms.
         pressure: trace of the stress over 2.
         max_force: largest norm of a force.
+
+    Example:
+        >>> e = jamlab.evaluate(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> bool(np.isclose(np.trace(e.stress) / 2, e.pressure)), e.energy == e.contact_energy
+        (True, True)
     """
 
     energy: float
@@ -72,6 +77,19 @@ class Session:
             LAMMPS' own line.
 
     Use it as a context manager, or call `close()`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> with jamlab.Session(p) as session:
+        ...     session.set_positions(p.positions + 1e-3 * np.sin(p.positions))
+        ...     print(session.evaluate().max_force > 1e-5)
+        ...     found = session.minimize(1e-10, style="fire", steps=20000)
+        ...     print(found.max_force < 1e-10)
+        ...     q = session.packing()
+        True
+        True
+        >>> q.n
+        32
     """
 
     @checked
@@ -320,6 +338,12 @@ def evaluate(packing: Packing) -> Evaluation:
 
     Raises:
         EngineError: LAMMPS cannot take the packing.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> e = jamlab.evaluate(p)
+        >>> round(e.pressure, 8), e.forces.shape, e.max_force < 1e-11
+        (0.01, (32, 2), True)
     """
     with Session(packing) as session:
         return session.evaluate()

@@ -72,7 +72,13 @@ def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
 
 @checked
 def geometry_figure(packing: Packing) -> Figure:
-    """Draw overlaps, voids and cells of one packing side by side."""
+    """Draw overlaps, voids and cells of one packing side by side.
+
+    Example:
+        >>> figure = jamlab.geometry_figure(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> len(figure.axes) >= 3
+        True
+    """
     figure = Figure(figsize=(16.5, 6.6), layout="constrained")
     axes = figure.subplots(1, 3)
     draw_overlaps(axes[0], packing, "overlaps")

@@ -23,6 +23,11 @@ class ContactForces:
             one with an edge of the other.
         gap: (m,) distance of the surfaces, negative where they overlap. SP: r - (d_i + d_j)/2. DP: d - delta at the
             closest vertex.
+
+    Example:
+        >>> f = jamlab.contacts(jamlab.pack(n=32, pressure=1e-2, seed=1)).forces
+        >>> bool((f.gap < 0).all()), np.allclose(f.size, -f.gap)  # k = 1: the force is the overlap
+        (True, True)
     """
 
     on_j: Array

@@ -37,6 +37,11 @@ class Contacts:
         shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
         meetings: SP: the touching disks, the same rows as `pairs`. DP: every contact of a vertex with an edge.
         packing: the packing whose contacts they are.
+
+    Example:
+        >>> c = jamlab.contacts(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> c.count >= c.isostatic, c.forces.size.shape == c.bearing.shape
+        (True, True)
     """
 
     pairs: NDArray[np.int64]
@@ -115,6 +120,14 @@ def contacts(packing: Packing) -> Contacts:
 
     Raises:
         InputError: DP: if outlines of two polygons cross.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> c = jamlab.contacts(p)
+        >>> c.pairs.shape == (len(c.bearing), 2), int(c.rattlers.sum())
+        (True, 1)
+        >>> round(c.z, 3), c.z == 2 * c.count / c.backbone
+        (4.452, True)
     """
     meetings = find_meetings(packing)
     near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)
@@ -133,6 +146,12 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
 
     Raises:
         InputError: if every particle rattles.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-3, seed=3)
+        >>> backbone = jamlab.without_rattlers(p)
+        >>> p.n - backbone.n == int(jamlab.contacts(p).rattlers.sum())
+        True
     """
     kept = ~(network or contacts(packing)).rattlers
     if not kept.any():

@@ -33,6 +33,11 @@ class OrientationalOrder:
         overall: |mean of psi_k|; 1 in a single crystal, of order 1/sqrt(n) in a disordered packing.
         k: symmetry.
         packing: the packing whose order it is; None if made by hand.
+
+    Example:
+        >>> psi = jamlab.orientational_order(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> psi.local.shape, psi.overall < psi.mean_local < 1
+        ((32,), True)
     """
 
     local: NDArray[np.complex128]
@@ -90,6 +95,14 @@ def orientational_order(packing: Packing, k: int = 6) -> OrientationalOrder:
 
     Raises:
         InputError: k below 1, or centres on one line.
+
+    Example:
+        >>> lattice = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
+        >>> centres = np.array([[i, j] for i in range(4) for j in range(4)]) @ lattice
+        >>> crystal = jamlab.Packing("sp", 4 * lattice, centres, {"k": 1.0}, "k", np.full(16, 1.0))
+        >>> psi = jamlab.orientational_order(crystal)
+        >>> round(psi.mean_local, 6), round(psi.overall, 6)
+        (1.0, 1.0)
     """
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError(f"k = {k!r}: the symmetry must be a whole number, 1 or more")

@@ -26,22 +26,28 @@ def packing_fraction(packing: Packing, method: str = "exact") -> float:
 
     Args:
         packing: SP or DP.
-        method:
-            "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
-            "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
-            "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
-                Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
-                compression.
-            "triples" (SP): eq 12 with the coefficient 1 that inclusion and exclusion asks for: adds what three disks
-                share. Exact where no point lies in four disks, else too high.
-            "paper-pairs" (SP): eq 9 with eq 10 as printed, without its two arccos terms.
-            "paper-triples" (SP): eq 12 as printed, with what three disks share counted twice, but with the true lens.
-                It passes 1 near phi = 1.24, where Boromand et al. report confluence; the exact rho is 0.998 there.
-            "nominal": phi, undeformed particles with every overlap counted twice.
+        method: one of
+
+            * "exact": rho, area of the union of the particles, by the cheapest exact way, see `exact_method`.
+            * "cells" (SP): disks cut by their power cells, exact in any compression, closed form.
+            * "pairs" (SP): rho of Boromand et al. eq 9, phi - (1/A) sum over pairs of the lens that two disks share.
+              Exact where no point lies in three disks; else too low, and without bound, even below zero, in deep
+              compression.
+            * "triples" (SP): eq 12 with the coefficient 1 that inclusion and exclusion asks for: adds what three disks
+              share. Exact where no point lies in four disks, else too high.
+            * "paper-pairs" (SP): eq 9 with eq 10 as printed, without its two arccos terms.
+            * "paper-triples" (SP): eq 12 as printed, with what three disks share counted twice, but with the true lens.
+              It passes 1 near phi = 1.24, where Boromand et al. report confluence; the exact rho is 0.998 there.
+            * "nominal": phi, undeformed particles with every overlap counted twice.
 
     Raises:
         InputError: unknown method, or one that the model does not have.
         BoundaryError: DP: if more boundaries meet in one point than can be told apart.
+
+    Example:
+        >>> p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
+        >>> round(jamlab.packing_fraction(p), 4), round(p.phi, 4)  # phi counts what two disks share twice
+        (0.3854, 0.3927)
     """
     if method not in METHODS[packing.model]:
         choices = ", ".join(METHODS[packing.model])
@@ -57,6 +63,11 @@ def exact_method(packing: Packing) -> str:
         SP: "pairs" where no lens of two disks overlaps another, so that eq 9 is exact, else "cells". DP: "boundary",
         1 minus the voids of the packing, to rounding; where outlines of polygons cross, which no contact form allows
         at rest, "outlines": what `particle_areas` sums, to about 1e-7 (see `rims`).
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> jamlab.exact_method(p)
+        'pairs'
     """
     if packing.model == "sp":
         return cover_by_disks(packing, touching_disks(packing))[1]

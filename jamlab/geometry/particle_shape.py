@@ -25,6 +25,11 @@ def particle_areas(packing: Packing, *, cells: DiskCells | None = None) -> Array
     Args:
         packing: SP or DP; areas are in the square of its unit of length.
         cells: SP: its `disk_cells`, if they are known already.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> bool(np.isclose(jamlab.particle_areas(p).sum() / p.area, jamlab.packing_fraction(p)))
+        True
     """
     if packing.model == "sp":
         return (cells or disk_cells(packing)).area
@@ -47,6 +52,12 @@ def shape_factors(packing: Packing, rim: bool = False, *, cells: DiskCells | Non
 
             Overlaps with neighbours are not cut away. SP has no rim: no difference.
         cells: SP: its `disk_cells`, if they are known already.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> a = jamlab.shape_factors(p)
+        >>> a.shape, bool((a >= 1).all())
+        ((32,), True)
     """
     if packing.model == "sp":
         cells = cells or disk_cells(packing)
@@ -71,6 +82,12 @@ def area_ratios(packing: Packing, *, cells: DiskCells | None = None) -> Array:
     Args:
         packing: SP or DP.
         cells: SP: its `disk_cells`, if they are known already.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> ratio = jamlab.area_ratios(p)
+        >>> bool((ratio <= 1).all()), bool(np.allclose(ratio, jamlab.particle_areas(p) / (np.pi / 4 * p.diameters**2)))
+        (True, True)
     """
     if packing.diameters is not None:
         return np.asarray(particle_areas(packing, cells=cells) / (0.25 * np.pi * packing.diameters**2))
@@ -85,6 +102,12 @@ def edge_lengths(packing: Packing) -> Array:
 
     Raises:
         InputError: for an SP packing.
+
+    Example:
+        >>> drops = jamlab.jam(model="dp", n=8, seed=1)
+        >>> edges = jamlab.edge_lengths(drops)
+        >>> len(edges) == len(drops.positions), bool(np.isclose(edges.sum(), drops.perimeters.sum()))
+        (True, True)
     """
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have edges; this packing has model sp")

@@ -52,6 +52,11 @@ class Tessellation:
         lines: (k, 2, 2) straight pieces of all walls, beside the particle of lower index as it is stored. SP: one for
             each wall. DP: one for each two points on either side.
         packing: the packing whose particles they surround.
+
+    Example:
+        >>> cells = jamlab.tessellation(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> len(cells.wall_i) == int(cells.sides.sum()) // 2  # a wall has two sides
+        True
     """
 
     area: Array
@@ -110,6 +115,12 @@ def tessellation(packing: Packing, spacing: float = SPACING) -> Tessellation:
 
     Raises:
         InputError: if `spacing` is not a positive number; if points lie so that the cells do not fill the box.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> cells = jamlab.tessellation(p)
+        >>> bool(np.isclose(cells.area.sum(), p.area)), float(cells.sides.mean())
+        (True, 6.0)
     """
     if not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"spacing is {spacing}: must be a positive number, such as {SPACING}")
@@ -133,6 +144,12 @@ def local_packing_fraction(packing: Packing) -> Array:
 
     Args:
         packing: SP or DP.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> local, cells = jamlab.local_packing_fraction(p), jamlab.tessellation(p)
+        >>> bool(np.isclose(np.average(local, weights=cells.area), jamlab.packing_fraction(p)))
+        True
     """
     return covered_fraction(tessellation(packing))
 

@@ -43,6 +43,11 @@ class ElasticTensor:
         relaxed: (2, 2, 2, 2) C, sites relax; d2(U/A)/dE dE at force balance.
         displacements: (n_sites, 2, 2, 2) non-affine displacement du[i]/dE[k, l]; 0 for rattlers.
         unit: of the moduli, for labels.
+
+    Example:
+        >>> t = jamlab.elastic_tensor(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> t.affine.shape, t.displacements.shape, bool(t.affine[0, 1, 0, 1] > t.relaxed[0, 1, 0, 1])
+        ((2, 2, 2, 2), (32, 2, 2, 2), True)
     """
 
     affine: Array
@@ -89,6 +94,12 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNe
 
     Raises:
         ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> c = jamlab.elastic_tensor(p).relaxed
+        >>> bool(np.isclose(c[0, 1, 0, 1], jamlab.shear_modulus(p)))
+        True
     """
     network = network or force_network(packing, prestress=prestress)
     network.check_at_rest()

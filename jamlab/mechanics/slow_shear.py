@@ -37,6 +37,11 @@ class SlowShear:
         tangential: (m,) across it, counter-clockwise.
         nonaffine: (n', 2) displacement of every disk of the backbone less the affine one and less the mean.
         unit: of length, for labels.
+
+    Example:
+        >>> s = jamlab.slow_shear(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> bool(np.isclose(s.median_normal, np.median(np.abs(s.normal))))
+        True
     """
 
     normal: Array
@@ -100,6 +105,12 @@ def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
     Raises:
         InputError: a packing of droplets.
         ConvergenceError: see `jamlab.mechanics.elasticity.elastic_tensor`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> s = jamlab.slow_shear(p)
+        >>> len(s.normal) == jamlab.contacts(p).count, bool(s.median_tangential > s.median_normal)
+        (True, True)
     """
     if packing.diameters is None:
         raise InputError("slow_shear splits the motion of disks in contact: use a packing of model sp, not dp")

@@ -56,6 +56,12 @@ def hessian(packing: Packing, *, prestress: bool = True) -> sparse.csc_array:
     Args:
         packing: SP: sites are disks. DP: sites are vertices; perimeter, area and contact terms all count.
         prestress: see `jamlab.mechanics.energy_terms.energy_terms`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> h = jamlab.hessian(p)
+        >>> h.shape, bool(abs(h - h.T).max() < 1e-12)
+        ((64, 64), True)
     """
     return _assemble(energy_terms(packing, prestress=prestress), len(packing.positions))
 

@@ -54,6 +54,11 @@ class Modes:
         eigenvalues: (m,) ascending, energy per length squared; omega^2 of vibrations. Negative ones are instabilities.
         vectors: (m, n_sites, 2) normalised displacements of disks or vertices.
         unit: of the eigenvalues, for labels.
+
+    Example:
+        >>> modes = jamlab.lowest_modes(jamlab.pack(n=32, pressure=1e-2, seed=1), 6)
+        >>> bool((np.abs(modes.eigenvalues[:2]) < 1e-9).all())  # translations
+        True
     """
 
     eigenvalues: Array
@@ -99,6 +104,12 @@ def lowest_modes(packing: Packing, count: int = 10, *, prestress: bool = True) -
     Raises:
         InputError: count out of range.
         ConvergenceError: the eigenvalue iteration did not end, or missed one of several equal eigenvalues.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> modes = jamlab.lowest_modes(p, 6)
+        >>> bool((np.diff(modes.eigenvalues) >= 0).all()), modes.vectors.shape
+        (True, (6, 32, 2))
     """
     size = 2 * len(packing.positions)
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 0 < count < size:
@@ -124,6 +135,11 @@ def zero_modes(packing: Packing, *, prestress: bool = True) -> int:
         packing: SP or DP. A rattler that the minimiser left in touch, by an overlap of rounding size, has the
             stiffness of that contact: one zero mode less.
         prestress: False replaces contacts by unstressed springs: then every mode without stiffness is a mechanism.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> jamlab.zero_modes(p) == 2 + 2 * int(jamlab.contacts(p).rattlers.sum())
+        True
     """
     matrix = hessian(packing, prestress=prestress)
     shift = SETTINGS.zero * float(sparse.linalg.norm(matrix, np.inf))

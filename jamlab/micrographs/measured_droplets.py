@@ -49,6 +49,12 @@ class Micrograph:
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
+
+    Example:
+        >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+        >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
+        >>> m.unit, m.centres.shape == (m.count, 2)
+        ('pixels', True)
     """
 
     labels: Indices

@@ -53,11 +53,6 @@ def synthetic_micrograph(
 ) -> Array:
     """Render a packing of droplets.
 
-    >>> p = jamlab.read("dense.h5")
-    >>> picture = jamlab.synthetic_micrograph(p, 900, blur=1.5, noise=0.1, light=0.5, scale_bar=True)
-    >>> m = jamlab.micrograph(picture, pixel=p.box[0, 0] / 900)
-    >>> m.rho - jamlab.packing_fraction(p)  # below 0.02, or m.quality is "doubtful"
-
     Args:
         packing: DP in a rectangular box.
         pixels: width of the picture of one period; a pixel is box[0, 0]/pixels wide.
@@ -78,6 +73,11 @@ def synthetic_micrograph(
 
     Raises:
         InputError: an SP packing, a tilted box, fewer than 32 or more than 6000 pixels, an argument out of range.
+
+    Example:
+        >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+        >>> jamlab.synthetic_micrograph(dense, 256, blur=1.5, noise=0.1, light=0.5, seed=1).shape[1]
+        256
     """
     _check(packing, pixels, film, blur, noise, seed, light, vignette, borders)
     scene = _scene(packing, pixels, film, borders == "whole")

@@ -63,6 +63,13 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
         StorageError: the file cannot be written.
 
     Provenance is stored as JSON: numpy numbers come back as plain numbers, arrays and tuples as lists, keys as text.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> sweep = [onset, *jamlab.compress(onset, to=0.88, step=0.02)]
+        >>> jamlab.write("sweep.h5", sweep, {"rho": [jamlab.packing_fraction(p) for p in sweep]})
+        >>> len(jamlab.read_all("sweep.h5")) == len(sweep)
+        True
     """
     content = add_checksum(file_image(packings, observables))
     with atomic_file(path) as temporary:
@@ -130,7 +137,14 @@ def read_all(path: FilePath) -> list[Packing]:
 
 @checked
 def read_observables(path: FilePath) -> dict[str, Array]:
-    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`."""
+    """Read the results: name -> (frames,) or (frames, ...) float64. Errors as in `read`.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> jamlab.write("packing.h5", [p], {"z": [jamlab.contacts(p).z]})
+        >>> jamlab.read_observables("packing.h5")["z"].shape
+        (1,)
+    """
     with opened(path) as file:
         return {name: dataset(element, "value", "f")[()] for name, element in file["observables"].items()}
 

@@ -93,6 +93,13 @@ def write_data(path: str | os.PathLike[str], packing: Packing) -> TypeTable:
     Raises:
         InputError: more than 64 sizes, or a position more than 511 lattice vectors away from the box.
         StorageError: the file cannot be written.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> types = jamlab.write_data("packing.data", p)
+        >>> q = jamlab.read("packing.data")
+        >>> q.params == p.params, bool(np.allclose(q.diameters, p.diameters))
+        (True, True)
     """
     table = types(packing)
     text = "\n".join(_data_lines(packing, table)) + "\n"
@@ -117,6 +124,12 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
     Raises:
         InputError: no packings, packings of different size or model, or more than 64 particle sizes.
         StorageError: the file cannot be written.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> jamlab.write_dump("sweep.dump", jamlab.compress(onset, to=0.88, step=0.02))
+        >>> jamlab.read("sweep.dump", frame=0).n
+        16
     """
     frames = list(packings)
     if not frames:

@@ -61,6 +61,16 @@ class Packing:
         InputError: for anything that is not a packing: wrong shapes, values that are not finite, a box without area,
             polygons that are clockwise. The message names the particle and the value.
         SelfCrossingError: an InputError too, if the outline of a polygon crosses itself.
+
+    Example:
+        >>> p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
+        >>> p
+        Packing('sp', n=2, phi=0.392699, units='k', ensemble='fixed-box', converged=False)
+        >>> p.n, p.area, round(p.phi, 4)
+        (2, 4.0, 0.3927)
+        >>> wider = p.with_state(box=1.1 * p.box)  # a copy: packings do not change
+        >>> round(wider.phi, 4), wider.converged
+        (0.3245, False)
     """
 
     model: str
@@ -351,6 +361,12 @@ def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.i
 
     Raises:
         InputError: shapes that are not these, or offsets that do not cut the vertices into polygons.
+
+    Example:
+        >>> bow = np.array([[1.0, 1.0], [2.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
+        >>> square = bow[[0, 2, 1, 3]] + 2
+        >>> jamlab.self_crossings(np.vstack([square, bow]), np.array([0, 4, 8]))
+        array([1])
     """
     positions, offsets = np.asarray(positions), np.asarray(offsets)
     if positions.ndim != 2 or positions.shape[1] != 2 or offsets.ndim != 1 or len(offsets) < 1:

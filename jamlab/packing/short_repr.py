@@ -12,9 +12,8 @@ _LONGEST = 60  # characters of one value
 def short_repr(self: Any) -> str:
     """Represent a dataclass with shapes in the place of arrays; stands as `__repr__ = short_repr` in its body.
 
-    >>> s = jamlab.complex_modulus(p, omega)
-    >>> s
-    ComplexModulus(omega=(41,) float64, storage=(41,) float64, ..., g0=0.0092135, ..., method='dense')
+    >>> jamlab.Modes(np.zeros(3), np.zeros((3, 8, 2)))
+    Modes(eigenvalues=(3,) float64, vectors=(3, 8, 2) float64)
     """
     parts = [f"{f.name}={_shorten(getattr(self, f.name))}" for f in fields(self) if f.repr]
     return f"{type(self).__name__}({', '.join(parts)})"

@@ -96,6 +96,12 @@ def compress(
 
     Raises:
         InputError: `to`, `step`, `nearest`, `per_decade`, `error` or `ranks` out of range.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> sweep = [onset, *jamlab.compress(onset, to=0.9, step=0.02)]
+        >>> [round(jamlab.packing_fraction(p), 3) for p in sweep[-2:]], all(p.converged for p in sweep)
+        ([0.881, 0.9], True)
     """
     if by not in ("rho", "phi"):
         raise InputError(f"by = {by!r}: compress by 'rho' or 'phi'")

@@ -57,6 +57,15 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     Raises:
         InputError: not disks, an unknown parameter, disks too small for the width of the circulo-lines.
         ConvergenceError: the packing fraction of the disks was not met.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> *_, disks = jamlab.compress(onset, to=0.87, step=0.02)
+        >>> droplets = jamlab.to_polygons(disks)
+        >>> droplets.n == disks.n, droplets.model
+        (True, 'dp')
+        >>> abs(jamlab.packing_fraction(droplets) - jamlab.packing_fraction(disks)) < 1e-5
+        True
     """
     if packing.model != "sp":
         raise InputError(f"to_polygons takes disks (model sp), got model {packing.model}")

@@ -65,6 +65,10 @@ class Choice:
         seconds: expected wall time on the machine of the table.
         why: one sentence.
         warning: what makes the table doubtful here; empty if nothing does.
+
+    Example:
+        >>> print(jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64).why)
+        disks (SP): cheapest of 4 ways expected to keep z within 0.25, with z to 0.17
     """
 
     way: Way
@@ -91,6 +95,11 @@ def choose(
     Raises:
         InputError: an unknown quantity or model, a tolerance that is not positive, rho outside the table, or a
             tolerance that nothing meets; the message says what the best one does.
+
+    Example:
+        >>> choice = jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
+        >>> choice.way.model, choice.error["z"] <= 0.25
+        ('sp', True)
     """
     _check(rho, tolerance, model)
     if not 1 <= n <= MOST_PARTICLES:

@@ -57,6 +57,17 @@ def shear_modulus(
     Raises:
         InputError: unknown method, or an angle or strain that is no number.
         ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> mean = jamlab.shear_modulus(p, average=True)
+        >>> along = jamlab.shear_modulus(p, angle=np.linspace(0, np.pi, 8, endpoint=False))
+        >>> bool(np.isclose(along.mean(), mean))
+        True
+        >>> bool(np.isclose(jamlab.shear_modulus(p), jamlab.shear_modulus(p, "finite-strain"), rtol=1e-3))
+        True
+        >>> jamlab.shear_modulus(p, "affine") > jamlab.shear_modulus(p)
+        True
     """
     _check_method(method)
     try:
@@ -88,6 +99,11 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     Raises:
         InputError: unknown method, or a strain that is no number.
         ConvergenceError: not jammed, not at a minimum, or contacts change at every strain tried.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> round(jamlab.bulk_modulus(p), 3)
+        0.486
     """
     _check_method(method)
     first = _first_strain(packing, strain)

@@ -73,6 +73,17 @@ def jam(
     Raises:
         InputError: a value that no run can start from.
         ConvergenceError: no onset was found.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> onset.n, onset.converged, onset.phi == onset.onset
+        (16, True, True)
+        >>> c = jamlab.contacts(onset)
+        >>> c.count - c.isostatic  # contacts beyond what statics asks for
+        0
+        >>> droplets = jamlab.jam(model="dp", n=8, seed=1)
+        >>> droplets.params["gamma"], droplets.params["contact"]
+        (0.4, 'outline')
     """
     protocol = {name: float(value) for name, value in defaults("onset").items()}
     _check(model, search, ensemble, start, ratio, parameters)

@@ -33,6 +33,11 @@ class Scene:
         estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
         choice: model, contact form and vertices, expected error, and why.
         seconds: wall time.
+
+    Example:
+        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> sorted(s.values), round(s.estimate["z"] - s.values["z"] - s.choice.correction["z"], 12)
+        (['a', 'g', 'void_sides', 'z'], 0.0)
     """
 
     packing: Packing
@@ -70,6 +75,11 @@ def scene(
     Raises:
         InputError: see `jamlab.protocols.model_choice.choose`.
         ConvergenceError: no onset below rho, or a state on the way did not converge.
+
+    Example:
+        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> s.choice.way.model, s.packing.n
+        ('sp', 16)
     """
     began = time.perf_counter()
     choice = choose(rho, tolerance, n, model=model)

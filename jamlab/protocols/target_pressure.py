@@ -77,6 +77,13 @@ def pack(
     Raises:
         InputError: a value that no run can start from.
         ConvergenceError: the pressure was not met.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> p.converged, p.units
+        (True, 'k')
+        >>> round(jamlab.measure(p, ["pressure"])["pressure"], 8)
+        0.01
     """
     force = _check_force(pressure, tolerance)
     search = {name: float(value) for name, value in defaults("pressure").items()}

@@ -59,6 +59,11 @@ class ComplexModulus:
         spectrum: Maxwell elements whose sum is G*: all of them (dense), or as few as have the same G* at the
             frequencies asked for (reduced); None for method "direct".
         unit: of stress, for labels.
+
+    Example:
+        >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), np.logspace(-4, 2, 7))
+        >>> s.method, s.storage.shape, s.tau_star == s.eta0 / s.g0
+        ('dense', (7,), True)
     """
 
     omega: Array
@@ -130,6 +135,14 @@ def complex_modulus(
             without pre-stress.
         ConvergenceError: the packing is not jammed, not at a minimum or not stable; a negative eigenvalue is named. Or
             "direct" has no digit of G* at some frequency.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> s = jamlab.complex_modulus(p, [1e-6, 1.0], damping=jamlab.ContactDamping(beta=1.0))
+        >>> bool(np.isclose(s.storage[0], jamlab.shear_modulus(p))), bool(np.isclose(s.loss[0], 1e-6 * s.eta0))
+        (True, True)
+        >>> bool((s.error < 1e-6).all())
+        True
     """
     check_choice("method", method, METHODS)
     frequencies = _check_frequencies(omega)

@@ -42,6 +42,14 @@ class Collapse:
         omega: (m,) frequencies of the scaling regime, 1/tau_1.
         storage, loss: (k, m) mean G', G'' at these frequencies.
         unit: of stress, for labels.
+
+    Example:
+        >>> pressures = [1e-2, 1e-3, 1e-4]
+        >>> packings = [jamlab.pack(n=32, pressure=p, seed=1) for p in pressures]
+        >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-6, 1, 36), prestress=False)] for q in packings]
+        >>> c = jamlab.collapse(pressures, spectra, resamples=0)
+        >>> c.storage.shape == c.loss.shape == (3, len(c.omega))
+        True
     """
 
     mu: float
@@ -118,6 +126,14 @@ def collapse(
     Raises:
         InputError: fewer than three pressures, no spectra, frequencies that differ or do not reach the critical regime,
             a modulus that is not positive.
+
+    Example:
+        >>> pressures = [1e-2, 1e-3, 1e-4]
+        >>> packings = [jamlab.pack(n=32, pressure=p, seed=1) for p in pressures]
+        >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-6, 1, 36), prestress=False)] for q in packings]
+        >>> c = jamlab.collapse(pressures, spectra, resamples=0)
+        >>> len(c.pressures), 0 < c.mu < 1.5
+        (3, True)
     """
     p = np.asarray(pressures, dtype=np.float64)
     if len(p) < 3 or len(p) != len(spectra) or not all(len(group) for group in spectra):

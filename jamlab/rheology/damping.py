@@ -47,6 +47,12 @@ class ContactDamping:
         tau: tau_1, the relaxation time of two disks.
         alpha: drag grows as this power of the relative velocity, from 0.4 to 1; 1 is linear.
         arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> free, rubbing = (jamlab.complex_modulus(p, 1.0, jamlab.ContactDamping(beta)) for beta in (0.0, 1.0))
+        >>> bool(rubbing.loss[0] > free.loss[0])
+        True
     """
 
     beta: float = 1.0
@@ -83,6 +89,12 @@ class StokesDrag:
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.
         tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps" (lengths there are 1).
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> s = jamlab.complex_modulus(p, [1e3, 2e3], jamlab.StokesDrag(eta_f=1.0))
+        >>> bool(np.isclose(s.eta_inf, 1.0))  # at high frequency all disks follow the fluid
+        True
     """
 
     eta_f: float = 1.0

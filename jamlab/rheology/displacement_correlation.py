@@ -39,6 +39,11 @@ class DisplacementCorrelation:
         correlation: (m,) C; 1 if two sites move alike.
         pairs: (m,) pairs in each bin.
         unit: of length, for labels.
+
+    Example:
+        >>> c = jamlab.displacement_correlation(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1e-2)
+        >>> bool(c.delta.max() < np.sqrt(jamlab.pack(n=32, pressure=1e-2, seed=1).area) / 2)
+        True
     """
 
     delta: Array
@@ -103,6 +108,12 @@ def oscillating_displacements(
     Raises:
         InputError: omega is not positive.
         ConvergenceError: the packing is not jammed or not stable.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> backbone, u = jamlab.oscillating_displacements(p, omega=1e-2)
+        >>> u.shape == (backbone.n, 2), bool(np.allclose(u.mean(axis=0), 0))
+        (True, True)
     """
     if not (np.isfinite(omega) and omega > 0):
         raise InputError(f"omega = {omega}: must be positive and finite")
@@ -138,6 +149,12 @@ def displacement_correlation(
     Raises:
         InputError: omega, lane or width is not positive, or they are too wide for the box.
         ConvergenceError: the packing is not jammed or not stable.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> c = jamlab.displacement_correlation(p, omega=1e-2)
+        >>> c.delta.shape == c.correlation.shape
+        True
     """
     network, u = oscillating_displacements(packing, omega, damping, prestress)
     found = correlation_along_x(network.positions, u[:, 1].real, packing.box, lane=lane, width=width)

@@ -41,6 +41,12 @@ def dynamical_matrices(
 
     Raises:
         InputError: droplets without pre-stress: line tension is nothing but pre-stress.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> k, b = jamlab.dynamical_matrices(p, damping=jamlab.StokesDrag(eta_f=1.0))
+        >>> k.shape == b.shape == (3 * p.n + 1, 3 * p.n + 1)
+        True
     """
     meetings = find_meetings(packing)
     terms = energy_terms(packing, meetings, prestress=prestress)

@@ -39,6 +39,11 @@ class NonlinearModulus:
         tau: (m,) equivalent time tau_alpha, tau_1.
         error: (m,) estimate of the relative error of the linear solution, not of the method.
         unit: of stress, for labels.
+
+    Example:
+        >>> s = jamlab.nonlinear_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), [1e-2, 1.0], alpha=0.5, stress=1e-5)
+        >>> bool(s.tau[0] > s.tau[1])  # slow flow feels more drag
+        True
     """
 
     omega: Array
@@ -91,6 +96,10 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
 
     Raises:
         InputError: a value that is not positive, alpha outside its range.
+
+    Example:
+        >>> jamlab.equivalent_time([1e-2, 1.0], force=1e-5, alpha=1.0)
+        array([1., 1.])
     """
     w = np.atleast_1d(np.asarray(omega, dtype=np.float64))
     if not (np.all(np.isfinite(w)) and np.all(w > 0)):
@@ -147,6 +156,12 @@ def nonlinear_modulus(
     Raises:
         InputError: a value out of range.
         ConvergenceError: the packing is not jammed or not stable.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], alpha=1.0, stress=1e-5)
+        >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
+        True
     """
     frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
     stiffness = float(packing.params["k"] if packing.units == "k" else packing.params["eps"])

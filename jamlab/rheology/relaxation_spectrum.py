@@ -39,6 +39,12 @@ class RelaxationSpectrum:
         rates: (m,) lambda_i, ascending, 1/tau_1.
         strengths: (m,) g_i > 0, unit of stress.
         unit: of stress, for labels.
+
+    Example:
+        >>> s = jamlab.complex_modulus(jamlab.pack(n=32, pressure=1e-2, seed=1), [0.1])
+        >>> g = s.spectrum.modulus(np.array([0.1]))[0]
+        >>> bool(np.isclose(g.real, s.storage[0])), bool(np.isclose(g.imag, s.loss[0]))
+        (True, True)
     """
 
     g0: float

@@ -59,6 +59,7 @@ class PowerLaw:
 
         New axes are logarithmic where all values are positive; axes of one's own keep their scales and labels.
 
+        >>> from jamlab.statistics.power_laws import power_law
         >>> d = np.array([0.01, 0.02, 0.04, 0.08])
         >>> ax = power_law(d, 3.7 * d**0.5).plot()
 
@@ -231,6 +232,7 @@ class FiniteSize:
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the values over N, the law through them and, dotted, its limit.
 
+        >>> from jamlab.statistics.power_laws import finite_size
         >>> n = np.array([16.0, 32.0, 64.0])
         >>> ax = finite_size(n, 0.84 - 0.3 / n).plot()
 

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 @checked
 def read_points(path: str | Path, columns: tuple[str, ...] = ()) -> dict[str, Array]:
-    """Read columns of numbers from a CSV file.
+    r"""Read columns of numbers from a CSV file.
 
     The first line that is neither empty nor a comment names the columns; lines that begin with # are comments and
     should say where the points come from. An empty field is nan.
@@ -31,6 +31,12 @@ def read_points(path: str | Path, columns: tuple[str, ...] = ()) -> dict[str, Ar
     Raises:
         StorageError: the file cannot be read, lacks a column, has a row of another length or a field that is not a
             number; the message names the file and the line.
+
+    Example:
+        >>> from pathlib import Path
+        >>> _ = Path("points.csv").write_text("# read off a figure\nrho,z\n0.85,4.3\n0.90,5.1\n")
+        >>> jamlab.read_points("points.csv", ("rho", "z"))["z"]
+        array([4.3, 5.1])
     """
     path = Path(path)
     try:

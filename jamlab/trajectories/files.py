@@ -51,6 +51,13 @@ def read(
     Raises:
         StorageError: no such file or frame, or not a whole file that this jamlab can read.
         InputError: the frame is no packing, or differs from what was given; the message names file, frame and value.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> p.write("packing.h5")
+        >>> q = jamlab.read("packing.h5")
+        >>> np.array_equal(q.positions, p.positions), q.converged
+        (True, True)
     """
     if isinstance(frame, bool) or not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
@@ -72,7 +79,15 @@ def read_all(
     units: str | None = None,
     params: Mapping[str, Any] | None = None,
 ) -> list[Packing]:
-    """Read every frame, in the order written. Arguments and errors as in `read`."""
+    """Read every frame, in the order written. Arguments and errors as in `read`.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> jamlab.write("sweep.h5", jamlab.compress(onset, to=0.88, step=0.02))
+        >>> phi = [p.phi for p in jamlab.read_all("sweep.h5")]
+        >>> phi == sorted(phi)
+        True
+    """
     if _kind(path) == "hdf5":
         _refuse_law(path, radii, units, params)
         return hdf5.read_all(path)

@@ -138,6 +138,12 @@ def from_universe(
 
     Raises:
         InputError: no box, no radii, bonds that close no rings, atoms out of the plane, or no packing; names the frame.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> (q,) = jamlab.from_universe(jamlab.universe(p), relaxed=True)  # positions were float32
+        >>> q.converged, bool(np.isclose(jamlab.shear_modulus(q), jamlab.shear_modulus(p), rtol=1e-4))
+        (True, True)
     """
     if step == 0:
         raise InputError("step = 0: must be a whole number other than 0, such as 10 for every tenth frame")

@@ -31,6 +31,13 @@ class PackingAnalysis(AnalysisBase):  # type: ignore[misc]
 
     Raises:
         InputError: unknown quantities, moduli of frames that are not relaxed; in `run`, as in `jamlab.from_universe`.
+
+    Example:
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> u = jamlab.universe(jamlab.compress(onset, to=0.9, step=0.02))
+        >>> a = jamlab.PackingAnalysis(u, ("rho", "psi_6")).run()
+        >>> a.results.rho.shape == (u.trajectory.n_frames,)
+        True
     """
 
     _analysis_algorithm_is_parallelizable = True

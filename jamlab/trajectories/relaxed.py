@@ -29,6 +29,15 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
     Raises:
         InputError: a tolerance out of range.
         EngineError: LAMMPS cannot take the packing.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> moved = p.with_state(positions=p.positions + 1e-3 * np.sin(p.positions))
+        >>> moved.converged
+        False
+        >>> back = jamlab.relaxed(moved)
+        >>> back.converged, back.max_force < 1e-11
+        (True, True)
     """
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     with Session(packing) as session:

@@ -54,6 +54,12 @@ def universe(source: FilePath | Packing | Iterable[Packing], **reading: Any) -> 
     Raises:
         InputError: no packings, packings of different sweeps, or more than 64 particle sizes.
         StorageError: the file cannot be read.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> u = jamlab.universe(p)
+        >>> u.atoms.n_atoms, bool(np.allclose(u.atoms.radii, p.diameters / 2))
+        (32, True)
     """
     frames = _frames(source, reading)
     first = frames[0]

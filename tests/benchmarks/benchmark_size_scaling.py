@@ -1,4 +1,4 @@
-"""Time and memory against N, with exponents, and what docs/large_packings.md says of 10^6 disks and 10^5 droplets.
+"""Time and memory against N, with exponents, and what the page on large packings says of 10^6 disks and 10^5 droplets.
 
 pytest -m benchmark -s tests/benchmarks/benchmark_size_scaling.py prints the tables of that page; some ten minutes.
 JAMLAB_RESULTS=FILE also writes them as JSON. The stored exponents are in size_scaling.json beside this file;

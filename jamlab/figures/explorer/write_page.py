@@ -84,8 +84,11 @@ def write_page(
         StorageError: the file cannot be written.
 
     Example:
-        >>> onset = jamlab.jam(model="dp", n=16, seed=1)
-        >>> jamlab.write_page(jamlab.compress(onset, to=0.95, step=0.01), "page.html")
+        >>> onset = jamlab.jam(n=16, seed=1)
+        >>> jamlab.write_page(jamlab.compress(onset, to=0.9, step=0.02), "page.html")
+        >>> from pathlib import Path
+        >>> Path("page.html").read_text()[:15]
+        '<!doctype html>'
     """
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)

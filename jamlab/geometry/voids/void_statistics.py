@@ -32,6 +32,11 @@ class VoidStatistics:
         shape: (m,) mean shape factor.
         shape_spread: (m,) standard deviation of the shape factor.
         percolating: number of voids that percolate.
+
+    Example:
+        >>> s = jamlab.void_statistics(jamlab.voids(jamlab.pack(n=32, pressure=1e-2, seed=1)))
+        >>> bool(np.isclose(s.probability.sum(), 1)), s.sides[:2]
+        (True, array([3, 4]))
     """
 
     sides: Indices
@@ -79,6 +84,12 @@ def void_statistics(*found: Voids) -> VoidStatistics:
 
     Raises:
         InputError: if none is given.
+
+    Example:
+        >>> v = [jamlab.voids(jamlab.pack(n=32, pressure=1e-2, seed=seed)) for seed in (1, 2)]
+        >>> statistics = jamlab.void_statistics(*v)
+        >>> int(statistics.number.sum()) + statistics.percolating == sum(len(one.sides) for one in v)
+        True
     """
     if not found:
         raise InputError("void_statistics got no voids: give it the voids of one packing at least")

@@ -64,6 +64,11 @@ class Voids:
         void: (k,) int64, void that each piece of the boundary bounds; -1 for slivers of rounding size.
         image: (k, 2) int64, lattice translation that puts a piece in line with the other pieces of its void.
         packing: the packing whose voids they are.
+
+    Example:
+        >>> v = jamlab.voids(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> len(v.sides) == len(v.area) == len(v.shape), int(v.sides.min())
+        (True, 3)
     """
 
     sides: Indices
@@ -134,6 +139,12 @@ def voids(packing: Packing) -> Voids:
 
     Raises:
         BoundaryError: if more boundaries meet in one point than can be told apart; DP: if outlines of polygons cross.
+
+    Example:
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> v = jamlab.voids(p)
+        >>> bool(np.isclose(v.area.sum() / p.area, 1 - jamlab.packing_fraction(p)))
+        True
     """
     bounded = bound_voids(packing)
     boundary, area, percolating = bounded.boundary, bounded.area, bounded.percolating

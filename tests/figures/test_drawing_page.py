@@ -1,4 +1,4 @@
-"""The pictures of the README: its script, with smaller packings, draws all six panels."""
+"""The page on drawing results: its script, with smaller packings, draws all six panels."""
 
 import re
 from pathlib import Path
@@ -11,17 +11,17 @@ from matplotlib import pyplot
 
 import jamlab
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "how_to" / "draw_results.md"
 
 
 @pytest.fixture
 def script():
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (found,) = (block for block in blocks if "pyplot" in block)
     return found
 
 
-def test_script_of_the_readme_draws_six_panels(script, tmp_path, monkeypatch):
+def test_script_draws_six_panels(script, tmp_path, monkeypatch):
     assert len([line for line in script.splitlines() if line.strip()]) + 2 < 15  # with numpy and jamlab, as above it
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "campaign.toml")

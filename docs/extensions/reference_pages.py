@@ -1,0 +1,153 @@
+"""Pages of the reference that are made from the code: public names in groups, and the help of every command."""
+
+import ast
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sphinx.application import Sphinx
+
+import jamlab
+
+STUB = Path(jamlab.__file__).with_suffix(".pyi")
+
+
+class Group(NamedTuple):
+    """Public names that stand on one page.
+
+    Attributes:
+        page: file name of the page.
+        title: heading.
+        about: what the names are for.
+        modules: beginnings of the modules, within jamlab, that the names come from.
+    """
+
+    page: str
+    title: str
+    about: str
+    modules: tuple[str, ...]
+
+
+GROUPS = (
+    Group("states", "States", "A packing, and LAMMPS holding one.", ("packing.packing", "engine")),
+    Group(
+        "protocols",
+        "Making packings",
+        "Onset of jamming, a pressure, compression, and no more model than needed.",
+        ("protocols", "trajectories.relaxed"),
+    ),
+    Group("measure", "Measuring many things", "One call for what most people want to know.", ("measure",)),
+    Group("structure", "Structure", "Contacts, areas, shapes, cells, order and voids.", ("geometry", "packing.")),
+    Group("elasticity", "Elasticity and modes", "What a small strain costs.", ("mechanics", "protocols.moduli")),
+    Group("oscillation", "Oscillation", "G*(omega), drag laws, spectra, scaling.", ("rheology",)),
+    Group("time", "Rheology in time", "Start-up, flow, oscillation, creep and relaxation.", ("flow", "dynamics")),
+    Group(
+        "files",
+        "Files and other programs",
+        "HDF5, LAMMPS data files and dumps, MDAnalysis.",
+        ("packing.hdf5", "packing.lammps_files", "trajectories", "statistics"),
+    ),
+    Group("campaigns", "Campaigns", "Ensembles of packings from one file.", ("campaign",)),
+    Group("pictures", "Pictures", "Pages to look through, and figures of several things.", ("figures",)),
+    Group("micrographs", "Micrographs", "Droplets of a photograph, and rendered photographs.", ("micrographs",)),
+    Group("errors", "Errors", "Every error that a user can cause names the value and the remedy.", ("errors",)),
+)
+IN_TIME = {"shear", "flow_curve", "oscillate", "creep", "relax_stress"}
+
+
+def public_names() -> dict[str, str]:
+    """Public name -> module within jamlab, as `__init__.pyi` re-exports them."""
+    found = {}
+    for line in ast.parse(STUB.read_text(encoding="utf-8")).body:
+        if isinstance(line, ast.ImportFrom):
+            found |= {str(alias.asname): str(line.module) for alias in line.names}
+    return found
+
+
+def grouped() -> dict[Group, list[str]]:
+    """Names of every group that has some: the group whose beginning fits a module longest; functions first."""
+    names = public_names()
+    in_time = {module for name, module in names.items() if name in IN_TIME}
+    (time,) = (group for group in GROUPS if group.page == "time")
+    found: dict[Group, list[str]] = {group: [] for group in GROUPS}
+    for name, module in sorted(names.items(), key=lambda item: (item[0][0].isupper(), item[0].lower())):
+        fits = [(len(start), group) for group in GROUPS for start in group.modules if module.startswith(start)]
+        if module in in_time:
+            found[time].append(name)
+        elif fits:
+            found[max(fits, key=lambda fit: fit[0])[1]].append(name)
+        else:
+            raise ValueError(f"jamlab.{name} of jamlab.{module} belongs to no group of {__file__}")
+    return {group: members for group, members in found.items() if members}
+
+
+def summary(names: list[str]) -> str:
+    """Table of names with the first line of each."""
+    return ".. autosummary::\n\n" + "".join(f"   jamlab.{name}\n" for name in names)
+
+
+def python_page(group: Group, names: list[str]) -> str:
+    """One page of public names."""
+    parts = [f"{group.title}\n{'=' * len(group.title)}\n\n{group.about}\n", summary(names)]
+    for name in names:
+        kind = "autoclass" if name[0].isupper() else "autofunction"
+        members = "   :members:\n" if kind == "autoclass" else ""
+        parts.append(f".. {kind}:: jamlab.{name}\n{members}")
+    return "\n".join(parts)
+
+
+def python_index(groups: dict[Group, list[str]]) -> str:
+    """All public names, group by group."""
+    title = "Python"
+    about = "Every public name, ``import jamlab``. Arrays are float64; positions are two-dimensional."
+    parts = [f"{title}\n{'=' * len(title)}\n\n{about}\n"]
+    for group, names in groups.items():
+        heading = f":doc:`{group.title} <{group.page}>`"
+        parts.append(f"{heading}\n{'-' * len(heading)}\n")
+        parts.append(f"{group.about}\n\n{summary(names)}")
+    pages = "".join(f"   {group.page}\n" for group in groups)
+    return "\n".join([*parts, f".. toctree::\n   :hidden:\n\n{pages}"])
+
+
+def command_page() -> str:
+    """One page of every command with its help, as the command prints it."""
+    from typer.main import get_command
+    from typer.testing import CliRunner
+
+    from jamlab.cli.main import app
+
+    def sections(command: Any, words: tuple[str, ...]) -> list[str]:
+        done = CliRunner().invoke(app, [*words, "--help"], env={"COLUMNS": "96"}, prog_name="jamlab")
+        if done.exit_code:
+            raise RuntimeError(f"{words} --help: {done.output}")
+        title, mark = " ".join(("jamlab", *words)), "-" if len(words) < 2 else "~"
+        block = "".join(f"   {line}\n" if line else "\n" for line in done.output.rstrip().splitlines())
+        found = [f"{title}\n{mark * len(title)}\n\n.. code-block:: text\n\n{block}"]
+        for name, part in getattr(command, "commands", {}).items():
+            found += sections(part, (*words, name))
+        return found
+
+    about = "Every command prints this with ``--help``; this page is made from it."
+    return "\n".join([f"Commands\n========\n\n{about}\n", *sections(get_command(app), ())])
+
+
+def write(path: Path, text: str) -> None:
+    """Write a page if it has changed, so that a second build is short."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write the pages before Sphinx reads any."""
+    folder = Path(app.srcdir) / "reference"
+    groups = grouped()
+    write(folder / "python" / "index.rst", python_index(groups))
+    for group, names in groups.items():
+        write(folder / "python" / f"{group.page}.rst", python_page(group, names))
+    write(folder / "commands.rst", command_page())
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Make the pages when Sphinx starts."""
+    app.connect("builder-inited", write_pages)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

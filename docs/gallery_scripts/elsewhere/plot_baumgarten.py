@@ -1,0 +1,41 @@
+"""
+Figures of Baumgarten & Tighe, with verdicts
+=============================================
+
+The complex shear modulus near jamming, from the reference data that ship with jamlab, and the verdict
+on each number. ``jamlab figure all`` draws every figure and writes them on one page.
+"""
+
+import matplotlib.pyplot as plt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from jamlab.figures.papers.gallery import draw
+from jamlab.figures.papers.tables import reference_tables
+
+tables = reference_tables()
+
+
+def show(name):
+    """Draw one figure and print its verdicts."""
+    drawing = draw(name, tables)
+    canvas = FigureCanvasAgg(drawing.figure)
+    canvas.draw()
+    plt.figure(figsize=drawing.figure.get_size_inches()).figimage(canvas.buffer_rgba())
+    for claim in drawing.claims:
+        print(f"{claim.quantity}: {claim.value:.3g}, paper {claim.paper:g}: {claim.verdict}")
+
+
+# %%
+# G* at several pressures, and all of them on one curve.
+
+show("baumgarten-3")
+
+# %%
+# Sliding that is damped less, or not at all; the inset shows viscosities.
+
+show("baumgarten-4")
+
+# %%
+# What is slow: relative displacements in quasi-static shear.
+
+show("baumgarten-5")

@@ -1,0 +1,46 @@
+"""
+Figures of Boromand et al., with verdicts
+=========================================
+
+Contacts, moduli, shapes and voids over packing fraction, from the reference data that ship with jamlab, and the verdict
+on each number. ``jamlab figure all`` draws every figure and writes them on one page.
+"""
+
+import matplotlib.pyplot as plt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from jamlab.figures.papers.gallery import draw
+from jamlab.figures.papers.tables import reference_tables
+
+tables = reference_tables()
+
+
+def show(name):
+    """Draw one figure and print its verdicts."""
+    drawing = draw(name, tables)
+    canvas = FigureCanvasAgg(drawing.figure)
+    canvas.draw()
+    plt.figure(figsize=drawing.figure.get_size_inches()).figimage(canvas.buffer_rgba())
+    for claim in drawing.claims:
+        print(f"{claim.quantity}: {claim.value:.3g}, paper {claim.paper:g}: {claim.verdict}")
+
+
+# %%
+# Contacts and shear modulus over the distance to onset.
+
+show("boromand-6")
+
+# %%
+# Shapes and packing fractions.
+
+show("boromand-4")
+
+# %%
+# Voids.
+
+show("boromand-8")
+
+# %%
+# Spread of the onset over the size of packings.
+
+show("boromand-10")

@@ -1,0 +1,40 @@
+"""
+The explorer
+============
+
+One page to look through a sweep: a slider through the states, force network, voids, cells and displacements, and what a
+contact or a particle is under the pointer. Needs no network and no server.
+"""
+
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import jamlab
+
+onset = jamlab.jam(model="dp", n=12, seed=1)
+sweep = [onset, *jamlab.compress(onset, to=0.95, step=0.02)]
+with TemporaryDirectory() as folder:
+    jamlab.write_page(sweep, Path(folder, "page.html"))
+    page = Path(folder, "page.html").read_text(encoding="utf-8")
+
+
+# %%
+# The page, within this one:
+
+
+class Frame:
+    """A page within a page."""
+
+    def _repr_html_(self):
+        return (
+            f'<iframe srcdoc="{escape(page)}" title="explorer" style="width: 100%; height: 1100px; border: 0"></iframe>'
+        )
+
+
+Frame()
+
+# %%
+# One of its states, drawn by matplotlib.
+
+ax = sweep[-1].plot()

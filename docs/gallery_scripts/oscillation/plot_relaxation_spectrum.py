@@ -1,0 +1,18 @@
+"""
+Relaxation spectrum
+===================
+
+The Maxwell elements whose sum is G*: all of them from the dense solver, and the few of the reduced model that have the
+same sum.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import jamlab
+
+p = jamlab.pack(n=256, pressure=1e-3, seed=1, ensemble="shear-stabilized")
+figure, ax = plt.subplots(figsize=(6, 4.2), layout="constrained")
+for method, color in (("dense", "#0072B2"), ("reduced", "#D55E00")):
+    s = jamlab.complex_modulus(p, np.logspace(-6, 2, 41), method=method)
+    s.spectrum.plot(ax, color=color, label=f"{method}, {len(s.spectrum.rates)} elements")

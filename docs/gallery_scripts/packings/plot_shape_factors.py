@@ -1,0 +1,20 @@
+"""
+Shapes under compression
+========================
+
+The shape factor of a droplet, perimeter²/(4π area), beside that of a disk cut by its power cell.
+"""
+
+import matplotlib.pyplot as plt
+
+import jamlab
+
+figure, ax = plt.subplots(figsize=(5.4, 4), layout="constrained")
+for model, name, color in (("sp", "disks", "#D55E00"), ("dp", "droplets", "#0072B2")):
+    onset = jamlab.jam(model=model, n=16, seed=1)
+    sweep = [onset, *jamlab.compress(onset, to=0.98, step=0.01)]
+    start = jamlab.shape_factors(onset).mean()
+    rho = [jamlab.packing_fraction(p) for p in sweep]
+    ax.plot(rho, [jamlab.shape_factors(p).mean() - start for p in sweep], "o-", color=color, label=name)
+ax.set(xlabel="ρ", ylabel="mean shape factor above that at onset")
+ax.legend()

@@ -1,0 +1,24 @@
+"""
+Force network
+=============
+
+Lines between the centres of particles that touch, as wide as their force is strong. Grey particles are rattlers: fewer
+than three contacts hold them.
+"""
+
+import matplotlib.pyplot as plt
+
+import jamlab
+
+figure, axes = plt.subplots(1, 2, figsize=(9, 4.8), layout="constrained")
+for ax, pressure in zip(axes, (1e-2, 1e-4), strict=True):
+    p = jamlab.pack(n=128, pressure=pressure, seed=1)
+    network = jamlab.contacts(p)
+    network.plot(ax)
+    ax.set_title(f"p = {pressure:g} k, z = {network.z:.2f}, {network.rattlers.sum()} rattlers")
+
+# %%
+# Forces themselves are arrays, with the gap of every contact.
+
+force = network.forces.size
+print(f"strongest over mean force: {force.max() / force.mean():.2f}")

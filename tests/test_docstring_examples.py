@@ -1,0 +1,66 @@
+"""Every example in a docstring runs and prints what it says; every public name has one."""
+
+import ast
+import doctest
+import functools
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib import pyplot
+
+import jamlab
+
+ROOT = Path(jamlab.__file__).parent
+SLOW = {"Campaign.plot", "Micrograph", "micrograph", "synthetic_micrograph"}  # a second and more
+
+
+def documented(tree, prefix=""):
+    """Name and docstring of every class and function of a file, methods as `Class.method`."""
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            name = prefix + node.name
+            yield name, ast.get_docstring(node) or ""
+            if isinstance(node, ast.ClassDef):
+                yield from documented(node, f"{name}.")
+
+
+def examples():
+    """(name, doctest) of every docstring with an example; found in the files, so that nothing is imported for it."""
+    for path in sorted(ROOT.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if ">>>" not in text:
+            continue
+        for name, words in documented(ast.parse(text)):
+            if ">>>" in words:
+                yield name, doctest.DocTestParser().get_doctest(words, {}, name, str(path), 0)
+
+
+FOUND = list(examples())
+
+
+@pytest.fixture(scope="module")
+def made_once():
+    """Names that examples use; the packings that most of them start from are made once."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("jam", "pack"):
+            patch.setattr(jamlab, name, functools.cache(getattr(jamlab, name)))
+        yield {"jamlab": jamlab, "np": np}
+
+
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(test, id=name, marks=[pytest.mark.slow] * (name in SLOW)) for name, test in FOUND],
+)
+def test_example(example, made_once, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    example.globs.update(made_once)
+    with matplotlib.rc_context({"backend": "agg"}):
+        failures = doctest.DocTestRunner().run(example).failed
+    pyplot.close("all")
+    assert failures == 0, capsys.readouterr().out
+
+
+def test_every_public_name_has_an_example():
+    assert set(jamlab.__all__) - {name for name, _ in FOUND} == set()

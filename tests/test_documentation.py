@@ -1,0 +1,62 @@
+"""What the documentation must hold: every style has its page, every link its target, the map all functions."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import jamlab
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
+SECTIONS = ["Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default"]
+MADE = ("gallery/", "reference/python/", "reference/commands.rst")  # by the build, which checks links to them
+
+
+def styles():
+    """Names of the styles that the plugin registers, but for the fix that users do not see."""
+    source = (ROOT / "plugin" / "jamlab_plugin.cpp").read_text(encoding="utf-8")
+    found = re.findall(r'^    \{"(\w+)", "([\w/]+)", "', source, re.MULTILINE)
+    return [(kind, name) for kind, name in found if name != "polygon/outline"]
+
+
+def test_every_style_has_a_page_in_the_form_of_lammps():
+    titles = {}
+    for page in (ROOT / "docs" / "reference" / "lammps").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        titles[text.splitlines()[0]] = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert len(styles()) > 8
+    for kind, name in styles():
+        prefix = {"command": "", "fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
+        assert titles[f"# {prefix}{name}"] == SECTIONS, name
+
+
+def test_links_of_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+            path = (page.parent / target).resolve()
+            made = path.is_relative_to(ROOT / "docs") and str(path.relative_to(ROOT / "docs")).startswith(MADE)
+            assert "://" in target or made or path.exists(), f"{page}: {target}"
+
+
+def test_the_map_of_the_package_names_everything_that_can_be_called():
+    words = set(re.findall(r"\w+", jamlab.__doc__))
+    functions = {name for name in jamlab.__all__ if name[0].islower()}
+    assert functions - words == set()
+    assert len(jamlab.__doc__.splitlines()) <= 30
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/index.md"])
+def test_numbers_of_the_first_pages(name):
+    """How many scripts the gallery has."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    count = len(list((ROOT / "docs" / "gallery_scripts").glob("*/plot_*.py")))
+    assert all(int(number) == count for number in re.findall(r"(\d+) scripts", text))
+
+
+@pytest.mark.slow
+def test_the_first_script_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    exec(script, {})
+    assert jamlab.read("dense.h5").converged and (tmp_path / "page.html").stat().st_size > 1e4
