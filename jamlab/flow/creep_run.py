@@ -20,6 +20,10 @@ _YIELDED = 0.2  # strain below which a packing has not yielded, however fast it 
 class CreepRun(FlowRun):
     """Strain in time under a stress; rows and packings as in `FlowRun`.
 
+    >>> k = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0)
+    >>> len(k.time) == len(k.strain) == len(k.compliance)
+    True
+
     Attributes:
         applied: stress beside the residual one.
         residual: shear stress of the packing at rest, before.
@@ -67,7 +71,7 @@ class CreepRun(FlowRun):
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the compliance over time, on logarithmic axes.
 
-        >>> ax = jamlab.creep(jamlab.pack(n=64, pressure=1e-2, seed=1), stress=1e-5, duration=1e3).plot()
+        >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.

@@ -46,8 +46,9 @@ def flow_curve(
 
     `plan_flow` says before how long it takes.
 
-    >>> c = jamlab.flow_curve(jamlab.pack(n=64, pressure=1e-2, seed=1), rates=[1e-3, 1e-2, 1e-1])
-    >>> c.stress, c.stress_error, c.herschel_bulkley().exponent
+    >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
+    >>> c.rates, bool(c.stress[1] > c.stress[0])
+    (array([0.3, 1. ]), True)
 
     Args:
         packing: SP or DP.

@@ -29,6 +29,9 @@ _FLOW_OVER_START = 2.0  # cost of a unit of strain in flow over that of start-up
 class FlowPlan:
     """Expected cost, good to a factor of two.
 
+    >>> jamlab.plan_flow(jamlab.pack(n=32, pressure=1e-2, seed=1), [0.3, 1.0], strain=0.1).rates
+    array([0.3, 1. ])
+
     Attributes:
         rates: (m,) of shear, ascending.
         seconds_per_strain: (m,) of one core.
@@ -80,7 +83,9 @@ def plan_flow(
 ) -> FlowPlan:
     """Measure for half a second at each rate what a unit of strain costs.
 
-    >>> jamlab.plan_flow(jamlab.pack(n=256, pressure=1e-2, seed=1), [1e-4, 1e-2], strain=5.0).seconds
+    >>> plan = jamlab.plan_flow(jamlab.pack(n=32, pressure=1e-2, seed=1), [0.3, 1.0], strain=0.1)
+    >>> bool(plan.total > 0)
+    True
 
     Args:
         packing, damping, tolerance, background: see `shear`.

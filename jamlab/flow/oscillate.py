@@ -43,8 +43,10 @@ def oscillate(
     that takes amplitudes well below pressure over stiffness, and rattlers that just touch, which
     `complex_modulus` leaves out, drag at any amplitude.
 
-    >>> o = jamlab.oscillate(jamlab.pack(n=64, pressure=1e-2, seed=1), omega=0.1, amplitude=1e-4)
-    >>> o.storage, o.loss, o.third_over_first
+    >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+    >>> o, s = jamlab.oscillate(p, omega=1.0, amplitude=1e-6), jamlab.complex_modulus(p, [1.0])
+    >>> bool(abs(o.storage - s.storage[0]) < 2e-3 * s.storage[0])
+    True
 
     Args:
         packing: SP or DP at a minimum.

@@ -23,6 +23,10 @@ HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the firs
 class Oscillation(FlowRun):
     """Strain amplitude sin(omega t) from rest; rows and packings as in `FlowRun`.
 
+    >>> o = jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1.0, amplitude=0.1, cycles=2)
+    >>> bool(o.harmonics[0] == complex(o.storage, o.loss))
+    True
+
     Stress in a cycle: residual + drift t + amplitude sum_k (G'_k sin k omega t + G''_k cos k omega t).
 
     Attributes:
@@ -93,7 +97,7 @@ class Oscillation(FlowRun):
     def plot(self, ax: Any = None, *, against: str = "strain", **style: Any) -> Axes:
         """Draw the Lissajous figure: stress over strain, or over its rate, in the last cycle.
 
-        >>> ax = jamlab.oscillate(jamlab.pack(n=64, pressure=1e-2, seed=1), omega=0.1, amplitude=0.1).plot()
+        >>> ax = jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1.0, amplitude=0.1, cycles=2).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.

@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 class Pipkin:
     """Oscillations of one packing at several frequencies and amplitudes.
 
+    >>> found = [jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), 1.0, a, cycles=2) for a in (0.01, 0.1)]
+    >>> jamlab.pipkin(found).amplitude
+    array([0.01, 0.1 ])
+
     Attributes:
         oscillations: (m,), in the order given.
     """
@@ -59,8 +63,8 @@ class Pipkin:
 
         Colour says how large the third harmonic is beside the first.
 
-        >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-        >>> found = [jamlab.oscillate(p, w, a, cycles=3) for w in (0.1, 1.0) for a in (0.01, 0.1)]
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> found = [jamlab.oscillate(p, w, a, cycles=2) for w in (1.0, 3.0) for a in (0.01, 0.1)]
         >>> ax = jamlab.pipkin(found).plot()
 
         Args:
@@ -84,6 +88,10 @@ class Pipkin:
 @checked
 def pipkin(oscillations: Sequence[Oscillation]) -> Pipkin:
     """Collect oscillations in a diagram.
+
+    >>> found = [jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), w, 0.01, cycles=2) for w in (1.0, 3.0)]
+    >>> jamlab.pipkin(found).omega
+    array([1., 3.])
 
     Args:
         oscillations: one or more.

@@ -103,10 +103,13 @@ class QuasistaticShear(ShearRun):
         """Say how it was run."""
         return f"quasi-static, largest force {self.tolerance:g}"
 
+    def __repr__(self) -> str:
+        return f"QuasistaticShear(strain={self.strain[-1]:.4g}, largest force {self.tolerance:g}; {self.verdict})"
+
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
 
-        >>> ax = jamlab.shear(jamlab.pack(n=64, pressure=1e-2, seed=1), rate=0, strain=0.2, step=1e-3).plot()
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.
@@ -142,8 +145,9 @@ def quasistatic_shear(
     A step moves box and positions affinely, x -> x + step y, and relaxes. The box flips to the same lattice with
     another tilt when it leans by more than 0.55 of its width, so that strain has no limit. The start is relaxed too.
 
-    >>> r = quasistatic_shear(jamlab.pack(n=256, pressure=1e-2, seed=1), strain=0.5)
-    >>> len(r.events), r.stress[r.strain > 0.3].mean()
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3)
+    >>> r.strain.round(6), bool(r.converged.all())
+    (array([0.   , 0.002, 0.004, 0.006, 0.008, 0.01 ]), True)
 
     Args:
         packing: SP or DP.

@@ -24,8 +24,9 @@ _KINDS: dict[str, Any] = {
 def read_flow(path: FilePath) -> Flow:
     """Read what `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress` wrote; `jamlab.read` its packings.
 
-    >>> r = jamlab.shear(p, rate=1e-2, out="run.h5")
-    >>> jamlab.read_flow("run.h5").stress
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5, out="run.h5")
+    >>> bool(np.all(jamlab.read_flow("run.h5").stress == r.stress))
+    True
 
     Raises:
         StorageError: no such file, or it holds no flow.

@@ -38,8 +38,9 @@ def relax_stress(
     The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
     rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
 
-    >>> g = jamlab.relax_stress(jamlab.pack(n=256, pressure=1e-2, seed=1), strain=1e-6, duration=1e4)
-    >>> g.modulus[-1], g.verdict
+    >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
+    >>> bool(g.modulus[-1] < g.modulus[0])
+    True
 
     Args:
         packing: SP or DP at a minimum.

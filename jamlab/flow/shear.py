@@ -44,8 +44,9 @@ def shear(
     B u = F - rate b for the velocities u beside the affine flow, with B and b of `dynamical_matrices` at the present
     positions; Durian, Phys. Rev. E 55, 1739 (1997); drag as in Baumgarten & Tighe.
 
-    >>> r = jamlab.shear(jamlab.pack(n=256, pressure=1e-2, seed=1), rate=1e-3, strain=2.0)
-    >>> r.steady().value, r.peak, r.packing
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
+    >>> r.strain.round(6), r.packing.converged
+    (array([0.  , 0.01, 0.02, 0.03, 0.04, 0.05]), False)
 
     Args:
         packing: SP or DP, usually at a minimum.

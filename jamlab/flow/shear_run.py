@@ -32,6 +32,10 @@ class Peak(NamedTuple):
 class ShearRun(FlowRun):
     """Shear at a constant rate; rows and packings as in `FlowRun`.
 
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
+    >>> bool(np.allclose(r.stress, r.elastic_stress + r.viscous_stress))
+    True
+
     Attributes:
         shear_rate: rate that was asked for, 1/tau_1; 0: see `QuasistaticShear`.
         strain_asked: strain at which it was to end; less is reached by a run that was interrupted.
@@ -111,7 +115,7 @@ class ShearRun(FlowRun):
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw shear stress and its elastic part over strain.
 
-        >>> ax = jamlab.shear(jamlab.pack(n=64, pressure=1e-2, seed=1), rate=1e-2).plot()
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, rows=10).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.

@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 class FlowCurve:
     """Steady states at m rates, in the packing's unit of stress and with times in tau_1; errors are standard errors.
 
+    >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[1.0], strain=1.0, discard=0.2)
+    >>> bool(c.stress[0] > c.stress_error[0] > 0)
+    True
+
     Attributes:
         rates: (m,) of shear, ascending.
         stress, stress_error: (m,) mean shear stress.
@@ -111,8 +115,8 @@ class FlowCurve:
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the stress over the rate with its errors; open symbols are not steady.
 
-        >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-        >>> ax = jamlab.flow_curve(p, rates=[1e-3, 1e-2, 1e-1]).plot()
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> ax = jamlab.flow_curve(p, rates=[0.3, 1.0], strain=1.0, discard=0.2).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.

@@ -19,6 +19,10 @@ _RESTS = 1e-3  # relative fall of the modulus over the last half of the time
 class StressRelaxation(FlowRun):
     """Stress in time after a step of strain; rows and packings as in `FlowRun`, times from the middle of the step.
 
+    >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
+    >>> len(g.time) == len(g.modulus), g.step_strain
+    (True, 1e-06)
+
     Attributes:
         step_strain: of the step.
         step_time: that the step took; the modulus at a time t knows of it by (step_time/t)^2/24 only.
@@ -51,7 +55,7 @@ class StressRelaxation(FlowRun):
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the modulus over time, on logarithmic axes.
 
-        >>> ax = jamlab.relax_stress(jamlab.pack(n=64, pressure=1e-2, seed=1), strain=1e-5, duration=1e3).plot()
+        >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.

@@ -43,8 +43,10 @@ class BlockAverage:
 def block_average(values: ArrayLike) -> BlockAverage:
     """Average a series of at least sixteen values at equal distances.
 
-    >>> block_average(np.tile([1.0, 3.0], 32))
-    BlockAverage(value=2.0, error=0.126..., drift=0.0)
+    >>> from jamlab.statistics.block_average import block_average
+    >>> found = block_average(np.tile([1.0, 3.0], 32))
+    >>> found.value, found.drift
+    (2.0, 0.0)
 
     Args:
         values: (m,).

@@ -25,6 +25,12 @@ _STEEPEST = 2.0  # exponent
 class HerschelBulkley:
     """sigma = yield_stress + consistency rate^exponent.
 
+    >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
+    >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
+    >>> fit = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4))
+    >>> round(fit.yield_stress, 6), round(fit.exponent, 6)
+    (0.002, 0.5)
+
     Attributes:
         yield_stress, consistency, exponent: of the law.
         yield_stress_error, consistency_error, exponent_error: standard errors; where the points scatter by more than
@@ -62,8 +68,9 @@ class HerschelBulkley:
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw the points with their errors and the law through them, on logarithmic axes.
 
-        >>> fit = herschel_bulkley([1e-3, 1e-2, 1e-1], [2e-3, 5e-3, 1.5e-2], [1e-4, 1e-4, 1e-4])
-        >>> ax = fit.plot()
+        >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
+        >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
+        >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
 
         Args:
             ax: matplotlib Axes; by default those of a new figure.
