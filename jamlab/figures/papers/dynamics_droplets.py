@@ -5,6 +5,8 @@
 """
 
 from importlib import resources
+from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,7 +31,7 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
     out, axes = drawing("dynamics-droplets", 1, len(fractions) + 1, 4.6, 3.9)
     for part, rho in zip(axes, fractions, strict=False):
         scale(part)
-        for model, rows in table[table["rho"] == rho].groupby("model"):
+        for model, rows in ((m, table[(table["rho"] == rho) & (table["model"] == m)]) for m in MODEL_STYLE):
             name = MODEL_STYLE[model]["label"]
             for column, line in _COLUMNS.items():
                 text = name if column == "stress" else f"{name}, elastic part"
@@ -37,7 +39,8 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
         label(part, r"rate of shear $\dot\gamma\,\tau_1$", rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]")
     last = axes[-1]
     scale(last)
-    for (model, rho), rows in table.groupby(["model", "rho"]):
+    for model, rho in product(MODEL_STYLE, fractions):
+        rows = table[(table["rho"] == rho) & (table["model"] == model)]
         line = "-" if rho == fractions[0] else "--"
         text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
         _draw_means(out, last, rows, "pressure", text, model_style(model, linestyle=line))
@@ -51,9 +54,8 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _draw_means(
-    out: Drawing, axes: object, rows: pd.DataFrame, column: str, text: str, look: dict[str, object]
-) -> None:
+def _draw_means(out: Drawing, axes: Any, rows: pd.DataFrame, column: str, text: str, look: dict[str, Any]) -> None:
     groups = rows.groupby("rate")[column]
-    mean, error = groups.mean(), groups.std(ddof=1) / np.sqrt(groups.count())
+    mean = groups.mean()
+    error = groups.std(ddof=1).to_numpy() / np.sqrt(groups.count().to_numpy())
     out.curve(axes, text, mean.index.to_numpy(), mean, mean - error, mean + error, band=False, **look)
