@@ -46,8 +46,8 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
         _draw_means(out, last, rows, "pressure", text, model_style(model, linestyle=line))
     label(last, r"rate of shear $\dot\gamma\,\tau_1$", "pressure $p$  [ε/l²]")
     out.caption = (
-        f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under balanced contact damping, with a "
-        f"background drag of 1e-2 k tau_1, means over {table['seed'].nunique()} packings with standard errors. Dotted: "
+        f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
+        f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with standard errors. Dotted: "
         "the elastic part of the stress. Units of length: of disks their mean diameter, of droplets the mean of "
         "the square roots of their areas at rest."
     )
