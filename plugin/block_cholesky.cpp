@@ -69,8 +69,8 @@ void BlockCholesky::add(int i, int j, const Block &block)
   const bool turned = rank[i] < rank[j];    // the block of the lower triangle is the transposed one
   Column &column = columns[turned ? rank[i] : rank[j]];
   const int other = turned ? rank[j] : rank[i];
-  Block *to = &column.diagonal;
-  if (i != j) to = &column.blocks[std::lower_bound(column.below.begin(), column.below.end(), other) - column.below.begin()];
+  const auto place = std::lower_bound(column.below.begin(), column.below.end(), other);
+  Block *const to = i == j ? &column.diagonal : &column.blocks[place - column.below.begin()];
   to->xx += block.xx;
   to->yy += block.yy;
   to->xy += turned ? block.yx : block.xy;

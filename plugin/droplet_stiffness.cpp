@@ -30,7 +30,7 @@ void DropletStiffness::take(const std::vector<DropletMeeting> &found)
   const auto eta = static_cast<const double *>(lmp->force->bond->extract("eta", dim));
   edges.clear();
   for (int n = 0; n < lmp->neighbor->nbondlist; n++) {
-    const int i = lmp->neighbor->bondlist[n][0], j = lmp->neighbor->bondlist[n][1], type = lmp->neighbor->bondlist[n][2];
+    const int *const bond = lmp->neighbor->bondlist[n], i = bond[0], j = bond[1], type = bond[2];
     const double ex = x[j][0] - x[i][0], ey = x[j][1] - x[i][1], rsq = ex * ex + ey * ey + eta[type] * eta[type];
     if (rsq == 0.0) continue;
     const double tension = gamma[type] / sqrt(rsq);

@@ -215,8 +215,8 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
   if (droplets)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still too "
-               "long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still "
+               "too long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
                state.last_step);
   error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
              "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
@@ -297,7 +297,7 @@ double FixOverdamped::longest_step() const
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside "
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
                "rate", WHO, state.time, state.strain, state.rate, fastest, least);
   return least;

@@ -18,8 +18,7 @@ def packing():
     return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
 
 
-@pytest.mark.parametrize("newton", ["on", "off"])
-@pytest.mark.parametrize("drag", LAWS)
+@pytest.mark.parametrize(("drag", "newton"), [(CONTACT, "on"), (STOKES, "off")])
 def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, drag, newton):
     """0 for both: vertices move so that no contact slides, and Stokes drag has no part in the affine flow."""
     limit = jamlab.complex_modulus(packing, [1.0], LAWS[drag]).eta_inf
@@ -42,7 +41,7 @@ def modulus(folder, packing, omega, drag, tolerance, newton="on", cycles=3, poin
     return first_harmonic(time, stress, omega) / amplitude
 
 
-@pytest.mark.parametrize(("drag", "omega"), [(CONTACT, 1.0), (STOKES, 1.0)])
+@pytest.mark.parametrize(("drag", "omega"), [(CONTACT, 1.0), pytest.param(STOKES, 1.0, marks=pytest.mark.slow)])
 def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, packing, drag, omega):
     expected = jamlab.complex_modulus(packing, [omega], LAWS[drag])
     found = modulus(tmp_path, packing, omega, drag, 1e-3, newton="off")
@@ -107,6 +106,7 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
     fix = "rate 0.1 solver 1e-10 " + CONTACT
     with DropletFlow(tmp_path, packing, fix, "") as flow:
         whole = flow.run(30)
+    assert whole["iterations"] < 8 * 30  # factors of the matrix are its preconditioner
     with DropletFlow(tmp_path, packing, fix, "") as flow:
         flow.run(13)
         flow.lmp.command(f"write_restart {tmp_path}/half.restart")
@@ -124,7 +124,7 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
         assert again[name] == pytest.approx(whole[name], rel=1e-6), name
 
 
-@pytest.mark.parametrize("drag", LAWS)
+@pytest.mark.parametrize("drag", [STOKES, pytest.param(CONTACT, marks=pytest.mark.slow)])
 def test_creep_ends_at_stress_over_modulus(tmp_path, packing, drag):
     """A small stress is kept; the strain tends to that of the relaxed modulus."""
     with DropletFlow(tmp_path, packing, "rate 0", drag) as flow:
@@ -147,7 +147,7 @@ def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
 
 def test_an_edge_that_outgrows_the_cutoff_stops_the_run(tmp_path, packing):
     """Ghosts reach as far as the longest edge allowed: beyond, contacts would be missed without a word."""
-    with DropletFlow(tmp_path, packing, "rate 30 tolerance 0.1 stop 0.02", "background 1") as flow:
+    with DropletFlow(tmp_path, packing, "rate 30 tolerance 0.1 solver 1e-2 stop 0.05", "background 1") as flow:
         with pytest.raises(Exception, match=r"the edge between atoms \d+ and \d+ is .* long, more than the 1.5"):
             for _ in range(20):
                 flow.run()
