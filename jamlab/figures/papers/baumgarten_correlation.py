@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, average, bootstrap
+from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, average, bootstrap
 from jamlab.figures.papers.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 from jamlab.figures.papers.spectral_groups import format_power, select_largest, select_law
 from jamlab.figures.papers.tables import EnsembleTables
@@ -62,7 +62,9 @@ def figure_7(tables: EnsembleTables) -> Drawing:
 def _plateau_claim(name: str, text: str, part: pd.DataFrame) -> Claim:
     """Claim on l/L of slow shear, the mean over pressures, since the paper has it independent of pressure."""
     slow = part[part["omega"] == part["omega"].min()]
-    pressures = sorted(slow["pressure"].unique(), reverse=True)
+    packings = slow.groupby("pressure")["seed"].nunique()
+    enough = packings.index[packings >= min(FEWEST, packings.max())]
+    pressures = sorted(enough, reverse=True)
     cubes = [correlations(slow[slow["pressure"] == p]) / [float(slow["box"].mean()), 1.0] for p in pressures]
     each = [find_first_zero(cube) for cube in cubes]
     found = bootstrap(cubes, lambda g: np.nanmean([find_first_zero(cube) for cube in g]))
