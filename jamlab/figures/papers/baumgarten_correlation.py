@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, average, bootstrap
+from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, average, bootstrap
 from jamlab.figures.papers.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 from jamlab.figures.papers.spectral_groups import format_power, select_largest, select_law
 from jamlab.figures.papers.tables import EnsembleTables
@@ -27,7 +27,8 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     table = table[stressed] if stressed.any() else table
     out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
     balanced = select_law(table, "contact", beta=1.0)
-    contact, stokes = select_largest(balanced), select_largest(select_law(table, "stokes", eta_f=1.0))
+    dragged = select_law(table, "stokes", eta_f=1.0)
+    contact, stokes = select_largest(balanced), select_largest(dragged)
     _draw_contact_correlation(out, a, balanced)
     _draw_stokes_correlation(out, b, stokes)
     scale(c)
@@ -49,8 +50,9 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
     label(c, FREQUENCY, r"length $l$  [$d$]")
     label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
-    for part, text in ((contact, "l/L, contact damping"), (stokes, "plateau l/L, Stokes drag")):
-        out.claims.append(_plateau_claim(out.name, text, part))
+    every = {"l/L, contact damping": balanced, "plateau l/L, Stokes drag": dragged}
+    for part, (text, table) in zip((contact, stokes), every.items(), strict=True):
+        out.claims.append(_plateau_claim(out.name, text, part, table))
     _log_claim(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
@@ -59,10 +61,17 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _plateau_claim(name: str, text: str, part: pd.DataFrame) -> Claim:
-    """Claim on l/L of slow shear, the mean over pressures, since the paper has it independent of pressure."""
+def _plateau_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame) -> Claim:
+    """Claim on l/L of slow shear, the mean over pressures, since the paper has it independent of pressure.
+
+    Args:
+        part: rows of the size with several packings.
+        table: rows of all sizes.
+    """
     slow = part[part["omega"] == part["omega"].min()]
-    pressures = sorted(slow["pressure"].unique(), reverse=True)
+    packings = slow.groupby("pressure")["seed"].nunique()
+    enough = packings.index[packings >= min(FEWEST, packings.max())]
+    pressures = sorted(enough, reverse=True)
     cubes = [correlations(slow[slow["pressure"] == p]) / [float(slow["box"].mean()), 1.0] for p in pressures]
     each = [find_first_zero(cube) for cube in cubes]
     found = bootstrap(cubes, lambda g: np.nanmean([find_first_zero(cube) for cube in g]))
@@ -74,9 +83,19 @@ def _plateau_claim(name: str, text: str, part: pd.DataFrame) -> Claim:
         published.CORRELATION_LENGTH,
         how=f"N = {int(part['n'].iloc[0])}, lowest frequency, where both damping laws give the same quasi-static "
         f"motion; mean of {listed}",
-        cause=f"it scatters with the packing: {listed}",
+        cause=f"it is below a quarter at every pressure: {listed}{_larger(table, int(part['n'].iloc[0]))}",
         shown_by="baumgarten-7 c",
     )
+
+
+def _larger(table: pd.DataFrame, n: int) -> str:
+    """Say what l/L is in the largest packing, if that is a larger one."""
+    largest = table[table["n"] == table["n"].max()]
+    if largest["n"].iloc[0] == n:
+        return ""
+    slow = largest[(largest["omega"] == largest["omega"].min()) & (largest["pressure"] == largest["pressure"].max())]
+    share = find_first_zero(correlations(slow)) / float(slow["box"].mean())
+    return f"; {share:.3f} at N = {int(slow['n'].iloc[0])}, p = {slow['pressure'].iloc[0]:g}"
 
 
 def correlations(part: pd.DataFrame) -> Array:

@@ -95,6 +95,9 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     ):
         a = published.SIZE_EXPONENT[law].value
         scale(axes)
+        named = set(
+            select_law(limits, law, prestress=False, **parameters)["n"]
+        )  # in the legend once, filled if it can be
         for prestress in (True, False):
             part = select_law(limits, law, prestress=prestress, **parameters)
             sizes = sorted(int(n) for n in part["n"].unique())
@@ -108,7 +111,9 @@ def figure_8(tables: EnsembleTables) -> Drawing:
                 look = size_style(n) | {"linestyle": "none", "fillstyle": "none" if prestress else "full"}
                 name = f"N = {n}"
                 series = f"{name}, {'with' if prestress else 'no'} pre-stress"
-                out.curve(axes, series, x * n**2, *y, band=False, label=None if prestress else name, **look)
+                out.curve(
+                    axes, series, x * n**2, *y, band=False, label=None if prestress and n in named else name, **look
+                )
             groups = [[v if len(v) >= FEWEST else v[:0] for v in values] for values in groups]
             several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
             kept_sizes = [sizes[k] for k in several]

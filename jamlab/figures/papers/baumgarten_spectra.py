@@ -94,7 +94,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
         how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        cause = _trend(groups, part) if "critical" in text else ""
+        cause = _at_every_pressure(groups, part) if "critical" in text else ""
         out.claims.append(claim(out.name, text, found, paper, how=how, cause=cause, shown_by="baumgarten-3 a"))
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
@@ -103,15 +103,15 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _trend(groups: dict[float, Group], part: int) -> str:
-    """Say how the critical slope changes with pressure: it has not reached its limit."""
+def _at_every_pressure(groups: dict[float, Group], part: int) -> str:
+    """Say what the critical slope is at every pressure whose window is wide enough."""
     slopes = []
     for p, group in groups.items():
         low = _CRITICAL[0] * p
         if np.count_nonzero((group.omega >= low) & (group.omega <= _CRITICAL[1])) >= 5:
             slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, _CRITICAL[1])))
     values = ", ".join(f"{slope:.3f}" for _, slope in slopes)
-    return f"still changing with pressure: {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
+    return f"it is {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
 
 
 def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:

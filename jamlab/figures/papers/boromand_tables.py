@@ -83,8 +83,10 @@ def _extra_contacts(at_onset: pd.DataFrame) -> dict[str, str]:
     held = at_onset["n"] - at_onset["rattlers"]
     extra = 0.5 * at_onset["z"] * held - (2 * held - 1)
     middle, low, high = extra.mean(), extra.min(), extra.max()
+    pressed = float(np.corrcoef(at_onset["pressure"], extra)[0, 1]) if len(extra) > 2 and extra.std() > 0 else np.nan
     return {
-        "cause": f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}",
+        "cause": f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}; their correlation with"
+        f" the pressure left at onset is {pressed:+.2f}",
         "shown_by": "boromand-10 e",
     }
 

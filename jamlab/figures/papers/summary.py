@@ -15,18 +15,9 @@ def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
 
 
 def first_line(claims: Sequence[Claim]) -> str:
-    """How many numbers of the papers agree, differ, and so on, in one sentence."""
-    numbers = count(claims)
-    words = {
-        Verdict.AGREES: "agree",
-        Verdict.DIFFERS: "differ",
-        Verdict.INCONSISTENT: "contradict another number of the same paper",
-        Verdict.CALIBRATED: "were calibrated",
-        Verdict.UNDECIDED: "are undecided",
-        Verdict.MISSING: "are not measured",
-    }
-    parts = [f"{numbers[verdict]} {text}" for verdict, text in words.items() if numbers[verdict]]
-    return f"Of {len(claims)} numbers of both papers {', '.join(parts)}."
+    """How many numbers of the papers agree, differ, and so on."""
+    numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(claims).items() if number)
+    return f"{len(claims)} numbers of both papers: {numbers}."
 
 
 def summary(claims: Sequence[Claim]) -> list[str]:
