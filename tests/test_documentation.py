@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import jamlab
+from jamlab.engine.installation import PLUGIN_STYLES
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
@@ -29,6 +30,10 @@ def test_every_style_has_a_page_in_the_form_of_lammps():
     for kind, name in styles():
         prefix = {"command": "", "fix": "fix ", "compute": "compute "}.get(kind, f"{kind}_style ")
         assert titles[f"# {prefix}{name}"] == SECTIONS, name
+
+
+def test_doctor_looks_for_every_style():
+    assert set(PLUGIN_STYLES) == {style for style in styles() if style[0] != "command"}
 
 
 def test_links_of_pages_lead_somewhere():

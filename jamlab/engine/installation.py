@@ -18,6 +18,8 @@ PLUGIN_STYLES = (
     ("compute", "polygon"),
     ("compute", "polygon/contact"),
     ("compute", "polygon/group/group"),
+    ("pair", "disk/drag"),
+    ("fix", "overdamped"),
 )
 _REBUILD = (
     "rebuild jamlab for it: `pip install scikit-build-core` and "
