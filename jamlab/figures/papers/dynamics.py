@@ -60,8 +60,8 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} disks with balanced contact drag at a given rate, means over "
         f"{table['seed'].nunique()} packings with standard errors. (a) Stress over rate; the lower the rate, the more "
-        "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Macro"
-        "scopic friction. (c) Overshoot of start-up from a quenched packing above onset; 1 where there is none."
+        "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Stress "
+        "over pressure. (c) Overshoot of start-up from a quenched packing above onset; 1 where there is none."
     )
     return out
 
