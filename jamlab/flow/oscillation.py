@@ -81,7 +81,9 @@ class Oscillation(FlowRun):
     def verdict(self) -> str:
         """What the run has reached, in words."""
         change = f"{self.error:.1g} from cycle to cycle after {self.cycles}"
-        return f"{'periodic' if self.converged else 'NOT PERIODIC'}: G* changes by {change}"
+        other = int(np.ptp(self.contacts))
+        touching = f", {other} contacts open or close" if other else ""
+        return f"{'periodic' if self.converged else 'NOT PERIODIC'}: G* changes by {change}{touching}"
 
     def __repr__(self) -> str:
         numbers = (

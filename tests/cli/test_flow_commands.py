@@ -33,10 +33,11 @@ def test_command(folder, words):
     """The second call finds the run done, in the file of the first."""
     name, *options = words
     column, note = RUNS[words]
-    done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", "--plot", f"{name}.png")
+    picture = ["--plot", f"{name}.png"] if name in ("shear", "flow-curve") else []
+    done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", *picture)
     assert done.exit_code == 0, done.stderr
     assert column in done.stdout and note in done.stdout and f"wrote {name}.h5" in done.stdout
-    assert (folder / f"{name}.png").stat().st_size > 5000
+    assert not picture or (folder / f"{name}.png").stat().st_size > 5000
     found = jamlab.read_flow(folder / f"{name}.h5")
     again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")
     printed = json.loads(again.stdout)
@@ -45,7 +46,8 @@ def test_command(folder, words):
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 
 
-def test_refusals(folder):
+def test_refusals(folder, monkeypatch):
+    monkeypatch.setattr("jamlab.flow.flow_plan.TRIAL", 0.0)
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "cannot draw p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",

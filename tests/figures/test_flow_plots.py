@@ -104,7 +104,7 @@ def test_curves_of_flow():
 
 
 @pytest.mark.parametrize("name", RESULTS)
-def test_labels_legends_and_styles(name):
+def test_labels_and_legends_that_cover_no_point(name):
     make, labels = RESULTS[name]
     axes = make().plot()
     assert (axes.get_xlabel(), axes.get_ylabel()) == labels
@@ -113,6 +113,11 @@ def test_labels_legends_and_styles(name):
     for line in axes.lines:
         places = line.get_transform().transform(line.get_xydata())
         assert not any(legend.get_window_extent().count_contains(places) for legend in axes.findobj(Legend))
+
+
+@pytest.mark.parametrize("name", ["flow curve", "Pipkin"])
+def test_axes_and_style_that_matplotlib_does_not_know_are_refused(name):
+    make = RESULTS[name][0]
     for wrong in (pyplot, "ax", Figure()):
         with pytest.raises(jamlab.InputError, match="give matplotlib Axes"):
             make().plot(wrong)

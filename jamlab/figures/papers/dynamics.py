@@ -44,6 +44,8 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
             (friction, rows["stress"] / rows["pressure"]),
             (peak, rows["peak_stress"].fillna(rows["stress"]) / rows["stress"]),
         ):
+            if axes is peak and phi < ONSET:  # nothing holds a loose packing before it flows
+                continue
             rate, mean, error = _means(rows["rate"], values)
             out.curve(axes, name, rate, mean, mean - error, mean + error, band=False, **look)
     low, high = table["rate"].min(), min(table["rate"].max(), HIGHEST)
@@ -57,9 +59,9 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     out.claims = [_exponent_at_onset(table)]
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} disks with balanced contact drag at a given rate, means over "
-        f"{table['seed'].nunique()} packings with standard errors. (a) Stress over rate: above onset a yield stress, "
-        "below a Newtonian liquid; dashed, the power law at onset. (b) Macroscopic friction. (c) Overshoot of start-up "
-        "from a quenched packing; 1 where there is none."
+        f"{table['seed'].nunique()} packings with standard errors. (a) Stress over rate; the lower the rate, the more "
+        "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Stress "
+        "over pressure. (c) Overshoot of start-up from a quenched packing above onset; 1 where there is none."
     )
     return out
 
