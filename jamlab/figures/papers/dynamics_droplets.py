@@ -48,8 +48,8 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
         f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with standard "
-        "errors. Dotted: the elastic part of the stress. Units of length: of disks their mean diameter, of droplets the "
-        "mean of the square roots of their areas at rest."
+        "errors. Dotted: the elastic part of the stress. Units of length: of disks their mean diameter, of droplets "
+        "the mean of the square roots of their areas at rest."
     )
     return out
 
