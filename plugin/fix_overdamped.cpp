@@ -27,7 +27,10 @@ static constexpr double FIRST = 1e-3;       // first step over the longest: ther
 static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
 static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
                                             // of velocities, which no step resolves
+static constexpr double DROPLET_FIRST = 1e-6;    // over the longest, which knows of no relaxation
+static constexpr double DROPLET_SHORTEST = 1e-2;    // over tau
 static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
+static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
 static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no
                                             // drag would grow from step to step
@@ -38,6 +41,13 @@ static constexpr double LEAN = 0.55;        // tilt over width at which the box 
 double FixOverdamped::area() const
 {
   return domain->xprd * domain->yprd;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::time_unit() const
+{
+  return droplet_law.tau > 0.0 ? droplet_law.tau : 1.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -67,7 +77,7 @@ void FixOverdamped::setup(int /*vflag*/)
   const double power = state.power;
   add_up();
   if (droplets && state.step > 0.0) state.power = power;    // by forces that followed the velocities
-  if (state.step == 0.0) state.step = FIRST * longest_step();
+  if (state.step == 0.0) state.step = (droplets ? DROPLET_FIRST : FIRST) * longest_step();
   set_step();
 }
 
@@ -268,10 +278,12 @@ void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
     off += 0.5 * hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
   const double longest = longest_step();
-  off *= 1.0 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
+  const double still = droplets ? DROPLET_STILL / time_unit() : STILL / longest;
+  off /= sums.speed + atom->natoms * (typical_rate() + still);
   const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
   const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
-  const double least = std::min(SHORTEST * longest, state.last_step * GROWTH);
+  const double floor = droplets ? DROPLET_SHORTEST * std::min(time_unit(), longest) : SHORTEST * longest;
+  const double least = std::min(floor, state.last_step * GROWTH);
   state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
 }
 
@@ -292,7 +304,7 @@ double FixOverdamped::longest_step() const
   if (fastest > 0.0) least = std::min(least, TRAVEL / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
   if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
-  if (droplets && !std::isfinite(least)) least = droplet_law.tau > 0.0 ? droplet_law.tau : 1.0;    // all rests
+  if (droplets && !std::isfinite(least)) least = time_unit();    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);

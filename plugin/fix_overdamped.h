@@ -107,6 +107,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void lean(double strain);
   double driven_rate() const;
   double typical_rate() const;
+  double time_unit() const;    // of droplets
   double next_strain_step(double dt) const;
   void adapt_step(const Motions &predicted, double contacts_before);
   void set_step();

@@ -109,7 +109,7 @@ bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_
                                      const DragSolver::Result &result)
 {
   if (!result.converged || farthest_correction(predicted) > FARTHEST) {
-    if (state.last_step < SHORTEST * (droplet_law.tau > 0.0 ? droplet_law.tau : 1.0)) refuse(result);
+    if (state.last_step < SHORTEST * time_unit()) refuse(result);
     return false;
   }
   const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];

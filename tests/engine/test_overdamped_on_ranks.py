@@ -66,11 +66,11 @@ def droplets():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "off", 20),
-        pytest.param(2, "on", 20, marks=pytest.mark.slow),
-        pytest.param(1, "off", 20, marks=pytest.mark.slow),
-        pytest.param(4, "on", 2, marks=pytest.mark.slow),
-        pytest.param(4, "off", 2, marks=pytest.mark.slow),
+        (2, "off", 45),
+        pytest.param(2, "on", 45, marks=pytest.mark.slow),
+        pytest.param(1, "off", 45, marks=pytest.mark.slow),
+        pytest.param(4, "on", 6, marks=pytest.mark.slow),
+        pytest.param(4, "off", 6, marks=pytest.mark.slow),
     ],
 )
 def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps):
