@@ -41,10 +41,11 @@ def test_workers_that_cannot_be_had(tmp_path):
         Workers(count=2, scheduler="tcp://127.0.0.1:1")
 
 
-def test_reference_campaign_is_packed_and_valid():
-    text = resources.files("jamlab.campaign").joinpath("reference.toml").read_text()
+@pytest.mark.parametrize("name", ["reference", "beyond_the_papers"])
+def test_campaigns_of_the_figures_are_packed_and_valid(name):
+    text = resources.files("jamlab.campaign").joinpath(f"{name}.toml").read_text()
     content = CampaignTable.model_validate(tomllib.loads(text))
-    assert content.name == "reference"
+    assert content.name == name
     assert {"sp", "dp"} == {model for sweep in content.sweep for model in sweep.model}
 
 

@@ -426,7 +426,7 @@ def test_command(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "named"), [(["boromand-3"], "boromand-3"), (["boromand-4", "--from", "nowhere"], "nowhere")]
+    ("words", "named"), [(["boromand-12"], "boromand-12"), (["boromand-4", "--from", "nowhere"], "nowhere")]
 )
 def test_bad_calls_are_refused(tmp_path, words, named):
     done = call(tmp_path, "figure", *words)
