@@ -8,6 +8,7 @@ Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, 
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation
+Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without inertia; pipkin, plan_flow, read_flow
 Files        read, read_all, read_observables, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot

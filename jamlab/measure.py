@@ -16,7 +16,7 @@ from jamlab.geometry.contact_network import Contacts, contacts, contacts_are_cer
 from jamlab.geometry.orientational_order import orientational_order
 from jamlab.geometry.packing_fraction import cover_by_disks, cover_outside_voids, packing_fraction
 from jamlab.geometry.particle_shape import area_ratios, edge_lengths, shape_factors
-from jamlab.geometry.power_cells import cut_disks
+from jamlab.geometry.power_cells import DiskCells, cut_disks
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.energy_terms import Terms, energy_terms
@@ -182,6 +182,23 @@ class _State:
     def network(self) -> Contacts:
         return contacts(self.packing)
 
+    @property
+    def touching(self) -> Pairs:
+        """SP: disks that touch."""
+        assert isinstance(self.network.meetings, Pairs)
+        return self.network.meetings
+
+    @cached_property
+    def cells(self) -> DiskCells | None:
+        """Disks cut by their power cells; None for droplets."""
+        if self.packing.diameters is None:
+            return None
+        return cut_disks(self.touching, 0.5 * self.packing.diameters)
+
+    @cached_property
+    def shape(self) -> Array:
+        return shape_factors(self.packing, cells=self.cells)
+
     @cached_property
     def terms(self) -> list[Terms]:
         return energy_terms(self.packing, self.network.meetings)
@@ -210,23 +227,28 @@ def _measure_force(state: _State) -> dict[str, float]:
 
 
 def _measure_shape(state: _State) -> dict[str, float]:
-    packing, network = state.packing, state.network
-    names = ("contact_length", "shortest_edge", "longest_edge")
-    cells, of_droplets = None, dict.fromkeys(names, float("nan"))
-    if isinstance(network.meetings, Pairs):
-        cells = cut_disks(network.meetings, 0.5 * np.asarray(packing.diameters))
-    else:
-        length, edges = contact_lengths(packing, network).length, edge_lengths(packing)
-        mean = float(length.mean()) if len(length) else float("nan")
-        of_droplets = dict(zip(names, (mean, float(edges.min()), float(edges.max())), strict=True))
-    shape = shape_factors(packing, cells=cells)
-    with_rim = shape if cells else shape_factors(packing, rim=True)
-    return {
-        "shape": float(np.nanmean(shape)),
-        "shape_rim": float(np.nanmean(with_rim)),
-        "area": float(area_ratios(packing, cells=cells).mean()),
-        **of_droplets,
-    }
+    return {"shape": float(np.nanmean(state.shape))}
+
+
+def _measure_shape_with_rim(state: _State) -> dict[str, float]:
+    shape = state.shape if state.cells else shape_factors(state.packing, rim=True)
+    return {"shape_rim": float(np.nanmean(shape))}
+
+
+def _measure_area(state: _State) -> dict[str, float]:
+    return {"area": float(area_ratios(state.packing, cells=state.cells).mean())}
+
+
+def _measure_edges(state: _State) -> dict[str, float]:
+    if state.cells:
+        return {"shortest_edge": float("nan"), "longest_edge": float("nan")}
+    edges = edge_lengths(state.packing)
+    return {"shortest_edge": float(edges.min()), "longest_edge": float(edges.max())}
+
+
+def _measure_contact_lengths(state: _State) -> dict[str, float]:
+    length = np.zeros(0) if state.cells else contact_lengths(state.packing, state.network).length
+    return {"contact_length": float(length.mean()) if len(length) else float("nan")}
 
 
 def _measure_cover(state: _State) -> dict[str, float]:
@@ -237,10 +259,10 @@ def _measure_cover(state: _State) -> dict[str, float]:
     except BoundaryError:
         names = ("voids", "void_sides", "void_area", "void_shape")
         return {"rho": packing_fraction(packing), **dict.fromkeys(names, float("nan"))}
-    if isinstance(state.network.meetings, Pairs):
-        rho, _ = cover_by_disks(packing, state.network.meetings)
-    else:
+    if packing.model == "dp":
         rho = cover_outside_voids(packing, found)
+    else:
+        rho, _ = cover_by_disks(packing, state.touching)
     closed = found.percolating == 0
 
     def mean(values: NDArray[Any]) -> float:
@@ -280,7 +302,11 @@ _GROUPS: tuple[tuple[tuple[str, ...], Callable[[_State], dict[str, float]]], ...
     (("pressure",), lambda state: {"pressure": state.pressure}),
     (("energy", "contact_energy"), _measure_energy),
     (("g", "g_x", "b"), _measure_moduli),
-    (("shape", "shape_rim", "area", "contact_length", "shortest_edge", "longest_edge"), _measure_shape),
+    (("shape",), _measure_shape),
+    (("shape_rim",), _measure_shape_with_rim),
+    (("area",), _measure_area),
+    (("contact_length",), _measure_contact_lengths),
+    (("shortest_edge", "longest_edge"), _measure_edges),
     (("max_force",), _measure_force),
     (("psi_6", "psi_6_overall"), _measure_order),
 )

@@ -9,7 +9,6 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "pair_disk_drag.h"
 #include "timer.h"
 #include "update.h"
 
@@ -60,7 +59,14 @@ double FixOverdamped::typical_rate() const
 void FixOverdamped::setup(int /*vflag*/)
 {
   if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
-  find_velocities(false);
+  solver->take(atom->nlocal, atom->nghost, 0.0);
+  if (droplets)
+    start_droplets();
+  else if (const DragSolver::Result result = find_velocities(); !result.converged)
+    refuse(result);
+  const double power = state.power;
+  add_up();
+  if (droplets && state.step > 0.0) state.power = power;    // by forces that followed the velocities
   if (state.step == 0.0) state.step = FIRST * longest_step();
   set_step();
 }
@@ -71,18 +77,13 @@ void FixOverdamped::setup(int /*vflag*/)
 
 void FixOverdamped::initial_integrate(int /*vflag*/)
 {
-  const double dt = update->dt, ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, half = 0.5 * ratio;
-  const double strain_step = next_strain_step(dt), leaned = state.strain_step, ylo = domain->boxlo[1];
-  double **const x = atom->x;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const Motion v = now[i], w = before[i];
-    const double wx = w.x + leaned * w.y;    // seen from the box as it leans now
-    x[i][1] += dt * (v.y + half * (v.y - w.y));
-    x[i][0] += dt * (v.x + half * (v.x - wx)) + strain_step * (x[i][1] - ylo);
-    before[i] = v;
-    now[i] = {v.x + ratio * (v.x - w.x), v.y + ratio * (v.y - w.y), v.spin + ratio * (v.spin - w.spin)};
-  }
-  state.rate_before = state.rate;
+  const double dt = update->dt, strain_step = next_strain_step(dt);
+  at_start = state;
+  droplets ? predict_droplets(dt, strain_step) : predict_disks(dt, strain_step);
+  const double rate = state.rate;
+  if (droplets && drive == STRESS && state.last_step > 0.0)
+    state.rate += dt / state.last_step * (rate - state.rate_before);
+  state.rate_before = rate;
   state.last_step = dt;
   state.strain_step = strain_step;
   state.strain += strain_step;
@@ -94,10 +95,28 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
 
 /* ---------------------------------------------------------------------- */
 
+void FixOverdamped::predict_disks(double dt, double strain_step)
+{
+  const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, half = 0.5 * ratio;
+  const double leaned = state.strain_step, ylo = domain->boxlo[1];
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion v = now[i], w = before[i];
+    const double wx = w.x + leaned * w.y;    // seen from the box as it leans now
+    x[i][1] += dt * (v.y + half * (v.y - w.y));
+    x[i][0] += dt * (v.x + half * (v.x - wx)) + strain_step * (x[i][1] - ylo);
+    before[i] = v;
+    now[i] = {v.x + ratio * (v.x - w.x), v.y + ratio * (v.y - w.y), v.spin + ratio * (v.spin - w.spin)};
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
 double FixOverdamped::next_strain_step(double dt) const
 {
   if (drive == RATE) return wanted_rate * dt;
   if (drive == OSCILLATE) return amplitude * (sin(omega * (state.time + dt)) - sin(omega * state.time));
+  if (droplets) return droplet_strain_step(dt);
   const double half = state.last_step > 0.0 ? 0.5 * dt / state.last_step : 0.0;
   return dt * (state.rate + half * (state.rate - state.rate_before));
 }
@@ -135,8 +154,16 @@ void FixOverdamped::pre_exchange()
 void FixOverdamped::final_integrate()
 {
   const Motions predicted(now.begin(), now.begin() + atom->nlocal);
-  const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts;
-  find_velocities(true);
+  const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts, rate = state.rate;
+  solver->take(atom->nlocal, atom->nghost, ahead);
+  if (!droplets) blend_prediction();
+  const DragSolver::Result result = find_velocities();
+  if (droplets && !correct_droplets(predicted, rate, result)) {
+    step_back();
+    return;
+  }
+  if (!result.converged) refuse(result);
+  add_up();
   state.work += 0.5 * state.last_step * (power + state.power);
   state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
   adapt_step(predicted, contacts);
@@ -151,45 +178,46 @@ void FixOverdamped::post_run()
   if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
 }
 
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::blend_prediction()
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion u = now[i], v = before[i];
+    now[i] = {v.x + TRUST * (u.x - v.x), v.y + TRUST * (u.y - v.y), v.spin + TRUST * (u.spin - v.spin)};
+  }
+  solver->let_go_of_loose(now);
+}
+
 /* ----------------------------------------------------------------------
-   of this moment; fresh: not those of a run that goes on
+   of this moment
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::find_velocities(bool fresh)
+DragSolver::Result FixOverdamped::find_velocities(bool forces)
 {
   const int nlocal = atom->nlocal;
-  solver.take(pair->contacts(), pair->drag(), nlocal, atom->nghost);
-  if (fresh) {
-    for (int i = 0; i < nlocal; i++) {
-      const Motion u = now[i], v = before[i];
-      now[i] = {v.x + TRUST * (u.x - v.x), v.y + TRUST * (u.y - v.y), v.spin + TRUST * (u.spin - v.spin)};
-    }
-    solver.let_go_of_loose_disks(now);
-  }
-  pushes.resize(nlocal);
-  for (int i = 0; i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
-
-  double elastic = 0.0;
-  for (const DiskContact &c : pair->contacts()) elastic -= c.share * c.force * c.nx * c.ny * c.distance;
-  MPI_Allreduce(MPI_IN_PLACE, &elastic, 1, MPI_DOUBLE, MPI_SUM, world);
+  pushes.assign(nlocal, Motion());
+  for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
 
   state.rate = driven_rate();
-  DragSolver::Load load = {state.rate, area() * wanted_stress - elastic, drive == STRESS};
-  const DragSolver::Result result = solver.solve(pushes, now, load);
+  DragSolver::Load load = {state.rate, 0.0, drive == STRESS};
+  if (load.free_rate) load.moment = area() * wanted_stress - solver->elastic_moment();
+  const DragSolver::Result result = solver->solve(pushes, now, load);
   last_iterations = result.iterations;
   state.iterations += result.iterations;
   state.rate = load.rate;
-  if (!result.converged) refuse(result);
-  if (solver.settings.background == 0.0) remove_drift();
-  add_up();
-  state.power = (sums.elastic + sums.viscous) * state.rate / area();
-  state.dissipation = sums.dissipation / area();
+  if (settings.background == 0.0) remove_drift();
+  return result;
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
+  if (droplets)
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still "
+               "too long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+               state.last_step);
   error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
              "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
              state.strain, result.residual, result.iterations);
@@ -204,50 +232,27 @@ void FixOverdamped::remove_drift()
 {
   double sums[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!solver.touched(i)) continue;
+    if (!solver->touched(i)) continue;
     sums[0] += now[i].x;
     sums[1] += now[i].y;
     sums[2] += 1.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, world);
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!solver.touched(i)) continue;
+    if (!solver->touched(i)) continue;
     now[i].x -= sums[0] / sums[2];
     now[i].y -= sums[1] / sums[2];
   }
   send_to_ghosts(now);
 }
 
-/* ----------------------------------------------------------------------
-   stress over contacts, sum of T_a r_b with the tension T that acts on the first disk; conjugate to
-   the strain is T_x r_y
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixOverdamped::add_up()
 {
-  const double beta = pair->drag().beta;
-  sums = {};
-  const auto &contacts = pair->contacts();
-  for (std::size_t k = 0; k < contacts.size(); k++) {
-    const DiskContact &c = contacts[k];
-    double approach, slide;
-    solver.slip(c, now, state.rate, approach, slide);
-    const double push = solver.weight(k) * approach, rub = beta * solver.weight(k) * slide;
-    const double x = push * c.nx - rub * c.ny, y = push * c.ny + rub * c.nx, part = c.share * c.distance;
-    sums.elastic -= part * c.force * c.nx * c.ny;
-    sums.viscous += part * x * c.ny;
-    sums.xx += part * (x - c.force * c.nx) * c.nx;
-    sums.yy += part * (y - c.force * c.ny) * c.ny;
-    sums.energy += c.share * 0.5 * c.force * c.force / c.stiffness;
-    sums.dissipation += c.share * (push * approach + rub * slide);
-    sums.contacts += c.share;
-  }
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double square = now[i].x * now[i].x + now[i].y * now[i].y;
-    sums.speed += sqrt(square);
-    sums.dissipation += solver.settings.background * square;
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(Sums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  sums = solver->add_up(now, state.rate);
+  state.power = (sums.elastic + sums.viscous) * state.rate / area();
+  state.dissipation = sums.dissipation / area();
 }
 
 /* ----------------------------------------------------------------------
@@ -258,11 +263,12 @@ void FixOverdamped::add_up()
 
 void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
 {
-  double off = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) off += hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
+  double off = droplets ? droplet_error() : 0.0;
+  for (int i = 0; !droplets && i < atom->nlocal; i++)
+    off += 0.5 * hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
   const double longest = longest_step();
-  off *= 0.5 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
+  off *= 1.0 / (sums.speed + atom->natoms * (typical_rate() + STILL / longest));
   const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
   const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
   const double least = std::min(SHORTEST * longest, state.last_step * GROWTH);
@@ -273,7 +279,7 @@ void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
 
 double FixOverdamped::longest_step() const
 {
-  double relaxation = solver.least_relaxation_time(), fastest = 0.0;
+  double relaxation = solver->least_relaxation_time(), fastest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
     fastest = std::max(fastest, now[i].x * now[i].x + now[i].y * now[i].y);
   MPI_Allreduce(MPI_IN_PLACE, &relaxation, 1, MPI_DOUBLE, MPI_MIN, world);
@@ -286,11 +292,12 @@ double FixOverdamped::longest_step() const
   if (fastest > 0.0) least = std::min(least, TRAVEL / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
   if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
+  if (droplets && !std::isfinite(least)) least = droplet_law.tau > 0.0 ? droplet_law.tau : 1.0;    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
-  if (least < STUCK * stable && least < longest)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest disk moves at {:.3g} beside "
+  if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
+    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
                "rate", WHO, state.time, state.strain, state.rate, fastest, least);
   return least;

@@ -7,22 +7,25 @@
 #include "drag_solver.h"
 #include "fix.h"
 
-#include <vector>
+#include <memory>
 
 namespace LAMMPS_NS {
 
-/* Simple shear of disks without mass: at every step drag balances the other forces. The fix finds
-   the velocities, moves the disks, and strains the box along x, which it flips when it leans too
-   far. The step is as long as accuracy allows. What drives the flow is a rate, an oscillating
-   strain or a stress.
+/* Simple shear of disks or droplets without mass: at every step drag balances the other forces. The
+   fix finds the velocities, moves disks and vertices, and strains the box along x, which it flips when
+   it leans too far. The step is as long as accuracy allows. What drives the flow is a rate, an
+   oscillating strain or a stress.
 
-   Steps are those of Adams and Bashforth, of second order, in coordinates that lean with the box. */
+   Steps are of second order, in coordinates that lean with the box: those of Adams and Bashforth for
+   disks. Droplets are too stiff for them, and vertices without contact may have no drag at all: theirs
+   are backward differences, linearised where the same prediction ends. */
 
 class FixOverdamped : public Fix, private GhostExchange {
  public:
   FixOverdamped(class LAMMPS *, int, char **);
   ~FixOverdamped() override;
   int setmask() override;
+  void post_constructor() override;
   void init() override;
   void setup(int) override;
   void initial_integrate(int) override;
@@ -48,39 +51,56 @@ class FixOverdamped : public Fix, private GhostExchange {
   double memory_usage() override;
 
  private:
-  static constexpr int PER_DISK = 6;    // numbers of both velocities, which travel with a disk
+  static constexpr int PER_ATOM = 12;    // numbers of four motions, which travel with an atom
   enum Drive { NONE, RATE, OSCILLATE, STRESS } drive = NONE;
   double wanted_rate = 0.0, amplitude = 0.0, omega = 0.0, wanted_stress = 0.0;
   double tolerance = 1e-3;    // relative error of velocities that a step may make
   double longest = 0.0;       // step, 0: no limit
   double interval = 0.0;      // of time, after which a run ends; 0: never
+  DragSolver::Settings settings;
+  DragLaw droplet_law;        // that of disks is in their pair style
+  bool droplet_law_given = false;
 
-  class PairDiskDrag *pair = nullptr;
-  DragSolver solver;
-  Motions now, before;    // velocities: of this step, and of the last one
-  Motions pushes;    // on every disk, but for the drag
+  bool droplets = false;
+  std::unique_ptr<DragSolver> solver;
+  class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
+  Motions now, before;        // velocities: of this step, and of the last one
+  Motions moved, moved_before;    // droplets: beside the affine flow, in the last two steps
+  Motions pushes;             // on every atom, but for the drag
   Motions *traveling = nullptr;
+  double ahead = 0.0;         // droplets: time over which a new velocity counts in the last step
   int flip = 0;
 
   struct State {    // what a restart file keeps
     double time = 0.0, strain = 0.0, rate = 0.0, rate_before = 0.0, strain_step = 0.0;
     double step = 0.0;         // that the error allows next; 0: nothing has moved yet
-    double last_step = 0.0;
+    double last_step = 0.0, step_before = 0.0;
     double end = 0.0;          // of the present interval
     double power = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // per area
     double iterations = 0.0;
   } state;
 
-  struct Sums {    // over contacts and disks, of all ranks
-    double elastic, viscous, xx, yy, energy, dissipation, speed, contacts;
-  } sums = {};
+  FlowSums sums;
+  State at_start;    // of the step
   int last_iterations = 0;
 
   void read_arguments(int narg, char **arg);
+  void read_droplet_law(char **arg);
   double number(const char *keyword, const char *text) const;
   void check() const;
 
-  void find_velocities(bool fresh);
+  void make_solver();
+  DragSolver::Result find_velocities(bool forces = true);
+  void start_droplets();
+  void predict_disks(double dt, double strain_step);
+  void predict_droplets(double dt, double strain_step);
+  void blend_prediction();
+  bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
+  void step_back();
+  double droplet_error() const;
+  double farthest_correction(const Motions &predicted) const;
+  static double repeated(double ratio);
+  double droplet_strain_step(double dt) const;
   void refuse(const DragSolver::Result &) const;
   void remove_drift();
   void add_up();

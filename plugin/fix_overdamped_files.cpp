@@ -39,12 +39,12 @@ void FixOverdamped::send_to_ghosts(Motions &motions)
 }
 
 /* ----------------------------------------------------------------------
-   where newton is off, both owners see a contact, and each counts it for its own disk
+   where newton is off, both owners see a contact of disks, and each counts it for its own disk
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::add_from_ghosts(Motions &motions)
 {
-  if (!force->newton_pair) return;
+  if (!droplets && !force->newton_pair) return;
   traveling = &motions;
   comm->reverse_comm(this, 3);
 }
@@ -98,23 +98,21 @@ void FixOverdamped::unpack_reverse_comm(int n, int *indices, double *buf)
 
 void FixOverdamped::grow_arrays(int nmax)
 {
-  now.resize(nmax);
-  before.resize(nmax);
+  for (Motions *each : {&now, &before, &moved, &moved_before}) each->resize(nmax);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::copy_arrays(int i, int j, int /*delflag*/)
 {
-  now[j] = now[i];
-  before[j] = before[i];
+  for (Motions *each : {&now, &before, &moved, &moved_before}) (*each)[j] = (*each)[i];
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::set_arrays(int i)
 {
-  now[i] = before[i] = Motion();
+  now[i] = before[i] = moved[i] = moved_before[i] = Motion();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -123,7 +121,9 @@ int FixOverdamped::pack_exchange(int i, double *buf)
 {
   put(buf, now[i]);
   put(buf + 3, before[i]);
-  return PER_DISK;
+  put(buf + 6, moved[i]);
+  put(buf + 9, moved_before[i]);
+  return PER_ATOM;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -132,16 +132,18 @@ int FixOverdamped::unpack_exchange(int i, double *buf)
 {
   now[i] = {buf[0], buf[1], buf[2]};
   before[i] = {buf[3], buf[4], buf[5]};
-  return PER_DISK;
+  moved[i] = {buf[6], buf[7], buf[8]};
+  moved_before[i] = {buf[9], buf[10], buf[11]};
+  return PER_ATOM;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixOverdamped::pack_restart(int i, double *buf)
 {
-  buf[0] = PER_DISK + 1;
+  buf[0] = PER_ATOM + 1;
   pack_exchange(i, buf + 1);
-  return PER_DISK + 1;
+  return PER_ATOM + 1;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -158,19 +160,19 @@ void FixOverdamped::unpack_restart(int i, int nth)
 
 int FixOverdamped::size_restart(int /*i*/)
 {
-  return PER_DISK + 1;
+  return PER_ATOM + 1;
 }
 
 /* ---------------------------------------------------------------------- */
 
 int FixOverdamped::maxsize_restart()
 {
-  return PER_DISK + 1;
+  return PER_ATOM + 1;
 }
 
 /* ---------------------------------------------------------------------- */
 
 double FixOverdamped::memory_usage()
 {
-  return (now.capacity() + before.capacity() + pushes.capacity()) * sizeof(Motion) + solver.memory_usage();
+  return (4 * now.capacity() + pushes.capacity()) * sizeof(Motion) + (solver ? solver->memory_usage() : 0.0);
 }

@@ -7,9 +7,13 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "compute.h"
+#include "disk_drag.h"
 #include "domain.h"
+#include "droplet_drag.h"
 #include "error.h"
 #include "force.h"
+#include "modify.h"
 #include "pair_disk_drag.h"
 #include "update.h"
 #include "utils.h"
@@ -24,7 +28,7 @@ static constexpr char WHO[] = "Fix overdamped";
 
 /* ---------------------------------------------------------------------- */
 
-FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), solver(world, *this)
+FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   read_arguments(narg, arg);
 
@@ -41,7 +45,7 @@ FixOverdamped::FixOverdamped(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg,
   global_freq = 1;
   extvector = 0;
   comm_forward = comm_reverse = 3;
-  maxexchange = PER_DISK;
+  maxexchange = PER_ATOM;
 
   FixOverdamped::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
@@ -54,11 +58,24 @@ FixOverdamped::~FixOverdamped()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
+  for (Compute *compute : {virial, energy})
+    if (compute && modify) modify->delete_compute(compute->id);
+}
+
+/* ----------------------------------------------------------------------
+   computes that come later than the fix would not be asked before the first step
+------------------------------------------------------------------------- */
+
+void FixOverdamped::post_constructor()
+{
+  virial = modify->add_compute(fmt::format("{}_virial all pressure NULL virial", id));
+  energy = modify->add_compute(fmt::format("{}_energy all pe", id));
 }
 
 /* ----------------------------------------------------------------------
    fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
-     [tolerance value] [solver value] [iterations value] [background value] [longest value] [stop value]
+     [drag tau beta alpha] [tolerance value] [solver value] [iterations value] [background value]
+     [longest value] [stop value]
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::read_arguments(int narg, char **arg)
@@ -83,34 +100,53 @@ void FixOverdamped::read_arguments(int narg, char **arg)
       wanted_stress = number("stress", arg[k + 1]);
     } else {
       double *value = is(k, "tolerance", 1)     ? &tolerance
-          : is(k, "solver", 1)                  ? &solver.settings.tolerance
-          : is(k, "background", 1)              ? &solver.settings.background
+          : is(k, "solver", 1)                  ? &settings.tolerance
+          : is(k, "background", 1)              ? &settings.background
           : is(k, "longest", 1)                 ? &longest
           : is(k, "stop", 1)                    ? &interval
                                                 : nullptr;
       if (value)
         *value = number(arg[k], arg[k + 1]);
-      else if (is(k, "iterations", 1))
-        solver.settings.iterations = utils::inumeric(FLERR, arg[k + 1], false, lmp);
+      else if (is(k, "drag", 3)) {
+        read_droplet_law(arg + k + 1);
+        k += 2;
+      } else if (is(k, "iterations", 1))
+        settings.iterations = utils::inumeric(FLERR, arg[k + 1], false, lmp);
       else
-        error->all(FLERR, "{}: {} is not one of: rate, oscillate, stress, tolerance, solver, iterations, background, "
-                   "longest, stop", WHO, arg[k]);
+        error->all(FLERR, "{}: {} is not one of: rate, oscillate, stress, drag, tolerance, solver, iterations, "
+                   "background, longest, stop", WHO, arg[k]);
       continue;
     }
     if (earlier != NONE) error->all(FLERR, "{}: give one of rate, oscillate and stress, not two", WHO);
   }
+  if (!droplet_law_given || droplet_law.tau == 0.0) droplet_law.tau = droplet_law.beta = 0.0;
   if (drive == NONE) error->all(FLERR, "{}: give one of: rate value, oscillate amplitude omega, stress value", WHO);
   if (drive == OSCILLATE && !(amplitude > 0.0 && omega > 0.0))
     error->all(FLERR, "{}: amplitude {} and omega {} of oscillate must be positive", WHO, amplitude, omega);
   if (!(tolerance > 0.0 && tolerance <= 0.1))
     error->all(FLERR, "{}: tolerance {} must lie above 0, up to 0.1", WHO, tolerance);
-  if (!(solver.settings.tolerance >= 1e-13 && solver.settings.tolerance <= 0.1))
-    error->all(FLERR, "{}: solver {} must lie between 1e-13 and 0.1", WHO, solver.settings.tolerance);
-  if (solver.settings.iterations < 1)
-    error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, solver.settings.iterations);
-  if (solver.settings.background < 0.0 || longest < 0.0 || interval < 0.0)
-    error->all(FLERR, "{}: background {}, longest {} and stop {} must not be negative", WHO, solver.settings.background,
+  if (!(settings.tolerance >= 1e-13 && settings.tolerance <= 0.1))
+    error->all(FLERR, "{}: solver {} must lie between 1e-13 and 0.1", WHO, settings.tolerance);
+  if (settings.iterations < 1)
+    error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, settings.iterations);
+  if (settings.background < 0.0 || longest < 0.0 || interval < 0.0)
+    error->all(FLERR, "{}: background {}, longest {} and stop {} must not be negative", WHO, settings.background,
                longest, interval);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::read_droplet_law(char **arg)
+{
+  droplet_law_given = true;
+  droplet_law.tau = number("tau", arg[0]);
+  droplet_law.beta = number("beta", arg[1]);
+  droplet_law.alpha = number("alpha", arg[2]);
+  if (!(droplet_law.tau >= 0.0)) error->all(FLERR, "{}: tau {} of drag must be a time, or 0", WHO, arg[0]);
+  if (!(droplet_law.beta >= 0.0 && droplet_law.beta <= LARGEST_BETA))
+    error->all(FLERR, "{}: beta {} of drag must lie between 0 and {}", WHO, arg[1], LARGEST_BETA);
+  if (!(droplet_law.alpha >= LEAST_ALPHA && droplet_law.alpha <= 1.0))
+    error->all(FLERR, "{}: alpha {} of drag must lie between {} and 1 (linear)", WHO, arg[2], LEAST_ALPHA);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -133,25 +169,46 @@ int FixOverdamped::setmask()
 
 void FixOverdamped::init()
 {
-  pair = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
   check();
+  make_solver();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::make_solver()
+{
+  GhostExchange &exchange = *this;
+  const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  droplets = !disks;
+  if (disks)
+    solver = std::make_unique<DiskDrag>(world, exchange, settings, *disks);
+  else
+    solver = std::make_unique<DropletDrag>(lmp, exchange, settings, droplet_law, *virial, *energy);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::check() const
 {
-  if (!pair) error->all(FLERR, "{}: needs pair_style disk/drag, which knows the contacts", WHO);
-  if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every disk enters", WHO);
+  const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  if (!disks && !force->pair_match("circuloline", 1))
+    error->all(FLERR, "{}: needs pair_style disk/drag, or circuloline for droplets, which know the contacts", WHO);
+  if (disks && droplet_law_given)
+    error->all(FLERR, "{}: drag is for droplets: that of disks stands in pair_style disk/drag", WHO);
+  if (!disks && !droplet_law_given && settings.background == 0.0)
+    error->all(FLERR, "{}: no drag at all: give drag tau beta alpha, or a background drag", WHO);
+  if (igroup != 0) error->all(FLERR, "{}: group must be all: the drag of every atom enters", WHO);
   if (domain->dimension != 2 || !domain->triclinic || !domain->xperiodic || !domain->yperiodic)
     error->all(FLERR, "{}: needs dimension 2 and a periodic triclinic box (change_box all triclinic)", WHO);
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "{}: works with run_style verlet only", WHO);
   if (comm->procgrid[0] > 2)
-    error->all(FLERR, "{}: {} ranks side by side along x: disks may go to any of them when the box flips; use "
+    error->all(FLERR, "{}: {} ranks side by side along x: atoms may go to any of them when the box flips; use "
                "processors 1 * 1", WHO, comm->procgrid[0]);
-  if (pair->drag().tau == 0.0 && solver.settings.background == 0.0)
+  if (disks && disks->drag().tau == 0.0 && settings.background == 0.0)
     error->all(FLERR, "{}: no drag at all: tau = 0 of pair_style disk/drag needs a background drag", WHO);
+  if (!disks && droplet_law.tau == 0.0 && settings.background == 0.0)
+    error->all(FLERR, "{}: no drag at all: tau = 0 of drag needs a background drag", WHO);
 }
 
 /* ----------------------------------------------------------------------

@@ -34,6 +34,11 @@ class FixPolygonArea : public Fix {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
+  // at the last evaluation of forces
+  const PolygonSums &rings() const { return sums; }
+  double stiffness_of(int polygon) const { return ka[polygon]; }
+  double excess_of(int polygon) const { return shape[3 * polygon] - a0[polygon]; }
+
  private:
   PolygonSums sums;
   PolygonParameter stiffness, rest_area;

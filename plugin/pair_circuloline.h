@@ -46,6 +46,11 @@ class PairCirculoline : public Pair {
     double gap, energy, magnitude, fx, fy;
   };
   Push push_on_vertex(const Contact &) const;
+  double stiffness(const Contact &contact) const    // second derivative of its energy by the distance
+  {
+    const PairLaw &law = pair_laws[contact.law];
+    return law.eps * law.per_width * law.per_width;
+  }
 
   struct Contacts {
     const Contact *first, *last;

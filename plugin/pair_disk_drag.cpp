@@ -22,10 +22,6 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style disk/drag";
 
-// Below, the drag of the contacts that move least grows beyond all others and no solver converges
-static constexpr double LEAST_ALPHA = 0.4;
-static constexpr double LARGEST_BETA = 1e12;    // both drags stand in one matrix of 16 digits
-
 /* ---------------------------------------------------------------------- */
 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)

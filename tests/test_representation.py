@@ -34,8 +34,9 @@ def test_notebook_picture_shows_every_particle_inside_its_cell(random_disks, ran
 
 def test_laws_read_as_words():
     assert str(jamlab.ContactDamping()) == "contact damping, β = 1"
+    assert str(jamlab.ContactDamping(beta=0.1, alpha=0.5)) == "contact damping, β = 0.1, α = 0.5"
     assert str(jamlab.StokesDrag(eta_f=0.5, tau=2)) == "Stokes drag, η_F = 0.5, τ1 = 2"
-    assert repr(jamlab.ContactDamping()) == "ContactDamping(beta=1.0, tau=1.0, arms='radius')"
+    assert repr(jamlab.ContactDamping()) == "ContactDamping(beta=1.0, tau=1.0, alpha=1.0, arms='radius')"
 
 
 def test_a_collapse_without_errors_says_why():

@@ -50,6 +50,8 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
     "sp": ((32, 0.0075), (128, 0.02), (512, 0.06), (2048, 0.2), (32768, 25.0)),
     "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
 }
+_FLOW_TIME = (0.7, 1.1e-3)  # of 256 disks, s per unit of strain: at high rates, and over the rate at low ones
+_FLOW_GROWTH = 1.2  # exponent of n
 _ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 
 DRIVING = 1.2  # CPU of a campaign over that of its parts: Dask and files; 1.6, 1.6 and 1.2 on a machine at full load
@@ -68,13 +70,17 @@ _POSITION_BYTES = 24  # of a disk or vertex: x, y and z = 0 in float64
 
 def state_count(parameters: dict[str, Any]) -> int:
     """Count the frames of a task; those of a compression as from the typical onset."""
-    if "pressures" in parameters:
-        return len(parameters["pressures"])
+    for key in ("pressures", "phi"):
+        if key in parameters:
+            return len(parameters[key])
     if "compress" not in parameters:
         return 1
     how = parameters["compress"]
     start = min(_ONSET_PHI, 0.99 * how["to"])
-    return 1 + len(grid(start, how["to"], how["step"], how["nearest"], how["per_decade"]))
+    halvings = 0
+    if how.get("confluence") is not None:
+        halvings = max(0, int(np.ceil(np.log2(how["step"] / how["confluence"]))))
+    return 1 + len(grid(start, how["to"], how["step"], how["nearest"], how["per_decade"])) + halvings
 
 
 def task_seconds(parameters: dict[str, Any], ranks: int = 1) -> float:
@@ -93,6 +99,8 @@ def _making_seconds(parameters: dict[str, Any]) -> float:
         high, low = _PACK_PRESSURES
         share = np.log(np.array(parameters["pressures"]) / high) / np.log(low / high)
         return float(np.sum(dense * (soft / dense) ** share))
+    if "phi" in parameters:  # a quench each, which takes the longest near onset
+        return states * _interpolate(_PACK_TIME["fixed-box"][0], n)
     onset = _STABILIZED_ONSET_TIME if sheared and model == "sp" else _ONSET_TIME[model]
     return _interpolate(onset, n) + (states - 1) * _interpolate(_STATE_TIME[model], n)
 
@@ -113,7 +121,16 @@ def measuring_seconds(parameters: dict[str, Any], known: Collection[str] = ()) -
     each = spectra * _interpolate(_SPECTRUM_TIME[model], n)
     for name, points in (("states", _MEASURE_TIME), ("voids", _VOIDS_TIME)):
         each += _interpolate(points[model], n) * (name in wanted)
+    if "flow" in wanted:
+        each += _flow_seconds(parameters)
     return each * state_count(parameters)
+
+
+def _flow_seconds(parameters: dict[str, Any]) -> float:
+    fast, slow = _FLOW_TIME
+    flow, laws = parameters["flow"], sum(map(len, parameters["damping"].values()))
+    strain = sum(fast + slow / rate for rate in flow["rates"]) * (flow["strain"] + flow["discard"])
+    return float(laws * strain * (parameters["n"] / 256) ** _FLOW_GROWTH)
 
 
 @cache

@@ -36,10 +36,14 @@ from jamlab.campaign.file_problems import explain
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE as LARGEST_TOLERANCE_OF_FLOW
+from jamlab.flow.overdamped_session import LEAST_TOLERANCE as LEAST_TOLERANCE_OF_FLOW
+from jamlab.flow.shear import LARGEST_RATE
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
+from jamlab.rheology.damping import LEAST_ALPHA
 
-OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids")
+OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
@@ -97,14 +101,45 @@ class _OmegaGrid(_Table):
         return self
 
 
+class Flow(_Table):
+    """Arguments of `jamlab.flow_curve`, for every state and damping law.
+
+    Attributes:
+        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate.
+        strain: of the average.
+        discard: strain of start-up before.
+        alpha: power of the velocity in contact damping, 1 is linear.
+        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
+        tolerance: relative error of velocities in a step.
+    """
+
+    rates: Frequencies
+    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
+    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
+    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0
+    background: Annotated[float, Field(ge=0, le=1e3)] | None = None
+    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)] = 1e-2
+
+    @field_validator("rates")
+    @classmethod
+    def _check_rates(cls, value: list[float]) -> list[float]:
+        if max(value) > LARGEST_RATE:
+            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
+        return value
+
+
 class Compression(_Table):
-    """Arguments of `jamlab.compress`, from onset up to a packing fraction."""
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction.
+
+    With `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`).
+    """
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
     step: Annotated[float, Field(ge=SMALLEST_STEP, le=1)] = 0.01
     nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
     per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
+    confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
 
     @model_validator(mode="after")
     def _check_steps(self) -> "Compression":
@@ -141,8 +176,9 @@ class SweepTable(_Table):
         until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
             of each named column of "states", at the last state of each packing and for each model and n. The first
             eight seeds always run; `standard_error.py` says how many follow.
-        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures` and `onset`.
+        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
         pressures: target pressures of disks, in units of k.
+        phi: packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start.
         onset: true: make only the packings at onset.
         ensemble: "fixed-box" or "shear-stabilized".
         observables: tables to measure; "states" is always among them. One added later is measured on the packings
@@ -153,6 +189,8 @@ class SweepTable(_Table):
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
+        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow by each damping
+            law, see `Flow`; table "flow".
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
@@ -170,6 +208,7 @@ class SweepTable(_Table):
     until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
     compress: Compression | None = None
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], Field(min_length=1)] | None = None
+    phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], Field(min_length=1)] | None = None
     onset: Literal[True] | None = None
     ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
     observables: list[Observable] = ["states"]
@@ -177,6 +216,7 @@ class SweepTable(_Table):
     prestress: Annotated[list[bool], BeforeValidator(_make_list), Field(min_length=1)] = [True]
     omega: Frequencies | None = None
     correlation_omega: Frequencies | None = None
+    flow: Flow | None = None
     force_law: dict[str, Any] = {}
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
@@ -194,7 +234,7 @@ class SweepTable(_Table):
             raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
         return range(1, value + 1)
 
-    @field_validator("model", "n", "seeds", "pressures", "observables", "prestress")
+    @field_validator("model", "n", "seeds", "pressures", "phi", "observables", "prestress")
     @classmethod
     def _refuse_repetition(cls, value: Any) -> Any:
         if isinstance(value, list):
@@ -220,14 +260,17 @@ class SweepTable(_Table):
 
     @model_validator(mode="after")
     def _check_combination(self) -> "SweepTable":
-        protocols = [key for key in ("compress", "pressures", "onset") if getattr(self, key) is not None]
+        protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
         if len(protocols) != 1:
             said = " and ".join(protocols) or "none of them"
-            raise ValueError(f"says {said}: give exactly one of compress, pressures and onset = true")
+            raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
         self._check_until()
         droplets = "dp" in self.model
-        if droplets and self.pressures is not None:
-            raise ValueError("pressures are for model sp (units k): give droplets a separate sweep with compress")
+        for key in ("pressures", "phi"):
+            if droplets and getattr(self, key) is not None:
+                raise ValueError(f"{key} are for model sp (units k): give droplets a separate sweep with compress")
+        if self.phi is not None and self.ensemble != "fixed-box":
+            raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
         if droplets and False in self.prestress:
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
@@ -237,9 +280,11 @@ class SweepTable(_Table):
         if self.force_law and "sp" in self.model:
             raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
-        for observable, key in (("spectra", "omega"), ("correlation", "correlation_omega")):
+        needs = {"spectra": "omega", "correlation": "correlation_omega", "flow": "flow"}
+        for observable, key in needs.items():
             if observable in self.observables and getattr(self, key) is None:
-                raise ValueError(f"observable {observable!r} needs {key}: give frequencies in 1/tau_1")
+                what = "a table with rates" if observable == "flow" else "frequencies"
+                raise ValueError(f"observable {observable!r} needs {key}: give {what} in 1/tau_1")
             if observable in self.observables and not laws:
                 raise ValueError(f"observable {observable!r} needs a damping law: add contact or stokes to damping")
             if getattr(self, key) is not None and observable not in self.observables:
@@ -326,6 +371,8 @@ def _known_keys(place: list[Any]) -> list[str]:
         "damping": DampingLaws,
         "omega": _OmegaGrid,
         "correlation_omega": _OmegaGrid,
+        "flow": Flow,
+        "rates": _OmegaGrid,
         "tolerances": Tolerances,
     }
     for part in place[:-1]:

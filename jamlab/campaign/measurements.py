@@ -1,6 +1,7 @@
 """Measure the states of one task: one table of columns for each observable."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from jamlab.campaign.states import TaskStates
 from jamlab.errors import BoundaryError, ConvergenceError
+from jamlab.flow.flow_curve import flow_curve
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
@@ -23,12 +25,22 @@ Row = dict[str, ArrayLike]  # column -> a number, or an array: as many rows as i
 FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_)
 _STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}
 _LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "prestress": FLAG}
+_FLOW = (  # attributes of `FlowCurve`; its pressure stands apart from that of the state
+    *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
+    *("normal_stress_difference_error", "dissipation", "plastic_events"),
+)
 _SPECTRUM = ("storage", "loss", "g0", "eta0", "eta_inf", "error")  # attributes of `ComplexModulus`
 SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     "onset": {"rho_J": FLOAT, "phi_J": FLOAT, "z_J": FLOAT, "n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
     "spectra": {**_STATE, **_LAW, **dict.fromkeys(("omega", *_SPECTRUM), FLOAT), "converged": FLAG},
     "quasistatic": {**_STATE, "prestress": FLAG, **dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT)},
     "correlation": {**_STATE, **_LAW, **dict.fromkeys(("omega", "delta", "c", "box"), FLOAT)},
+    "flow": {
+        **_STATE,
+        **{name: kind for name, kind in _LAW.items() if name != "prestress"},
+        **dict.fromkeys(("alpha", "rate", *_FLOW, "flow_pressure", "flow_pressure_error"), FLOAT),
+        "converged": FLAG,
+    },
     "voids": {"state": WHOLE, "sides": WHOLE} | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
 }
 
@@ -54,7 +66,7 @@ def measure_tables(
     known = known or {}
     observables = [name for name in parameters["observables"] if name not in known]
     tables: dict[str, list[Row]] = {}
-    if "pressures" not in parameters and "onset" not in known:
+    if not {"pressures", "phi"} & parameters.keys() and "onset" not in known:
         tables["onset"] = [_onset_row(states)]
     if "spectra" in observables:
         tables["spectra"] = _spectrum_rows(parameters, states, pressure)
@@ -62,6 +74,8 @@ def measure_tables(
         tables["quasistatic"] = _quasistatic_rows(parameters, states, pressure)
     if "correlation" in observables:
         tables["correlation"] = _correlation_rows(parameters, states, pressure)
+    if "flow" in observables:
+        tables["flow"] = _flow_rows(parameters, states, pressure)
     if "voids" in observables:
         tables["voids"] = _void_rows(states)
     return {**known, **{name: _stack(name, rows) for name, rows in tables.items()}}
@@ -136,6 +150,28 @@ def _correlation_rows(parameters: dict[str, Any], states: TaskStates, pressure: 
                 row = _state_columns(states, pressure, k) | _law_columns(law, prestress)
                 row |= {"omega": omega, "delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
                 rows.append(row)
+    return rows
+
+
+def _flow_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
+    how = dict(parameters["flow"])
+    rates, alpha = how.pop("rates"), how.pop("alpha")
+    rows = []
+    for k, packing in enumerate(states.packings):
+        for linear in dict.fromkeys(law for law, _ in _laws(parameters | {"prestress": [True]})):
+            law = replace(linear, alpha=alpha) if isinstance(linear, ContactDamping) else linear
+            row = _state_columns(states, pressure, k) | _law_columns(law, True) | {"rate": np.array(rates)}
+            row["alpha"] = alpha if isinstance(law, ContactDamping) else np.nan
+            given = how if isinstance(law, ContactDamping) else how | {"background": None}
+            try:
+                curve = flow_curve(packing, rates, law, **given)
+            except ConvergenceError:  # drag too weak to be resolved
+                row |= dict.fromkeys((*_FLOW, "flow_pressure", "flow_pressure_error"), np.nan) | {"converged": False}
+            else:
+                row |= {name: getattr(curve, name) for name in _FLOW}
+                row |= {"flow_pressure": curve.pressure, "flow_pressure_error": curve.pressure_error}
+                row["converged"] = states.converged[k] & curve.steady
+            rows.append(row)
     return rows
 
 

@@ -1,13 +1,20 @@
-"""Make the packings of one task: from a random start to onset and above, or at a list of pressures."""
+"""Make the packings of one task: from a random start to onset and above, or at pressures or packing fractions."""
 
 from dataclasses import dataclass
 from typing import Any
 
+from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
+from jamlab.packing.versions import versions
 from jamlab.protocols.compression import compress
+from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
 from jamlab.protocols.onset import jam
+from jamlab.protocols.provenance import record
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 
 
@@ -17,7 +24,7 @@ class TaskStates:
 
     Attributes:
         packings: frame by frame; in a compression the first is the onset itself.
-        target_pressures: one per packing, in units of k; nan in a compression.
+        target_pressures: one per packing, in units of k; nan where there is none.
         converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
         missing: one entry per state that could not be made: `state`, as text, and `reason`.
     """
@@ -41,6 +48,9 @@ def make_states(parameters: dict[str, Any], ranks: int = 1) -> TaskStates:
     missing: list[dict[str, str]] = []
     if "pressures" in parameters:
         packings, targets = _at_pressures(parameters, ranks, missing)
+    elif "phi" in parameters:
+        packings = _quenched(parameters, ranks)
+        targets = [float("nan")] * len(packings)
     else:
         packings = _from_onset(parameters, ranks, missing)
         targets = [float("nan")] * len(packings)
@@ -64,6 +74,17 @@ def _at_pressures(
     return packings, targets
 
 
+def _quenched(parameters: dict[str, Any], ranks: int) -> list[Packing]:
+    """Quench random disks of the same seed at each packing fraction; loose ones too."""
+    packings, tolerance = [], parameters["tolerances"]["max_force"]
+    for phi in parameters["phi"]:
+        start = random_disks(parameters["n"], parameters["seed"], phi=phi, units="k")
+        with Session(start, ranks=ranks) as session:
+            found = relax(session, tolerance)
+            packings.append(record(session.packing(), found, protocol="quench", seed=parameters["seed"], **versions()))
+    return packings
+
+
 def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
     law = parameters["force_law"] if parameters["model"] == "dp" else {}
@@ -73,7 +94,7 @@ def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, 
     if "compress" not in parameters:
         return [onset]
     sweep = dict(parameters["compress"])
-    to, by = sweep.pop("to"), sweep["by"]
+    to, by, confluence = sweep.pop("to"), sweep["by"], sweep.pop("confluence", None)
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
@@ -82,6 +103,20 @@ def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, 
         sweep |= {"error": parameters["tolerances"]["step_error"], "tolerance": tolerance, "ranks": ranks}
         for packing in compress(onset, to, **sweep):
             packings.append(packing)
+        if confluence is not None:
+            packings = _add_confluence(packings, confluence, by, tolerance, ranks)
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
     return packings
+
+
+def _add_confluence(
+    packings: list[Packing], error: float, by: str, tolerance: float | None, ranks: int
+) -> list[Packing]:
+    """Add the bisection of the place where z first reaches 6; there is none where it never does."""
+    full = next((k for k, p in enumerate(packings) if contacts(p).z >= MOST_CONTACTS), 0)
+    if not full:
+        return packings
+    below, above = packings[full - 1], packings[full]
+    found = bisect_confluence(below, above, error, by=by, tolerance=tolerance, ranks=ranks)
+    return [*packings[:full], *sorted(found, key=lambda p: p.phi), *packings[full:]]

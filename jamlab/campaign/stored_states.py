@@ -21,6 +21,7 @@ _DEPENDS_ON = {  # table -> the parameters of measuring on which its content dep
     "spectra": ("damping", "prestress", "omega"),
     "quasistatic": ("prestress",),
     "correlation": ("damping", "prestress", "correlation_omega"),
+    "flow": ("damping", "flow"),
 }
 
 

@@ -15,7 +15,7 @@ from jamlab.measure import COLUMNS
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids")
+TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids", "flow")
 
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 
@@ -30,7 +30,7 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "voids": (*_WHO, "state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area"),
     **{
         name: (*_WHO, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
-        for name in ("spectra", "quasistatic", "correlation")
+        for name in ("spectra", "quasistatic", "correlation", "flow")
     },
 }
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have

@@ -29,6 +29,7 @@ _MEASURING = (
     "prestress",
     "omega",
     "correlation_omega",
+    "flow",
 )  # parameters without effect on states
 
 
@@ -150,14 +151,20 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
         parameters["minimized_to"] = sweep.tolerances.max_force  # jamlab 0.1.0 only marked states by it
     if sweep.compress is not None:
         parameters["compress"] = sweep.compress.model_dump()
+        if sweep.compress.confluence is None:
+            del parameters["compress"]["confluence"]  # tasks keep the names that they had before there was the key
     elif sweep.pressures is not None:
         parameters["pressures"] = sorted(map(float, sweep.pressures), reverse=True)
+    elif sweep.phi is not None:
+        parameters["phi"] = sorted(map(float, sweep.phi))
     else:
         parameters["onset"] = True
-    if {"spectra", "correlation"} & set(sweep.observables):
+    if {"spectra", "correlation", "flow"} & set(sweep.observables):
         parameters["damping"] = {law: sorted(map(float, values)) for law, values in sweep.damping.model_dump().items()}
     if {"spectra", "correlation", "quasistatic"} & set(sweep.observables):
         parameters["prestress"] = sorted(sweep.prestress)
+    if sweep.flow is not None:
+        parameters["flow"] = sweep.flow.model_dump() | {"rates": sorted(map(float, sweep.flow.rates))}
     for key in ("omega", "correlation_omega"):
         if getattr(sweep, key) is not None:
             parameters[key] = sorted(map(float, getattr(sweep, key)))

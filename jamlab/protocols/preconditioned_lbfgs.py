@@ -26,9 +26,9 @@ Enough = Callable[[float], bool]
 class LbfgsSettings:
     """Numbers of the method.
 
-    Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
-    `refresh` (62 % more or 30 % fewer factorisations), fewer `trials` (12 % more) and a `shift_decay` above 1, which
-    doubles them: `tests/protocols/benchmark_solver_settings.py`.
+    Halved or doubled, they lose no state and change force evaluations by 6 % and factorisations by 20 % at most, except
+    for `refresh` (72 % more or 38 % fewer factorisations), `least_shift` doubled (38 % more of them), and `longer` = 1,
+    with which steps cannot grow (4 times the evaluations): `tests/protocols/benchmark_solver_settings.py`.
 
     Attributes:
         steps: at most.

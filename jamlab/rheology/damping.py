@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
+LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,14 @@ class ContactDamping:
     of the edge that it meets, theta' the rotation of the outline on either side, which vertices carry and edges
     interpolate, and both arms are d/2: the rims meet half way. A rigid rotation dissipates nothing.
 
+    alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
+    same bracket, lengths in the unit of length. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
+    `complex_modulus` do not.
+
     Attributes:
         beta: damping of sliding over damping of approach; 1 is "balanced".
         tau: tau_1, the relaxation time of two disks.
+        alpha: drag grows as this power of the relative velocity, from 0.4 to 1; 1 is linear.
         arms: SP: "radius", as in the paper, or "contact". Droplets always have the latter.
 
     Example:
@@ -51,6 +57,7 @@ class ContactDamping:
 
     beta: float = 1.0
     tau: float = 1.0
+    alpha: float = 1.0
     arms: str = "radius"
 
     def __post_init__(self) -> None:
@@ -60,10 +67,16 @@ class ContactDamping:
                 "is lost in the rounding of that of sliding"
             )
         _check_time(self.tau)
+        if not (is_number(self.alpha) and LEAST_ALPHA <= self.alpha <= 1):
+            raise InputError(
+                f"alpha = {self.alpha!r}: must be a number from {LEAST_ALPHA:g} to 1 (linear drag); in films of mobile "
+                "and of immobile surfactants it is 1/2 and 2/3"
+            )
         check_choice("arms", self.arms, ARMS)
 
     def __str__(self) -> str:
-        return f"contact damping, β = {self.beta:g}" + _name_time(self.tau)
+        power = "" if self.alpha == 1 else f", α = {self.alpha:g}"
+        return f"contact damping, β = {self.beta:g}{power}" + _name_time(self.tau)
 
 
 @dataclass(frozen=True)
@@ -121,10 +134,15 @@ def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None
         meetings: what `find_meetings` finds in the packing, if it is known already.
 
     Raises:
-        InputError: a vertex lies on an edge, so that their contact has no direction.
+        InputError: a vertex lies on an edge, so that their contact has no direction; drag that is not linear.
     """
     if isinstance(damping, StokesDrag):
         return _assemble_stokes(packing, damping)
+    if damping.alpha != 1:
+        raise InputError(
+            f"alpha = {damping.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
+            "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
+        )
     meetings = meetings or find_meetings(packing)
     if isinstance(meetings, Pairs):
         return _assemble_contacts(_join_disks(packing, meetings, damping.arms), damping)
@@ -135,7 +153,7 @@ def _assemble_stokes(packing: Packing, damping: StokesDrag) -> sparse.csc_array:
     sites = len(packing.positions)
     share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
     diagonal = np.zeros(_size(packing))
-    diagonal[: 2 * sites] = np.repeat(_drag_stiffness(packing) * damping.tau * share, 2)
+    diagonal[: 2 * sites] = np.repeat(drag_stiffness(packing) * damping.tau * share, 2)
     diagonal[-1] = damping.eta_f * packing.area
     return sparse.diags_array(diagonal, format="csc")
 
@@ -144,8 +162,8 @@ def _size(packing: Packing) -> int:
     return 2 * len(packing.positions) + (packing.n if packing.model == "sp" else 0) + 1
 
 
-def _drag_stiffness(packing: Packing) -> float:
-    """k of units "k"; eps over the squared unit of length in units "eps"."""
+def drag_stiffness(packing: Packing) -> float:
+    """Stiffness in drag coefficients: k of units "k"; eps over the squared unit of length in units "eps"."""
     return float(packing.params["k"] if packing.units == "k" else packing.params["eps"])
 
 

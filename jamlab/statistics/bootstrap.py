@@ -3,6 +3,11 @@
 States of one packing at neighbouring packing fractions are correlated: an interval over single states would be far too
 narrow. So a packing is drawn with all its states, or not at all.
 
+Percentiles over resamples of few packings are too narrow: for the mean of 5 they hold the truth in 83 % of all cases
+instead of 95 %. Their distances from the value are stretched by what Student's t and the unbiased variance ask for
+(the same correction as Hesterberg's expanded percentile interval, The American Statistician 69, 371 (2015), sec. 4.3):
+1.58 for 5 packings, 1.10 for 20, 1.02 for 100. `tests/statistics/test_bootstrap.py` counts how often intervals hold.
+
 Every interval draws with the same seed, `SEED`, unless told otherwise: the same data give the same table and the same
 figure, and two statistics of one ensemble are compared on the same resamples.
 """
@@ -11,9 +16,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri, stdtrit
 
 from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
@@ -30,8 +37,8 @@ class Interval:
 
     Attributes:
         value: statistic of the ensemble itself, float64 of any shape.
-        low, high: percentiles over the resamples; nan where more than half of the resamples give nan, and everywhere if
-            no group has two packings.
+        low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give
+            nan, and everywhere if too few packings were given.
     """
 
     value: Array
@@ -50,6 +57,7 @@ def bootstrap(
     resamples: int = 200,
     level: float = 0.95,
     seed: int = SEED,
+    least: int = 1,
 ) -> Interval:
     """Compute the percentile interval of a statistic of groups of packings (Efron & Tibshirani 1993, ch. 13).
 
@@ -60,6 +68,7 @@ def bootstrap(
         resamples: number of ensembles drawn.
         level: nominal coverage of the interval.
         seed: of the random numbers.
+        least: packings that every group must have, else there is no interval.
 
     Raises:
         InputError: no group or an empty one, fewer than one resample, a level outside (0, 1).
@@ -73,7 +82,8 @@ def bootstrap(
         )
     check_seed(seed)
     value = np.asarray(statistic(arrays), dtype=np.float64)
-    if max(map(len, arrays)) < 2:  # one packing says nothing about its spread
+    several = [len(a) for a in arrays if len(a) > 1]  # one packing says nothing about its spread
+    if not several or min(map(len, arrays)) < least:
         return Interval(value, np.full_like(value, np.nan), np.full_like(value, np.nan))
     rng = np.random.default_rng(seed)
     drawn = np.full((resamples, *value.shape), np.nan)
@@ -89,4 +99,12 @@ def bootstrap(
     if not missing.all():
         kept = np.where(missing, 0.0, drawn)
         ends = np.where(missing, np.nan, np.nanquantile(kept, [tail, 1 - tail], axis=0))
+        ends = value + _stretch(min(several), level) * (ends - value)
     return Interval(value, ends[0], ends[1])
+
+
+@cache
+def _stretch(packings: int, level: float) -> float:
+    """Width of the t interval of a mean over that of its percentiles, whose variance lacks the factor n/(n - 1)."""
+    tail = 0.5 * (1 + level)
+    return float(stdtrit(packings - 1, tail) / ndtri(tail) * (packings / (packings - 1)) ** 0.5)

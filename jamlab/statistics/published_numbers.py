@@ -18,17 +18,27 @@ class Published(NamedTuple):
         value: the number.
         margin: the error that the paper states, else half a unit of its last digit, or what its words allow.
         relation: "=", or ">" and "<" where the paper gives a bound only.
+        scale: what an interval must be narrow against to tell anything: 0 stands for the value itself; the distance to
+            onset of a packing fraction, A - 1 of a shape factor.
     """
 
     value: float
     margin: float = 0.0
     relation: str = "="
+    scale: float = 0.0
 
+
+NEAR_ONSET = 0.04  # scale of packing fractions and of z at onset: what models part at, and the spread of small systems
 
 # [B] tables 1 and 2, fits of eqs 13 and 14: z = z_J + z_0 d^0.5 + z_1 d and G = G_0 d^0.5 + G_1 d, d the distance from
 # onset in phi or rho; G of SP in eps/s_LS^2, of DP in eps_r/l^2. Table 1: z_J, onset, z_0, z_1; table 2: G_0, G_1
 TABLE_1 = {"SP(φ)": (3.97, 0.84, 3.7, 0.0), "SP(ρ)": (3.97, 0.84, 2.6, 4.0), "DP(ρ)": (3.97, 0.835, 3.3, 7.1)}
 TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
+
+
+# stress of steady flow at onset goes as this power of the rate, by linear drag: the critical regime of Tighe et al.,
+# Phys. Rev. Lett. 105, 088303 (2010)
+FLOW_AT_ONSET = Published(0.5)
 
 
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
@@ -56,24 +66,25 @@ def table_entry(value: float) -> Published:
 
 def table_onset(value: float) -> Published:
     """z_J, phi_J or rho_J of table 1, known to 0.005."""
-    return Published(value, 0.005)
+    return Published(value, 0.005, scale=NEAR_ONSET)
 
 
 # [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
 EQ_11_C = Published(1.21, 0.005)
 LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
 SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
-SHAPE_AT_UNIT_PHI = Published(1.03, 0.005)
+SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03)
 SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">")
-SHAPE_AT_CONFLUENCE = Published(1.07, 0.005)
-AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01)
+SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07)
+CONFLUENCE = 0.16  # drho at which droplets are confluent
+AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, scale=0.04)
 
 # [B] figs 5 to 7
-MODELS_PART = Published(0.88, 0.005)  # rho
+MODELS_PART = Published(0.88, 0.005, scale=NEAR_ONSET)  # rho
 ALPHA_0 = Published(0.5, 0.05)  # z - z_J ~ dphi^alpha_0
 BETA_0 = Published(0.5, 0.05)  # G ~ dphi^beta_0
 DROPLET_EXPONENT = Published(0.8, 0.05)  # of z - z_J and of G in drho
-CROSSOVER_EXPONENT = Published(2.0)  # a of the crossover at dphi N^a
+CROSSOVER_EXPONENT = Published(2.0, 0.05)  # a of the crossover at dphi N^a
 MISSING_CONTACTS_LIMIT = {"sp": Published(2.0, 0.05), "dp": Published(0.0, 0.05)}  # (z_conf - z) N at confluence
 MISSING_CONTACTS_EXPONENT = Published(1.0, 0.05)  # of z_conf - z in rho* - rho, droplets; fig 9 again
 
@@ -85,7 +96,7 @@ DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<")
 
 # [B] fig 10
 THETA = Published(0.55, 0.005)  # sigma ~ N^-theta
-ONSET_LIMIT = Published(0.842, 0.0005)
+ONSET_LIMIT = Published(0.842, 0.0005, scale=0.01)
 
 # [B] fig 11
 KAPPA = Published(0.75, 0.005)  # phi - rho ~ (U/N)^kappa

@@ -274,7 +274,9 @@ def test_debug_shows_where_an_error_came_from(tmp_path):
     assert "Traceback" in done.stderr and "StorageError" in done.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize("command", [command.name or command.callback.__name__ for command in app.registered_commands])
+@pytest.mark.parametrize(
+    "command", [command.name or command.callback.__name__.replace("_", "-") for command in app.registered_commands]
+)
 def test_every_command_shows_an_example(tmp_path, command):
     assert f"Example: jamlab {command}" in call(tmp_path, command, "--help").stdout
 

@@ -1,6 +1,7 @@
-"""Decks of disks in time: in.sp.startup, in.sp.oscillate and in.sp.creep in plain lmp."""
+"""Decks in time: in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup in plain lmp."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,6 +61,31 @@ def test_creep(tmp_path, packing):
     assert np.ptp(rows["stress"]) < 1e-9
     assert rows["viscous"][0] == pytest.approx(1e-6, rel=1e-4)
     assert 1e-6 / rows["strain"][-1] == pytest.approx(jamlab.complex_modulus(packing, [1.0]).g0, rel=2e-3)
+
+
+def test_startup_of_droplets(tmp_path):
+    """Stokes drag over a flip: no viscous stress, and the state that is written has the energy that is printed."""
+    droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    jamlab.write_data(tmp_path / "packing.data", droplets)
+    text = run("in.dp.startup", tmp_path, data="packing.data", rate=0.1, strain=0.6, rows=3, viscous="stokes")
+    rows = table(text)
+    assert rows["strain"] == pytest.approx([0, 0.2, 0.4, 0.6], abs=1e-6)
+    assert np.all(rows["viscous"] == 0) and np.all(rows["dissipation"][1:] > 0)
+    stored = rows["energy"][-1] - rows["energy"][0]
+    assert number("work", text) == pytest.approx(number("dissipated", text) + stored, rel=0.02)
+    state = jamlab.read(tmp_path / "dp.startup.data")
+    assert state.box[1, 0] < 0.5 * state.box[0, 0] and state.params["ka"] == droplets.params["ka"]
+    assert jamlab.evaluate(state).energy / state.area == pytest.approx(rows["energy"][-1], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_startup_of_droplets_with_contact_drag(tmp_path):
+    """Stress begins without a viscous part but for the background's; both add up."""
+    droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    jamlab.write_data(tmp_path / "packing.data", droplets)
+    rows = table(run("in.dp.startup", tmp_path, data="packing.data", rate=0.1, strain=0.4, rows=4))
+    assert abs(rows["viscous"][0]) < 1e-4 < rows["viscous"][-1]
+    assert rows["stress"] == pytest.approx(rows["elastic"] + rows["viscous"], rel=1e-3)
 
 
 @pytest.mark.parametrize(

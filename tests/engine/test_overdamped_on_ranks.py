@@ -1,4 +1,4 @@
-"""Plain `lmp` under MPI: the same flow of disks on any number of ranks, newton on or off, over a flip of the box."""
+"""Plain `lmp` under MPI: the same flow on any number of ranks, newton on or off, over a flip of the box."""
 
 import subprocess
 import sys
@@ -7,17 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from disk_flows import COLUMNS, commands
+from droplet_flows import droplet_commands
 
 import jamlab
 
-FIX = "rate 1 tolerance 0.1 solver 1e-10 longest 0.01"
+FIX = {
+    "sp": "rate 1 tolerance 0.1 solver 1e-10 longest 0.01",
+    "dp": "rate 0.1 tolerance 0.1 solver 1e-11 longest 0.02 drag 1 1 1 background 5",
+}
 PRINT = " ".join(f"$(f_flow[{k}]:%.17g)" for k in range(1, len(COLUMNS) + 1))
 
 
 def flow(folder, packing, ranks, newton, steps=80, grid="1 * 1"):
     """Numbers of the fix at the end of a run, by name."""
     jamlab.write_data(folder / "flow.data", packing)
-    lines = [*commands(packing, "flow.data", newton=newton, grid=grid), f"fix flow all overdamped {FIX}"]
+    start = commands if packing.model == "sp" else droplet_commands
+    lines = [*start(packing, "flow.data", newton=newton, grid=grid), f"fix flow all overdamped {FIX[packing.model]}"]
     (folder / "in.flow").write_text("\n".join([*lines, f"run {steps}", f'print "row {PRINT}"']) + "\n")
     programs = Path(sys.executable).parent
     line = [programs / "mpiexec", "-n", str(ranks), programs / "lmp", "-in", "in.flow", "-log", "none", "-nocite"]
@@ -47,6 +52,31 @@ def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, n
     alone = flow(tmp_path, packing, 1, "on", steps)
     found = flow(tmp_path, packing, ranks, newton, steps)
     assert steps == 4 or found["strain"] > 0.1
+    for name in set(COLUMNS) - {"iterations", "last_iterations"}:
+        assert found[name] == pytest.approx(alone[name], rel=1e-6), name
+
+
+@pytest.fixture(scope="module")
+def droplets():
+    """Eight, that flip in the first step; every rank has parts of most."""
+    found = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    return found.with_state(box=found.box - [[0, 0], found.box[0]])
+
+
+@pytest.mark.parametrize(
+    ("ranks", "newton", "steps"),
+    [
+        (2, "off", 20),
+        pytest.param(2, "on", 20, marks=pytest.mark.slow),
+        pytest.param(1, "off", 20, marks=pytest.mark.slow),
+        pytest.param(4, "on", 2, marks=pytest.mark.slow),
+        pytest.param(4, "off", 2, marks=pytest.mark.slow),
+    ],
+)
+def test_droplets_flow_alike_on_any_number_of_ranks(tmp_path, droplets, ranks, newton, steps):
+    """Though every rank has factors of its own part of the drag."""
+    alone = flow(tmp_path, droplets, 1, "on", steps)
+    found = flow(tmp_path, droplets, ranks, newton, steps)
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 

@@ -15,6 +15,7 @@ from matplotlib.legend import Legend
 
 import jamlab
 from jamlab.campaign.table_plot import draw_means
+from jamlab.flow.quasistatic_shear import PlasticEvents, QuasistaticShear
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
 
@@ -69,6 +70,15 @@ def modulus():
     return jamlab.complex_modulus(state("disks"), OMEGA, method="dense")
 
 
+def sheared():
+    """Two stress drops, and a state that missed its tolerance."""
+    strain = np.linspace(0, 0.1, 11)
+    stress = np.array([0, 2, 4, 5, 3, 4, 6, 7, 6, 7, 8]) * 1e-3
+    events = PlasticEvents(strain[[4, 8]], np.array([2e-3, 1e-3]), np.full(2, 1e-5), np.full(2, 0.01))
+    none, good = np.zeros(11), np.arange(11) != 6
+    return QuasistaticShear(strain, stress, none, none, none, good, none, events, (), state("disks"), "k")
+
+
 RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
     "contacts": (lambda: jamlab.contacts(state("disks")), ("", "")),
     "packing": (lambda: state("droplets"), ("", "")),
@@ -110,6 +120,7 @@ RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
     ),
     "collapse": (collapse, (r"$\omega\,\tau_1/p^\lambda$", r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)  [k]")),
     "power law": (fit, ("$x$", "$y$")),
+    "sheared": (sheared, (r"strain $\gamma$", r"shear stress $\sigma$  [k]")),
     "finite size": (limit, ("number of particles $N$", "$y$")),
 }
 
@@ -287,6 +298,14 @@ def test_moduli_are_on_the_lines_and_negative_ones_are_counted():
         "$G''_{xy}$, 25 value(s) not above 0 left out",
     ]
     assert np.isfinite(axes.lines[0].get_ydata()).sum() == 14 and "[" not in axes.get_ylabel()
+
+
+def test_stress_drops_stand_where_they_end():
+    found = sheared()
+    curve, drops, missed = found.plot(Figure().subplots()).lines
+    np.testing.assert_array_equal(curve.get_xydata(), np.column_stack([found.strain, found.stress]))
+    np.testing.assert_array_equal(drops.get_xydata(), [[found.strain[4], 3e-3], [found.strain[8], 6e-3]])
+    np.testing.assert_array_equal(missed.get_xydata(), [[found.strain[6], 6e-3]])
 
 
 def test_second_spectrum_in_the_same_axes_has_another_colour():

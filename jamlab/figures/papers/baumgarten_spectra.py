@@ -7,14 +7,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, average
-from jamlab.figures.papers.panels import BESIDE, Drawing, drawing, label, scale, sequence
+from jamlab.figures.papers.critical_exponents import exponent_claims
+from jamlab.figures.papers.ensembles import average, bootstrap
+from jamlab.figures.papers.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.spectral_groups import (
     LARGE,
     Group,
-    cut_to_shared_frequencies,
     format_power,
     group_by_pressure,
     select_large,
@@ -23,16 +22,13 @@ from jamlab.figures.papers.spectral_groups import (
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
-from jamlab.rheology.critical_scaling import collapse
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
 MODULUS = r"[$k$]"
-FREQUENCY = r"frequency $\omega\,\tau_1$"
-_COLLAPSE_RESAMPLES = 60  # each is a fit: seconds for a figure
 _CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
 
 
@@ -50,7 +46,7 @@ def draw(
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
     ):
         both: dict[str, Any] = look | more
-        band = bootstrap([values], lambda g: average(g[0]), resamples=RESAMPLES)
+        band = bootstrap([values], lambda g: average(g[0]))
         text = (name or None) if part == "G'" else None
         series = f"{part} {name}"
         m = max(len(group.omega) // 20, 1)
@@ -73,7 +69,8 @@ def _slope(values: Array, omega: Array, low: float, high: float) -> float:
 
 def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
-    groups = group_by_pressure(select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0)))
+    table = select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0))
+    groups = group_by_pressure(table)
     p = nearest(list(groups), 1e-4)
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
@@ -97,12 +94,24 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
         how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        out.claims.append(claim(out.name, text, found, paper, how=how))
+        cause = _at_every_pressure(groups, part) if "critical" in text else ""
+        out.claims.append(claim(out.name, text, found, paper, how=how, cause=cause, shown_by="baumgarten-3 a"))
     out.caption = (
-        f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. The "
-        "paper's displacement fields are not redrawn: tables hold none (see `jamlab.oscillating_displacements`)."
+        f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
+        "Displacement fields: baumgarten-1-fields."
     )
     return out
+
+
+def _at_every_pressure(groups: dict[float, Group], part: int) -> str:
+    """Say what the critical slope is at every pressure whose window is wide enough."""
+    slopes = []
+    for p, group in groups.items():
+        low = _CRITICAL[0] * p
+        if np.count_nonzero((group.omega >= low) & (group.omega <= _CRITICAL[1])) >= 5:
+            slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, _CRITICAL[1])))
+    values = ", ".join(f"{slope:.3f}" for _, slope in slopes)
+    return f"it is {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
 
 
 def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
@@ -125,26 +134,6 @@ def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Gr
     label(scaled, r"$\omega\,\tau_1 / p$", r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", **BESIDE)
 
 
-def _exponent_claims(name: str, groups: dict[float, Group], law: str, n: int) -> list[Claim]:
-    """Claims on mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives."""
-    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
-    groups = select_large(groups, n)
-    how = f"needs three pressures with p N^2 > {LARGE:g} and two packings each"
-    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) > 1:
-        try:
-            members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
-            fit = collapse(list(groups), members, resamples=_COLLAPSE_RESAMPLES)
-            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
-            how = f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, spread {fit.spread:.2g} in ln G*"
-        except InputError as error:
-            how = str(error)
-    names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
-    return [
-        Claim(name, f"{text}, {law}", v, v - e, v + e, *paper, how=how)
-        for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
-    ]
-
-
 def figure_3(tables: EnsembleTables) -> Drawing:
     """G* of balanced contact damping for a range of pressures, and its collapse."""
     every = select_law(tables.spectra, "contact", prestress=True, beta=1.0)
@@ -159,7 +148,9 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     out.slope(a, 1.0, (w[0], 1e3 * w[0]), 4 * lowest.loss.mean(axis=0)[0], above=True)
     _draw_largest(out, a, b, every)
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
-    out.claims = _exponent_claims(out.name, groups, "contact damping", int(table["n"].iloc[0]))
+    both = select_law(tables.spectra, "contact", beta=1.0)
+    both = both[both["n"] == table["n"].iloc[0]]
+    out.claims = exponent_claims(out.name, both, "contact damping", {"beta": 1.0})
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
@@ -196,12 +187,14 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         if not prestress:
             loose = groups
         for index, (p, group) in enumerate(groups.items()):
-            look = sequence(index, len(groups)) | ({} if prestress else {"marker": "+", "linewidth": 0.6})
-            name = f"$p = {format_power(p)}$" if prestress else ("no pre-stress: crosses" if not index else "")
-            draw(out, a, group, name, look, 1.0, p**-0.5)
+            look = sequence(index, len(groups))
+            if prestress:
+                draw(out, a, group, f"$p = {format_power(p)}$", look, 1.0, p**-0.5)
+            else:
+                _draw_loose(out, a, p, group, "no pre-stress: dotted" if not index else None)
     if loose:
         ratio = [g.loss / (g.omega * g.g0[:, None]) - 1 for g in loose.values()]
-        gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g), resamples=RESAMPLES)
+        gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g))
     label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
     out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
     out.claims.append(
@@ -216,10 +209,18 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
     _draw_beta_sweep(out, b, table)
     out.caption = (
-        "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (crosses); the frequency is not "
+        "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (dotted); the frequency is not "
         "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
     )
     return out
+
+
+def _draw_loose(out: Drawing, axes: Any, p: float, group: Group, name: str | None) -> None:
+    """Draw G* without pre-stress as dotted lines, which nearly fall onto each other."""
+    for part, values in (("G'", group.storage), ("G''", group.loss)):
+        mean = values.mean(axis=0) * p**-0.5
+        text = name if part == "G'" else None
+        out.curve(axes, f"{part} p = {p:g}, no pre-stress", group.omega, mean, label=text, color=BLACK, linestyle=":")
 
 
 def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
@@ -286,7 +287,9 @@ def figure_6(tables: EnsembleTables) -> Drawing:
             text = rf"$\eta_F = {format_power(eta_f) if eta_f else 0}$"
             draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
-    out.claims = _exponent_claims(out.name, groups, "Stokes drag", int(stokes["n"].iloc[0]))
+    both = select_law(tables.spectra, "stokes", eta_f=1.0)
+    both = both[both["n"] == stokes["n"].iloc[0]]
+    out.claims = exponent_claims(out.name, both, "Stokes drag", {"eta_f": 1.0})
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)

@@ -6,15 +6,17 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
+from jamlab.figures.papers import conventions
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.conventions import SERIES, at
 from jamlab.figures.papers.ensembles import (
     RESAMPLES,
     Ensemble,
-    Statistic,
     average,
+    bootstrap,
     ensemble,
     has,
-    log_edges,
+    log_places,
     nearest_size,
     sizes,
 )
@@ -22,76 +24,85 @@ from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, 
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
-SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
-NEAR = log_edges(10**-6.1, 10**0.1)
-LINEAR = np.arange(0.80, 1.30, 0.01)
+NEAR = log_places(1e-6, 0.4, 5)
+LINEAR = np.arange(0.80, 1.25, 0.01)
 REGIME = {"sp": (1e-3, 0.2), "dp": (1e-2, 0.16)}  # where the paper sees a power law, fig 6
-DP_CONTACTS = "no parameter moves z by 0.1 (README, DP parameters); the fit of table 1 passes 6 before confluence"
+DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
+CONFLUENT = (3e-3, 0.1)  # rho* - rho between which the exponent is fitted
+COUNTED = "one contact short of z = 6 is (6 - z) N' = 2 by counting in both models: 0 for droplets excludes 2 for disks"
 
 
 def figure_5(tables: EnsembleTables) -> Drawing:
     """z and G against rho and phi, with the fits of tables 1-2."""
     states = tables.states
-    out, (top, bottom) = drawing("boromand-5", 1, 2, 5.4, 4.4)
-    departures: dict[str, Interval | None] = {}
+    out, (top, bottom) = drawing("boromand-5", 1, 2, 5.6, 4.6)
     for axes, column, name in (
         (top, "z", "coordination z"),
         (bottom, "g", r"shear modulus $G$  [SP: $\epsilon/\sigma^2$, DP: $\epsilon_r/l^2$]"),
     ):
-        curves: dict[str, Ensemble] = {}
         for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
-            for wanted, small in ((32, True), (256, False)):
-                if not has(states, model):
-                    continue
-                n = nearest_size(states, model, wanted)
-                if not small and n == nearest_size(states, model, 32):
-                    continue
-                e = ensemble(states, model, n, by, column, LINEAR)
-                x, y = e.band()
+            for n in _shown_sizes(states, model):
+                small = n < 64
+                x, y = ensemble(states, model, n, by, column, LINEAR).band()
                 series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
                 look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
-                out.curve(axes, series, x, y.value, y.low, y.high, linestyle="none", fillstyle=fill, **look)
-                curves[f"{model}-{by}"] = e
+                ends = () if small else (y.low, y.high)  # bands of the small ones would cover all others
+                out.curve(axes, series, x, y.value, *ends, linestyle="none", fillstyle=fill, **look)
         _draw_table_lines(out, axes, column)
+        axes.axvline(published.MODELS_PART.value, color="#777777", linestyle="-.", linewidth=0.9)
         # far beyond confluence phi says little, and the paper's panel ends near there
         label(axes, r"packing fraction $\rho$ or $\phi$", name)
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
-        if "sp-rho" in curves and "dp-rho" in curves:
-            departures[column] = _find_departure(curves["sp-rho"], curves["dp-rho"], 0.02 if column == "z" else 0.1)
-    for column, share in (("z", "2"), ("g", "10")):
-        out.claims.append(
-            claim(
-                out.name,
-                f"rho from which {column} of DP exceeds SP by {share} %",
-                departures.get(column),
-                published.MODELS_PART,
-                how=(
-                    "last crossing of the mean curves, if DP ends above"
-                    if column in departures
-                    else "needs packings of both models"
-                ),
-                reason="the paper gives no rule for where the models part",
-            )
-        )
+    out.claims = _departure_claims(states, out.name)
+    missing = "; the paper's droplets of N = 256 are not there" if 256 not in sizes(states, "dp") else ""
     out.caption = (
-        "z and G against packing fraction; bands: 95 % bootstrap over packings. Dashed: the paper's fits, tables 1-2. "
-        "Unjammed states and states that are no minimum are left out."
+        "z and G against packing fraction; bands of the largest sizes: 95 % over packings. Dashed: the paper's fits, "
+        f"tables 1-2; dash-dotted: where its models part{missing}. States that are no minimum are left out."
     )
     return out
 
 
+def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
+    """The sizes nearest to the paper's 32 and 256; none without packings."""
+    if not has(states, model):
+        return []
+    return sorted({nearest_size(states, model, wanted) for wanted in (32, 256)})
+
+
+def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
+    """Where z and G of droplets leave those of disks of the same N."""
+    n = conventions.matched_size(states)
+    claims = []
+    for column, share in (("z", 0.02), ("g", 0.1)):
+        found, how = None, "needs packings of both models at one N"
+        words = {}
+        if n is not None:
+            sp, dp = (ensemble(states, model, n, "rho", column, LINEAR) for model in ("sp", "dp"))
+            found = _find_departure(sp, dp, share)
+            how = f"N = {n} of both, last crossing of the mean curves"
+            if column == "g":
+                ratio = at(0.88, *dp.mean) / at(0.88, *sp.mean)
+                words = {
+                    "calibrated": f"G comes in units of eps and of eps_r, which gamma and delta tie: the ratio at"
+                    f" rho = 0.88 is {ratio:.2f}"
+                }
+        text = f"rho from which {column} of DP exceeds SP by {100 * share:g} %"
+        claims.append(claim(name, text, found, published.MODELS_PART, how=how, **words))
+    return claims
+
+
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
-    """Draw the paper's fits of z or G, tables 1 and 2."""
-    d = np.linspace(1e-4, 0.2, 60)
+    """Draw the paper's fits of z or G, tables 1 and 2; those against rho end at rho = 1."""
     for name, (_, onset, *_) in published.TABLE_1.items():
+        d = np.linspace(1e-4, 0.2 if "φ" in name else 1 - onset, 60)
         y = published.table_contacts(name, d) if column == "z" else published.table_modulus(name, d)
         colour = {"SP(φ)": GREEN, "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
@@ -110,7 +121,7 @@ def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None
         k = inside[-1]
         return float(np.interp(0, excess[k : k + 2], u[kept][k : k + 2]))
 
-    return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing, resamples=RESAMPLES)
+    return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -144,54 +155,64 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
     out.claims = _exponent_claims(states, out.name)
     out.caption = (
-        "Excess contacts and shear modulus against the distance to each packing's own onset. Dashed: the paper's fits "
-        "and slopes; grey: window of the exponents below, the paper's own. Mean moduli of small packings near onset "
-        "may be negative in a fixed box and are then not shown."
+        "Excess contacts (own z_J taken off) and shear modulus against the distance to each packing's own onset. "
+        "Dashed: the paper's fits and slopes; grey: the regime where it sees a power law. Mean moduli of small "
+        "packings near onset may be negative in a fixed box and are then not shown."
     )
     return out
 
 
 def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
+    """Single exponents as the paper fits them, at its largest size."""
     claims = []
-    for column, series, paper, text, reason in (
-        (
-            "d_z",
-            "SP(φ)",
-            published.ALPHA_0,
-            "alpha_0: z - z_J ~ dphi^alpha_0",
-            "small systems cross over at dphi ~ 1/N^2",
-        ),
-        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0", "G of small fixed boxes scatters, dips below zero"),
-        ("d_z", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho", DP_CONTACTS),
-        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho", DP_UNKNOWN),
+    for column, series, paper, text in (
+        ("excess contacts", "SP(φ)", published.ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0"),
+        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0"),
+        ("excess contacts", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho"),
+        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho"),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
+        words: dict[str, str] = {}
         if has(states, model):
-            n, window = sizes(states, model)[-1], REGIME[model]
-            how = f"N = {n}, {window[0]:g} < d < {window[1]:g}"
-            found = ensemble(states, model, n, by, column, NEAR).interval(_exponent(*window))
-        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, how=how, reason=reason))
-    claims.append(
-        claim(
-            name,
-            "a: (z - z_J) N against dphi N^a, SP",
-            _size_exponent(states),
-            published.CROSSOVER_EXPONENT,
-            how="best collapse, dphi < 0.2",
-        )
+            n = nearest_size(states, model, 256)
+            curve = _above_a_hundredth(conventions.even_curve(states, series, n, column))
+            found = curve.interval(conventions.fit_exponent)
+            what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
+            how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
+            if model == "sp":
+                every = [_exponent_of_size(states, series, m, column) for m in sizes(states, model)]
+                shown = ", ".join(f"{e:.2f}" for e in every)
+                words["cause"] = f"it falls with N: {shown} at N = {', '.join(map(str, sizes(states, model)))}"
+                words["shown_by"] = "boromand-6 a and d"
+        if model == "dp":
+            kind = "g" if column == "g" else "d_z"
+            words["contradiction"] = conventions.contradiction_of_single_exponent(kind)
+            words["shown_by"] = "boromand-6 c and f, dashed"
+        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, how=how, **words))
+    crossover = claim(
+        name,
+        "a: (z - z_J) N against dphi N^a, SP",
+        _size_exponent(states),
+        published.CROSSOVER_EXPONENT,
+        how=f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J",
     )
-    return claims
+    return [*claims, crossover]
 
 
-def _exponent(low: float, high: float) -> Statistic:
-    """Statistic: the single exponent of a mean curve in a window."""
-    return lambda x, y: power_law(x, y, low=low, high=high).exponents[0]
+def _above_a_hundredth(e: Ensemble) -> Ensemble:
+    """Places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
+    kept = average(e.x) >= DISTANT
+    return Ensemble(e.x[:, kept], e.y[:, kept])
+
+
+def _exponent_of_size(states: pd.DataFrame, series: str, n: int, column: str) -> float:
+    return conventions.fit_exponent(*_above_a_hundredth(conventions.even_curve(states, series, n, column)).mean)
 
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
-    """Fit a of the crossover dphi* ~ N^-a by the collapse of all sizes."""
-    n = sizes(states, "sp")
+    """Fit a of the crossover dphi* ~ N^-a by the collapse of the paper's sizes."""
+    n = [m for m in sizes(states, "sp") if m <= 256]
     if len(n) < 2:
         return None
     curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]
@@ -212,67 +233,67 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     """z_conf - z against rho* - rho, and both times N."""
     states = tables.states
     out, axes = drawing("boromand-7", 2, 2, 5.0, 3.9)
+    reached = []
     for model, plain, scaled in (("sp", axes[0], axes[1]), ("dp", axes[2], axes[3])):
         scale(plain)
         scale(scaled)
-        last: tuple[int, Ensemble] | None = None
+        curves: dict[int, Ensemble] = {}
         for n in sizes(states, model):
-            part = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)])
+            every = states[(states["model"] == model) & (states["n"] == n)]
+            part = select_below_confluence(every)
             if part.empty:
                 continue
-            e = ensemble(part, model, n, "to_confluence", "missing", log_edges(10**-4.1, 0.2, 5))
+            reached.append(f"{part['seed'].nunique()} of {every['seed'].nunique()} {model.upper()} of N = {n}")
+            e = ensemble(part, model, n, "to_confluence", "missing", log_places(1e-6, 0.13, 4))
             x, y = e.band()
             out.curve(plain, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
             out.curve(
                 scaled, f"N = {n}", x * n, *(v * n for v in (y.value, y.low, y.high)), linestyle="none", **size_style(n)
             )
-            last = n, e
+            curves[n] = e
         if model == "sp":
             limit = published.MISSING_CONTACTS_LIMIT["sp"].value
-            out.curve(scaled, f"paper: limit {limit:g}", [1e-2, 30], [limit, limit], **PAPER)
+            out.curve(scaled, f"paper: limit {limit:g}", [1e-3, 30], [limit, limit], **PAPER)
         else:
-            out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (1e-3, 1e-1), 0.02)
+            out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (3e-3, 1e-1), 0.02)
         name = model.upper()
-        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(last), loc="lower right")
-        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(last), loc="upper left")
-        out.claims += _confluence_claims(out.name, model, last)
+        label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
+        label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
+        out.claims += _confluence_claims(out.name, model, curves)
     out.caption = (
-        "Missing contacts below confluence, z_conf = 6 at rho* of each packing; packings that never reach z = 6 are "
-        "left out. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of the paper."
+        "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
+        f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "
+        "the paper."
     )
     return out
 
 
 def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
-    """Select states below the first one with z >= 6; adds to_confluence = rho* - rho and missing = 6 - z."""
+    """Select states of one size below the first with z >= 6; adds to_confluence = rho* - rho and missing = 6 - z."""
     full = states[states["z"] >= 6].groupby("seed")["rho"].min().rename("rho_star")
     s = states.join(full, on="seed").dropna(subset=["rho_star"])
     s = s[(s["rho"] < s["rho_star"]) & (s["z"] < 6)]
     return s.assign(to_confluence=s["rho_star"] - s["rho"], missing=6 - s["z"])
 
 
-def _confluence_claims(name: str, model: str, last: tuple[int, Ensemble] | None) -> list[Claim]:
-    nothing = f"no {model} packing reaches z = 6"
+def _confluence_claims(name: str, model: str, curves: dict[int, Ensemble]) -> list[Claim]:
+    """Missing contacts at the smallest distance that any size has, and their exponent in the largest."""
     found = slope = None
-    if last is not None:
-        n, e = last
-        found = e.interval(lambda x, y: y[np.nanargmin(x)] * n)
-        slope = e.interval(lambda x, y: power_law(x, y, low=3e-3, high=0.1).exponents[0])
-    limit = claim(
-        name,
-        f"(z_conf - z) N nearest to rho*, {model.upper()}",
-        found,
-        published.MISSING_CONTACTS_LIMIT[model],
-        how=f"N = {last[0]}" if last else nothing,
-        reason="a packing one contact short of z = 6 has (6 - z) N = 2: with rho* of each packing the limit is 2 by "
-        "counting, and 0 only if rho* is read off the mean curve"
-        if model == "dp"
-        else "the last contacts may form in pairs within one step of the sweep",
-    )
+    how = ending = f"no {model} packing reaches z = 6"
+    words: dict[str, str] = {}
+    if curves:
+        distance, n = min((float(np.nanmin(e.x)), n) for n, e in curves.items())
+        found = curves[n].interval(lambda x, y: y[np.nanargmin(x)] * n)
+        how = f"N = {n}, rho* - rho = {distance:.2g}, rho* of each packing"
+        words = {"cause": f"more contacts than one open within {distance:.2g} of rho*", "shown_by": "boromand-7 b"}
+        largest = max(curves)
+        slope = curves[largest].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
+        ending = f"N = {largest}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}"
+    if model == "dp":
+        words = {"contradiction": COUNTED, "shown_by": "boromand-7 d"}
+    paper, exponent = published.MISSING_CONTACTS_LIMIT[model], published.MISSING_CONTACTS_EXPONENT
+    limit = claim(name, f"(z_conf - z) N nearest to rho*, {model.upper()}", found, paper, how=how, **words)
     if model == "sp":
         return [limit]
-    how = "3e-3 < rho* - rho < 0.1" if last else nothing
-    return [
-        limit,
-        claim(name, "exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, how=how),
-    ]
+    text = "exponent of z_conf - z in rho* - rho, DP"
+    return [limit, claim(name, text, slope, exponent, how=ending, cause="", shown_by="boromand-7 c")]

@@ -1,6 +1,5 @@
 """Draw packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,8 +7,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR, select_below_confluence
-from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
-from jamlab.figures.papers.ensembles import ensemble, has, log_edges, nearest_size
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.conventions import at, eq_11
+from jamlab.figures.papers.ensembles import ensemble, has, log_places, nearest_size
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import GREEN
@@ -18,21 +18,24 @@ from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
 
-FINE = np.arange(0.0, 0.5, 0.01) - 0.005  # edges of bins of a distance to onset, one of them around 0
-C_REASON = "C is 1 at onset by definition, so it depends on the window, which the paper does not print"
+FINE = np.arange(0.0, 0.43, 0.01)  # distances to onset
 TWO_OVERLAPS = 0.36  # dphi up to which only pairs overlap: phi < 1.2
+DENSEST = 1.24  # phi at which rho -> 1, [B] below eq 12
 
 
-def eq_11(d_phi: Array) -> Array:
-    """drho over C, Boromand et al. eq 11."""
-    return np.asarray(d_phi - d_phi**1.5)
-
-
-def _fit_prefactor(x: Array, y: Array) -> float:
-    """Fit C of eq 11 by least squares."""
-    kept = np.isfinite(y) & (x > 0.01) & (x < TWO_OVERLAPS)
+def fit_prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
+    """Fit C of eq 11 by least squares; by default where the paper has it exact: pairs overlap, but no triples."""
+    kept = np.isfinite(y) & (x >= low) & (x < high)
     f = eq_11(x[kept])
     return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
+
+
+def steepest_prefactor(states: pd.DataFrame, n: int) -> str:
+    """Say how large C can be in any window: the largest drho/(dphi - dphi^1.5) of the mean curve, and its N."""
+    x, y = ensemble(states, "sp", n, "d_phi", "d_rho", FINE).mean
+    local = y[1:] / eq_11(x[1:])
+    k = int(np.nanargmax(local[x[1:] < TWO_OVERLAPS]))
+    return f"C at one dphi rises from 1 at onset to {local[k]:.2f} at dphi = {x[1 + k]:.2f}: no window gives more"
 
 
 def figure_4(tables: EnsembleTables) -> Drawing:
@@ -48,17 +51,25 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out.curve(a, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", d, published.EQ_11_C.value * eq_11(d), **FIT)
     a.set_ylim(0, 0.25)
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
-    window = f"N = {n}, least squares, 0.01 < dphi < {TWO_OVERLAPS}"
     out.claims.append(
-        claim(out.name, "C of eq 11", e.interval(_fit_prefactor), published.EQ_11_C, how=window, reason=C_REASON)
+        claim(
+            out.name,
+            "C of eq 11",
+            e.interval(fit_prefactor),
+            published.EQ_11_C,
+            how=f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}",
+            cause=steepest_prefactor(states, n),
+            shown_by="boromand-4 a",
+        )
     )
     _draw_areas(out, b, states)
     _draw_shapes(out, c, states)
     out.claims += _shape_claims(states, out.name)
     out.caption = (
         "(a) True against nominal packing fraction with eq 11; the form in the paper's caption is a misprint. (b) Mean "
-        "particle area, overlaps shared. (c) Packing fraction against shape factor; regular 12- and 17-gons begin at "
-        "A = 1.0235 and 1.0115, so A_J is taken off. Heights of the paper's power laws are ours."
+        "particle area, overlaps shared. (c) Packing fraction against shape factor, A - 1 for disks; regular 12- and "
+        "17-gons begin at A = 1.0235 and 1.0115, so A - A_J for droplets (small diamonds: their A - 1, the paper's "
+        "abscissa). Exponents of dashed lines in b and c are the paper's, their heights are ours."
     )
     return out
 
@@ -73,7 +84,7 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
         x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
         out.curve(axes, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
-    height = _at(0.12)(*ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**slope
+    height = at(0.12, *ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**slope
     out.curve(
         axes,
         rf"paper: slope {slope} in $\rho - \rho_J$",
@@ -96,6 +107,9 @@ def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
         x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
         name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
         out.curve(axes, name, shape.value, x, **look)
+        if model == "dp":
+            x, shape = ensemble(states, model, size, by, "shape", FINE[:22]).band()
+            out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"markersize": 2.5})
     s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), published.SHAPE_EXPONENTS
     out.curve(axes, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
     dotted = PAPER | {"linestyle": ":"}
@@ -110,61 +124,39 @@ def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     )
 
 
-def _at(place: float) -> Callable[[Array, Array], float]:
-    """Statistic: the mean curve at one x; nan beyond its ends."""
-
-    def value(x: Array, y: Array) -> float:
-        kept = np.isfinite(x) & np.isfinite(y)
-        return float(np.interp(place, x[kept], y[kept], left=np.nan, right=np.nan)) if kept.any() else np.nan
-
-    return value
-
-
 def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
-    fine = np.arange(0.8, 1.3, 0.005)
+    """Shapes of disks at phi = 1 and near confluence, shapes and areas of droplets at confluence."""
     n = nearest_size(states, "sp", 32)
-    by_phi, by_rho = (ensemble(states, "sp", n, by, "shape", fine) for by in ("phi", "rho"))
+    nominal = ensemble(states, "sp", n, "phi", "shape", [1.0, DENSEST - 1e-6])
     claims = [
-        claim(name, "A at phi = 1, SP", by_phi.interval(_at(1.0)), published.SHAPE_AT_UNIT_PHI, how=f"N = {n}"),
+        claim(
+            name,
+            "A at phi = 1, SP",
+            nominal.interval(lambda x, y: at(1.0, x, y)),
+            published.SHAPE_AT_UNIT_PHI,
+            how=f"N = {n}, interpolated in each packing",
+        ),
         claim(
             name,
             "A near confluence, SP",
-            by_rho.interval(lambda x, y: y[np.nanargmax(x)]),
+            nominal.interval(lambda x, y: at(DENSEST - 1e-6, x, y)),
             published.SHAPE_OF_DENSE_DISKS,
-            how=f"N = {n}, mean over rho > {0.005 * np.floor(200 * np.nanmax(by_rho.mean[0])):.3f}",
+            how=f"N = {n}, phi = {DENSEST}, where rho -> 1 in the paper",
         ),
     ]
     area = shape = None
     how = "no dp packings"
     if has(states, "dp"):
         n = nearest_size(states, "dp", 32)
-        how = f"N = {n}"
-        area = ensemble(states, "dp", n, "d_rho", "lost", FINE[:18]).interval(lambda x, y: 1 - _at(0.13)(x, y))
-        dense = ensemble(states, "dp", n, "rho", "shape", fine)
-
-        def confluent(x: Array, y: Array) -> float:
-            kept = (x > 0.95) & np.isfinite(y)
-            return float(np.polyval(np.polyfit(x[kept], y[kept], 1), 1.0)) if kept.sum() > 2 else np.nan
-
-        shape = dense.interval(confluent)
+        how = f"N = {n}, drho = {published.CONFLUENCE}, where the paper has confluence; bare polygons"
+        lost = ensemble(states, "dp", n, "d_rho", "lost", FINE[:18])
+        area = lost.interval(lambda x, y: 1 - at(0.13, x, y))
+        curve = ensemble(states, "dp", n, "d_rho", "shape", FINE[:18])
+        shape = curve.interval(lambda x, y: at(published.CONFLUENCE, x, y))
     return [
         *claims,
-        claim(
-            name,
-            "A at confluence, DP",
-            shape,
-            published.SHAPE_AT_CONFLUENCE,
-            how=f"{how}, straight line from rho > 0.95 to 1",
-            reason=f"bare polygons, without rim; {DP_UNKNOWN}",
-        ),
-        claim(
-            name,
-            "<a>/a_J at drho = 0.13, DP",
-            area,
-            published.AREA_OF_DENSE_DROPLETS,
-            how=how,
-            reason=f"finite area stiffness; {DP_UNKNOWN}",
-        ),
+        claim(name, "A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how),
+        claim(name, "<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, how=f"N = {n}"),
     ]
 
 
@@ -172,7 +164,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how = None, "no dp packings"
+    slope, how, full = None, "no dp packings", float("nan")
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -187,7 +179,8 @@ def figure_9(tables: EnsembleTables) -> Drawing:
             near = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
                 left=lambda t: 1 - t["rho"]
             )
-            slope = ensemble(near, model, n, "left", "missing", log_edges(5e-3, 0.15, 8)).interval(
+            full = 1 - (near["rho"] + near["to_confluence"]).groupby(near["seed"]).first().mean()
+            slope = ensemble(near, model, n, "left", "missing", log_places(5e-3, 0.13, 8)).interval(
                 lambda x, y: power_law(x, y, low=5e-3, high=0.1).exponents[0]
             )
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
@@ -201,7 +194,8 @@ def figure_9(tables: EnsembleTables) -> Drawing:
             slope,
             published.MISSING_CONTACTS_EXPONENT,
             how=how,
-            reason="rho* < 1 in small packings",
+            cause=f"z = 6 is reached at 1 - rho = {full:.3f} on average: rho* < 1 in small packings",
+            shown_by="boromand-7 c, against rho* - rho",
         )
     )
     out.caption = (

@@ -1,14 +1,16 @@
 """Draw the onset of jamming in Boromand et al., fig 10."""
 
+from typing import Any
+
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import groups_by, has, sizes
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
+from jamlab.figures.papers.ensembles import bootstrap, groups_by, has, sizes
+from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.power_laws import finite_size, power_law
 
 Array = NDArray[np.float64]
@@ -17,7 +19,7 @@ Array = NDArray[np.float64]
 def figure_10(tables: EnsembleTables) -> Drawing:
     """Distributions of onset, their width and mean against N."""
     onset = tables.onset
-    out, (left, right, width, mean) = drawing("boromand-10", 2, 2, 5.0, 3.8)
+    out, (left, right, width, mean, contacts, count) = drawing("boromand-10", 3, 2, 5.0, 3.8)
     scale(width)
     groups: dict[str, list[Array]] = {}
     for model, axes, column in (("sp", left, "phi_J"), ("dp", right, "rho_J")):
@@ -61,10 +63,38 @@ def figure_10(tables: EnsembleTables) -> Drawing:
     )
     mean.set_xscale("log")
     label(mean, "N", "mean onset", loc="lower right")
+    _draw_contacts_at_onset(out, contacts, count, onset)
     out.caption = (
-        "Onset of jamming: densities (insets: share jammed at or below), width and mean against N, with 95 % bars."
+        "Onset of jamming: densities (insets: share jammed at or below), width and mean against N, with 95 % bars. "
+        "Not in the paper: (e) contacts at onset beyond the isostatic 2N' - 1, where disks have none and droplets "
+        "scatter; (f) z_J against N with 4 - 2/N (full) and the 3.97 of the paper's table."
     )
     return out
+
+
+def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataFrame) -> None:
+    """Draw contacts beyond the isostatic number, and z_J against N."""
+    held = onset["n"] - onset["rattlers"]
+    table = onset.assign(extra=(0.5 * onset["z_J"] * held - (2 * held - 1)).round()).dropna(subset=["z_J"])
+    for model in ("sp", "dp"):
+        n = sizes(table, model)
+        if not n:
+            continue
+        name, look = model.upper(), model_style(model)
+        last = table[(table["model"] == model) & (table["n"] == n[-1])]["extra"]
+        share = last.value_counts(normalize=True).sort_index()
+        out.curve(extra, f"{name}, N = {n[-1]}", share.index, share.to_numpy(), **look | {"linestyle": "-"})
+        groups = groups_by(table[table["model"] == model], "n", "z_J", n)
+        found = bootstrap(groups, lambda g: [v.mean() for v in g])
+        ends = (found.value, found.low, found.high)
+        out.curve(mean, f"{name}: z_J", n, *ends, band=False, label=name, **look)
+    line = np.geomspace(12, 500, 40)
+    out.curve(mean, "4 - 2/N", line, 4 - 2 / line, **FIT)
+    paper = published.TABLE_1["SP(φ)"][0]
+    out.curve(mean, f"paper: z_J = {paper}", [12, 500], [paper] * 2, **PAPER)
+    mean.set_xscale("log")
+    label(extra, r"contacts at onset beyond $2N' - 1$", "share of packings")
+    label(mean, "N", r"$z_J$", loc="lower right")
 
 
 def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> list[Claim]:
@@ -82,7 +112,8 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
             limit,
             published.ONSET_LIMIT,
             how=f"{how}, correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)" if limit is not None else how,
-            reason="onset depends on the protocol of compression",
+            cause=f"N = {n[-1]} jams at {groups[-1].mean():.4f}, N = {n[0]} at {groups[0].mean():.4f}",
+            shown_by="boromand-10 d",
         ),
     ]
 

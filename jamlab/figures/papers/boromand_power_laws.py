@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.figures.papers.boromand_contacts_and_modulus import NEAR
-from jamlab.figures.papers.boromand_geometry import C_REASON, eq_11
-from jamlab.figures.papers.claims import DP_UNKNOWN, claim
-from jamlab.figures.papers.ensembles import Ensemble, ensemble, has, log_edges, near_onset, nearest_size
+from jamlab.figures.papers.boromand_geometry import fit_prefactor
+from jamlab.figures.papers.claims import claim
+from jamlab.figures.papers.conventions import eq_11
+from jamlab.figures.papers.ensembles import Ensemble, ensemble, from_onset, has, log_places, nearest_size
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import GREEN
@@ -19,7 +20,7 @@ from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
 
 Array = NDArray[np.float64]
 
-SQUARE = "a regular polygon has the least A of its area, so A - A_J grows as the square of small displacements"
+NEAREST = 0.01  # dphi up to which C is that of states near onset
 _STRAIGHT = 0.1  # relative residual up to which bins count as one power law
 
 
@@ -31,7 +32,6 @@ class Law(NamedTuple):
         paper: exponent of y in x, or of x in y if `inverse`.
         low, high: x between which the widest straight window is searched.
         inverse: whether the paper gives x as a power of y.
-        reason: why ours may differ.
     """
 
     name: str
@@ -39,7 +39,6 @@ class Law(NamedTuple):
     low: float
     high: float
     inverse: bool = False
-    reason: str = ""
 
 
 def figure_11(tables: EnsembleTables) -> Drawing:
@@ -50,20 +49,21 @@ def figure_11(tables: EnsembleTables) -> Drawing:
     _draw_energy(out, a, states, n)
     _draw_eq_11(out, b, states, n)
     _draw_areas(out, c, states, n)
-    _draw_shapes(out, d, states, "sp", "the local slope falls all the way to confluence: no single power")
-    _draw_shapes(out, e, states, "dp", DP_UNKNOWN, SQUARE)
+    _draw_shapes(out, d, states, "sp")
+    _draw_shapes(out, e, states, "dp")
     _draw_local_slopes(out, f, states, n)
     out.caption = (
-        "Black: our fit over the widest run of bins that lies within 10 % of a power law (grey), searched on each side "
-        "of the paper's change of slope; dashed: the paper's slopes. (f), not in the paper: local slopes of c, d and e."
+        "Black: our fit over the widest run of points that lies within 10 % of a power law (grey), searched on each "
+        "side of the paper's change of slope; dashed: the paper's slopes. (f), not in the paper: local slopes of c, d, "
+        "e."
     )
     return out
 
 
 def _draw_energy(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw overlap against energy."""
-    e = ensemble(states, "sp", n, "u", "overlap", log_edges(10**-15.1, 0.1))
-    _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", published.KAPPA, 0, 1e-2)])
+    e = ensemble(states, "sp", n, "u", "overlap", log_places(1e-14, 0.1, 4))
+    _draw_laws(out, axes, e, ("sp", n, "u"), [Law("kappa: phi - rho ~ (U/N)^kappa", published.KAPPA, 0, 1e-5)])
     label(axes, r"energy per particle $U/N$  [$\epsilon$]", r"$\phi - \rho$")
 
 
@@ -78,28 +78,35 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
         axes, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", line, published.EQ_11_C.value * eq_11(line), **PAPER
     )
     label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
-    near = curve.interval(lambda x, y: power_law(x, y, (1.0,), high=1e-2).coefficients[0])
+    near = curve.interval(lambda x, y: fit_prefactor(x, y, 0.0, NEAREST))
+    limit = (1 - 1 / published.EQ_11_C.value) ** 2
     out.claims.append(
-        claim(out.name, "C of eq 11 for dphi < 0.01", near, published.EQ_11_C, how=f"N = {n}", reason=C_REASON)
+        claim(
+            out.name,
+            f"C of eq 11 for dphi < {NEAREST}",
+            near,
+            published.EQ_11_C,
+            how=f"N = {n}, least squares",
+            contradiction=f"C = {published.EQ_11_C.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {limit:.3f}, "
+            "where overlaps can only lower it",
+            shown_by="boromand-11 b",
+        )
     )
 
 
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw the area that disks lose."""
     small, large = published.ZETA
-    rises = "the local slope rises all the way to confluence: no single power"
     laws = [
         Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03),
-        Law("1 - <a>/a_J ~ drho^zeta, large drho", large, 0.04, 0.2, reason=rises),
+        Law("1 - <a>/a_J ~ drho^zeta, large drho", large, 0.04, 0.2),
     ]
-    e = ensemble(states, "sp", n, "d_rho", "lost", near_onset())
+    e = ensemble(states, "sp", n, "d_rho", "lost", from_onset())
     _draw_laws(out, axes, e, ("sp", n, "d_rho"), laws)
     label(axes, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
 
 
-def _draw_shapes(
-    out: Drawing, axes: Any, states: pd.DataFrame, model: str, large_reason: str, small_reason: str = ""
-) -> None:
+def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame, model: str) -> None:
     """Draw packing fraction against shape factor."""
     big = model.upper()
     if not has(states, model):
@@ -109,10 +116,10 @@ def _draw_shapes(
     n = nearest_size(states, model, 32)
     small, large = published.OMEGA[model]
     laws = [
-        Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True, small_reason),
-        Law(f"omega: drho ~ (A - 1)^omega, large A, {big}", large, 0.05, 0.2, True, large_reason),
+        Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True),
+        Law(f"omega: drho ~ (A - 1)^omega, large A, {big}", large, 0.05, 0.2, True),
     ]
-    e = ensemble(states, model, n, "d_rho", "excess", near_onset())
+    e = ensemble(states, model, n, "d_rho", "excess", from_onset())
     _draw_laws(out, axes, e, (model, n, "d_rho"), laws, swap=True)
     shape = r"$\mathcal{A} - \mathcal{A}_J$" if model == "dp" else r"$\mathcal{A} - 1$"
     label(axes, shape, r"$\rho - \rho_J$", loc="lower right")
@@ -130,7 +137,7 @@ def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) ->
         if not has(states, model):
             continue
         size = n if model == "sp" else nearest_size(states, model, 32)
-        x, y = ensemble(states, model, size, "d_rho", column, log_edges(10**-6.1, 0.25, 5)).mean
+        x, y = ensemble(states, model, size, "d_rho", column, log_places(1e-6, 0.2, 5)).mean
         kept = np.isfinite(x) & (y > 0)
         x, y = x[kept], y[kept]
         rise = np.diff(np.log(y)) / np.diff(np.log(x))
@@ -159,9 +166,11 @@ def _draw_laws(
         out.curve(axes, series, y.value, x, **model_style(model))
     else:
         out.curve(axes, series, x, y.value, y.low, y.high, **model_style(model))
+    e = e.whole
+    x, means = e.mean
     for law in laws:
         try:
-            fit = widest_window(x, y.value, tolerance=_STRAIGHT, low=law.low, high=law.high)
+            fit = widest_window(x, means, tolerance=_STRAIGHT, low=law.low, high=law.high)
         except (InputError, ConvergenceError) as error:
             out.claims.append(claim(out.name, law.name, None, law.paper, how=str(error)))
             continue
@@ -171,8 +180,24 @@ def _draw_laws(
             return 1 / found if inverse else found
 
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}"
-        out.claims.append(claim(out.name, law.name, e.interval(exponent), law.paper, how=how, reason=law.reason))
+        words = {"how": how, "cause": _local_exponents(x, means, law), "shown_by": "boromand-11 f"}
+        out.claims.append(claim(out.name, law.name, e.interval(exponent), law.paper, **words))
         _draw_fit(out, axes, law, fit, out.claims[-1].value, swap)
+
+
+def _local_exponents(x: Array, y: Array, law: Law) -> str:
+    """Say how the exponent between neighbouring points changes through the window of a law.
+
+    That of droplets starts at 1/2: a regular polygon has the least A of its area, so A - A_J has no linear term.
+    """
+    kept = (x >= law.low) & (x <= law.high) & (y > 0)
+    x, y = x[kept], y[kept]
+    if len(x) < 3:
+        return ""
+    slope = np.diff(np.log(y)) / np.diff(np.log(x))
+    first, last = (1 / slope if law.inverse else slope)[[0, -1]]
+    ends = f"the local exponent is {first:.2f} at drho = {x[0]:.2g} and {last:.2f} at {x[-1]:.2g}"
+    return f"{ends}: no single power" if abs(last - first) > 0.1 else ends
 
 
 def _draw_fit(out: Drawing, axes: Any, law: Law, fit: PowerLaw, own: float, swap: bool) -> None:

@@ -6,14 +6,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.claims import DP_UNKNOWN, Claim, claim
-from jamlab.figures.papers.ensembles import RESAMPLES, SHARE, has, nearest_size
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.conventions import contradiction_of_voids
+from jamlab.figures.papers.ensembles import SHARE, bootstrap, has, nearest_size
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, model_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         n = nearest_size(counts, model, 64)
         part = counts[(counts["model"] == model) & (counts["n"] == n)]
         x, cube = _sum_voids(part[~part["onset"].astype(bool)])
-        share = bootstrap([cube], lambda g: _share(g[0], sides), resamples=RESAMPLES)
+        share = bootstrap([cube], lambda g: _share(g[0], sides))
         look = (
             {"linestyle": "none", "marker": "v"}
             if model == "sp"
@@ -42,7 +43,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
             name = f"{model.upper()}, {side} sides"
             colour = {"color": SIDE_COLOURS[side] if side != 5 else "#C9A800"}
             out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
-        mean = bootstrap([cube], lambda g: _means(g[0]), resamples=RESAMPLES)
+        mean = bootstrap([cube], lambda g: _means(g[0]))
         name = f"{model.upper()}, N = {n}"
         out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
         out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
@@ -60,8 +61,8 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     c.set_yscale("log")
     label(c, r"true packing fraction $\rho$", r"mean void area / particle area")
     out.caption = (
-        "Voids that do not percolate; rattlers count as particles. The paper's snapshots are not redrawn: a table "
-        "holds no shapes (`jamlab demo` draws them). Panel c is not in the paper."
+        "Voids that do not percolate; rattlers count as particles. Snapshots: boromand-8-voids. Panel c is not in the "
+        "paper."
     )
     return out
 
@@ -102,37 +103,61 @@ def _means(cube: Array) -> Array:
 
 
 def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
-    """Claims on shares at onset, and on voids with three sides in dense packings (of disks near onset too)."""
+    """Claims on shares and shapes at onset, and on voids with three sides in dense packings."""
     big, how = model.upper(), f"N = {n}"
     claims = []
+    triangles = float("nan")
     if part["onset"].astype(bool).any():
         _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
-        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0], resamples=RESAMPLES)
+        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
+        sides = float((first[..., 0].sum(axis=(0, 1)) @ np.arange(8)) / first[..., 0].sum())
         for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
-            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=f"{how}, states at onset"))
-    equal = "the paper's is that of three equal disks; sizes differ here, and near onset gaps are open"
-    rims = f"rims of width delta round the corners; {DP_UNKNOWN}"
-    dense: dict[str, list[tuple[str, float, float, Statistic, published.Published, str]]] = {
-        "sp": [
-            ("A of 3-sided voids, rho < 0.86, SP", 0.8, 0.86, _triangle_shape, published.PLATEAU_SHAPE, equal),
-            ("A of 3-sided voids, rho > 0.98, SP", 0.98, 1, _triangle_shape, published.DENSE_DISK_TRIANGLES_SHAPE, ""),
-        ],
-        "dp": [
-            ("P_3 for rho > 0.97, DP", 0.97, 1, _triangle_share, published.DENSE_DROPLET_TRIANGLES, DP_UNKNOWN),
-            ("A of 3-sided voids, rho > 0.97, DP", 0.97, 1, _triangle_shape, published.PLATEAU_SHAPE, rims),
-        ],
+            found = f"{how}, states at onset; {sides:.2f} sides on average"
+            words = {}
+            if side > 4:  # shares that Euler's relation and z_J exclude
+                words = {"contradiction": contradiction_of_voids(), "shown_by": "boromand-8 a"}
+            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=found, **words))
+        triangles = _triangle_shape(first.sum(axis=(0, 1)))
+        if model == "sp":
+            shape = _pool(first, _triangle_shape)
+            text = "A of 3-sided voids at onset, SP"
+            claims.append(claim(name, text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset"))
+    if model == "sp":
+        dense = _pool(cube[:, x > 0.98], _triangle_shape)
+        text = "A of 3-sided voids, rho > 0.98, SP"
+        return [*claims, claim(name, text, dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)]
+    pooled = _pool(cube[:, x > 0.97], _triangle_share)
+    rises = ", ".join(f"{_triangle_share(cube[:, k].sum(axis=0)):.3f} at {x[k]:.3f}" for k in np.flatnonzero(x > 0.96))
+    text = "P_3 for rho > 0.97, DP"
+    words = {
+        "how": f"{how}; {rises}",
+        "cause": f"P_3 = {rises}: some voids keep four sides",
+        "shown_by": "boromand-8 a",
     }
-    for text, low, high, statistic, paper, reason in dense[model]:
-        found = _pool(cube[:, (x > low) & (x < high)], statistic)
-        claims.append(claim(name, text, found, paper, how=how, reason=reason))
-    return claims
+    claims.append(claim(name, text, pooled, published.DENSE_DROPLET_TRIANGLES, **words))
+    later = {rho: _triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in (0.86, 0.9, 0.94)}
+    return [*claims, _plateau_claim(name, how, triangles, later, _pool(cube[:, x > 0.97], _triangle_shape))]
+
+
+def _plateau_claim(name: str, how: str, at_onset: float, later: dict[float, float], found: Interval | None) -> Claim:
+    """Claim on the shape of the voids that should become Plateau borders."""
+    falls = ", ".join(f"{value:.2f} at {rho:g}" for rho, value in later.items())
+    return claim(
+        name,
+        "A of 3-sided voids, rho > 0.97, DP",
+        found,
+        published.PLATEAU_SHAPE,
+        how=how,
+        cause=f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}",
+        shown_by="boromand-8 b",
+    )
 
 
 def _pool(cube: Array, statistic: Statistic) -> Interval | None:
     """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
     if not cube.shape[1]:
         return None
-    return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))), resamples=RESAMPLES)
+    return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))))
 
 
 def _triangle_share(total: Array) -> float:

@@ -1,6 +1,7 @@
-"""Set a number of a paper beside ours and say whether the two agree."""
+"""Set a number of a paper beside ours and say whether the two agree, and if not, why."""
 
 from dataclasses import asdict, dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,27 @@ import numpy as np
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
-DP_UNKNOWN = "the paper prints no line tension, area stiffness or rim width"  # why numbers of droplets may differ
+RESOLVED = 0.25  # half-width of an interval over the scale of a number up to which it could have disagreed
+
+
+class Verdict(StrEnum):
+    """What a number of a paper comes to.
+
+    Attributes:
+        AGREES: the interval meets the paper's value within its margin, and is narrow enough to have missed it.
+        DIFFERS: the interval lies elsewhere; the cause stands beside it, with the figure or command that shows it.
+        INCONSISTENT: the paper contradicts itself, so that no measurement could settle the number.
+        CALIBRATED: parameters that the paper does not print were chosen to meet it: no independent test.
+        UNDECIDED: the interval meets the value, but is so wide that it would meet many others too.
+        MISSING: the data do not give it with an interval, which takes five packings.
+    """
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    INCONSISTENT = "paper inconsistent"
+    CALIBRATED = "calibrated"
+    UNDECIDED = "undecided"
+    MISSING = "not measured"
 
 
 @dataclass(frozen=True)
@@ -19,9 +40,12 @@ class Claim:
         figure: name, such as "boromand-6".
         quantity: in plain words.
         value, low, high: measured, with the ends of its 95 % interval; nan where the data do not give it.
-        paper, margin, relation: see `jamlab.statistics.published_numbers.Published`.
-        how: window or rule of the measurement.
-        reason: why ours differs, where that is known.
+        paper, margin, relation, scale: see `jamlab.statistics.published_numbers.Published`.
+        how: window, rule and convention of the measurement.
+        cause: why ours differs, in numbers where they come from the same tables.
+        shown_by: figure or command that shows the cause or the contradiction.
+        contradiction: of the paper with itself.
+        calibrated: why the number is no independent test.
     """
 
     figure: str
@@ -32,8 +56,12 @@ class Claim:
     paper: float
     margin: float = 0.0
     relation: str = "="
+    scale: float = 0.0
     how: str = ""
-    reason: str = ""
+    cause: str = ""
+    shown_by: str = ""
+    contradiction: str = ""
+    calibrated: str = ""
 
     @property
     def measured(self) -> bool:
@@ -41,39 +69,62 @@ class Claim:
         return bool(np.isfinite([self.value, self.low, self.high]).all())
 
     @property
-    def undecided(self) -> bool:
-        """Whether the interval meets the paper's value, and zero or twice that value as well: it would fit anything.
-
-        A value of zero has no such scale; its margin alone decides.
-        """
+    def meets(self) -> bool:
+        """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
         above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
-        wide = any(self.low <= other <= self.high for other in (0.0, 2 * self.paper))
-        return self.measured and self.paper != 0 and above and below and wide
+        return self.measured and {"=": above and below, ">": above, "<": below}[self.relation]
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the interval is narrow enough to have disagreed; that of a bound must lie on one side of it."""
+        if self.relation != "=":
+            return not self.low < self.paper < self.high
+        return 0.5 * (self.high - self.low) <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
+
+    @property
+    def verdict(self) -> Verdict:
+        """See `Verdict`."""
+        if self.contradiction:
+            return Verdict.INCONSISTENT
+        if self.calibrated:
+            return Verdict.CALIBRATED
+        if not self.measured:
+            return Verdict.MISSING
+        if not self.meets:
+            return Verdict.DIFFERS
+        return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
 
     @property
     def agrees(self) -> bool:
-        """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
-        above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
-        meets = {"=": above and below, ">": above, "<": below}[self.relation]
-        return self.measured and meets and not self.undecided
+        """Whether the verdict is `Verdict.AGREES`."""
+        return self.verdict is Verdict.AGREES
 
     @property
-    def verdict(self) -> str:
-        """One of: agrees; undecided; differs, with the reason or "open"; not measured, with the cause."""
-        if np.isfinite(self.value) and not self.measured:
-            return "not measured: too few packings for an interval"
-        if not self.measured:
-            return f"not measured: {self.how or 'too few data'}"
-        if self.undecided:
-            return "undecided: the interval holds zero or twice the paper's value too, it takes more packings"
-        return "agrees" if self.agrees else f"differs: {self.reason or 'open'}"
+    def reason(self) -> str:
+        """What stands behind the verdict; "" where ours agrees."""
+        shown = f" ({self.shown_by})" if self.shown_by else ""
+        if self.verdict is Verdict.MISSING:
+            few = np.isfinite(self.value)
+            return "no interval from fewer than five packings" if few else self.how or "too few data"
+        return {
+            Verdict.AGREES: "",
+            Verdict.DIFFERS: (self.cause or "no cause has been measured in these data") + shown,
+            Verdict.INCONSISTENT: self.contradiction + shown,
+            Verdict.CALIBRATED: f"{'meets it; ' if self.meets else 'misses it; '}{self.calibrated}{shown}",
+            Verdict.UNDECIDED: f"half the interval is {0.5 * (self.high - self.low):.2g}: it takes more packings",
+        }[self.verdict]
+
+    @property
+    def text(self) -> str:
+        """The verdict and what stands behind it."""
+        return f"{self.verdict}: {self.reason}" if self.reason else str(self.verdict)
 
     @property
     def line(self) -> str:
         """One line for the terminal."""
         return (
             f"{self.figure}: {self.quantity} = {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], "
-            f"paper {self.paper_text}: {self.verdict}"
+            f"paper {self.paper_text}: {self.text}"
         )
 
     @property
@@ -84,12 +135,15 @@ class Claim:
 
     def row(self) -> dict[str, Any]:
         """Plain values for CSV and JSON."""
-        return asdict(self) | {"verdict": self.verdict}
+        return asdict(self) | {"verdict": str(self.verdict), "reason": self.reason}
 
 
-def claim(
-    figure: str, quantity: str, found: Interval | None, paper: Published, *, how: str = "", reason: str = ""
-) -> Claim:
-    """Make a claim from an interval, None where the data do not give one."""
+def claim(figure: str, quantity: str, found: Interval | None, paper: Published, **words: str) -> Claim:
+    """Make a claim from an interval, None where the data do not give one.
+
+    Args:
+        words: how, cause, shown_by, contradiction and calibrated of `Claim`.
+    """
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
-    return Claim(figure, quantity, value, low, high, *paper, how=how, reason=reason)
+    number = {"paper": paper.value, "margin": paper.margin, "relation": paper.relation, "scale": paper.scale}
+    return Claim(figure, quantity, value, low, high, **number | words)  # type: ignore[arg-type]

@@ -1,22 +1,27 @@
-"""Arrange rows of states as packings x bins, from which bands and fits with intervals are made."""
+"""Arrange rows of states as packings x places, from which bands and fits with intervals are made."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.bootstrap import bootstrap as resample
 
 Array = NDArray[np.float64]
 Statistic = Callable[[Array, Array], ArrayLike]
 
 PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "contact")
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
+FEWEST = 5  # packings of an interval: below, the spread itself is not known
+bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
 _PACKING = ["model", "n", "seed"]
-SHARE = 0.5  # of the packings must reach a bin, else its mean is that of a selection
+SHARE = 0.5  # of the packings must reach a place, else its mean is that of a selection
 
 
 def add_distances(states: pd.DataFrame) -> pd.DataFrame:
@@ -79,89 +84,115 @@ def has(table: pd.DataFrame, model: str) -> bool:
     return bool((table["model"] == model).any())
 
 
-@dataclass(frozen=True)
-class Ensemble:
-    """Means of each packing in each bin.
-
-    Attributes:
-        x, y: (packings, bins); nan where a packing has no state in a bin.
-    """
-
-    x: Array
-    y: Array
-
-    @property
-    def mean(self) -> tuple[Array, Array]:
-        """(bins,) ensemble averages."""
-        return average(self.x), average(self.y)
-
-    def band(self, transform: Callable[[Array], Array] = lambda y: y) -> tuple[Array, Interval]:
-        """(bins,) mean x, and mean y with its interval."""
-        found = bootstrap([self.y], lambda g: transform(average(g[0])), resamples=RESAMPLES)
-        return average(self.x), found
-
-    @property
-    def error(self) -> Array:
-        """Standard error (bins,) of the mean of y; a bin with one packing takes the smallest spread of all bins."""
-        known = np.isfinite(self.y)
-        centred = np.where(known, self.y - average(self.y), 0.0)
-        count = known.sum(axis=0)
-        spread = np.sqrt((centred**2).sum(axis=0) / np.maximum(count - 1, 1))
-        some = spread[spread > 0]
-        return np.asarray(
-            np.where(spread > 0, spread, some.min() if len(some) else 1.0) / np.sqrt(np.maximum(count, 1))
-        )
-
-    def interval(self, statistic: Statistic) -> Interval | None:
-        """Statistic of the mean curve (x, y) with its interval; None if there are too few points or no law fits."""
-        both = np.stack([self.x, self.y], axis=-1)
-
-        def of(groups: list[Array]) -> ArrayLike:
-            return statistic(average(groups[0][..., 0]), average(groups[0][..., 1]))
-
-        try:
-            return bootstrap([both], of, resamples=RESAMPLES)
-        except (ConvergenceError, InputError):
-            return None
-
-
 def average(values: Array) -> Array:
-    """Average (bins,) over packings (axis 0); nan where no packing has a value."""
+    """Average (places,) over packings (axis 0); nan where no packing has a value."""
     known = np.isfinite(values)
     count = known.sum(axis=0)
     total = np.where(known, values, 0.0).sum(axis=0)
     return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
 
 
-def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, edges: ArrayLike) -> Ensemble:
-    """Arrange packings x bins of one model and size; bins that fewer than half of the packings reach are left out.
+def median(values: Array) -> Array:
+    """Median (places,) over packings (axis 0); nan where no packing has a value."""
+    known = np.isfinite(values).any(axis=0)
+    out = np.full(values.shape[1:], np.nan)
+    out[known] = np.nanmedian(values[:, known], axis=0)
+    return out
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Values of each packing at the same places.
+
+    Attributes:
+        x, y: (packings, places); nan where a packing does not reach a place.
+    """
+
+    x: Array
+    y: Array
+
+    @property
+    def whole(self) -> "Ensemble":
+        """The places that nearly all packings reach: a mean over those that are left is that of a selection."""
+        count = np.isfinite(self.y).sum(axis=0)
+        kept = count >= 0.9 * count.max()
+        return Ensemble(self.x[:, kept], self.y[:, kept])
+
+    @property
+    def mean(self) -> tuple[Array, Array]:
+        """(places,) ensemble averages."""
+        return average(self.x), average(self.y)
+
+    def band(self, transform: Callable[[Array], Array] = lambda y: y) -> tuple[Array, Interval]:
+        """(places,) x, and the mean of y with its interval."""
+        found = bootstrap([self.y], lambda g: transform(average(g[0])))
+        return average(self.x), found
+
+    def interval(self, statistic: Statistic, middle: Callable[[Array], Array] = average) -> Interval | None:
+        """Statistic of the mean curve (x, y) with its interval; None if there are too few points or no law fits.
+
+        Args:
+            statistic: function of (places,) x and y.
+            middle: of the packings, such as `median` instead of the mean.
+        """
+        both = np.stack([self.x, self.y], axis=-1)
+
+        def of(groups: list[Array]) -> ArrayLike:
+            return statistic(average(groups[0][..., 0]), middle(groups[0][..., 1]))
+
+        try:
+            return bootstrap([both], of)
+        except (ConvergenceError, InputError):
+            return None
+
+
+def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
+    """Interpolate each packing of one model and size at the same places; those that few packings reach are left out.
+
+    A bin would average states at different x, and miss a place between two states; [B] averages at fixed distances.
 
     Args:
-        states: see `derive`.
-        x, y: columns.
-        edges: (bins + 1,) of x, ascending.
+        states: see `add_distances`.
+        x, y: columns; x is not negative.
+        places: (places,) of x, ascending. A packing has none beyond its own first and last state.
     """
     part = states[(states["model"] == model) & (states["n"] == n)][["seed", x, y]].dropna()
-    edges = np.asarray(edges, dtype=np.float64)
-    bins = np.searchsorted(edges, part[x].to_numpy(), side="right") - 1
-    part = part.assign(bin=bins)[(bins >= 0) & (bins < len(edges) - 1)]
-    if part.empty:
+    at = np.asarray(places, dtype=np.float64)
+    rows = [
+        row
+        for _, group in part.groupby("seed", sort=True)
+        if np.isfinite(row := interpolate(group[x].to_numpy(np.float64), group[y].to_numpy(np.float64), at)).any()
+    ]
+    if not rows:
         return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
-    means = part.groupby(["seed", "bin"], sort=True)[[x, y]].mean().unstack("bin")
-    mx, my = means[x].to_numpy(dtype=np.float64), means[y].to_numpy(dtype=np.float64)
-    kept = np.isfinite(my).sum(axis=0) >= max(SHARE * len(my), 1)
-    return Ensemble(mx[:, kept], my[:, kept])
+    values = np.array(rows)
+    kept = np.isfinite(values).sum(axis=0) >= max(SHARE * len(values), 1)
+    values = values[:, kept]
+    return Ensemble(np.where(np.isfinite(values), at[kept], np.nan), values)
 
 
-def log_edges(low: float, high: float, per_decade: int = 5) -> Array:
-    """Edges of bins of equal ratio."""
+def interpolate(x: Array, y: Array, places: Array) -> Array:
+    """Interpolate monotonically (PCHIP) in the root of x, of which laws near onset are smooth functions; nan outside.
+
+    The state at onset itself, x = 0, is no neighbour of places that are all beyond it: nothing is known on the way to
+    the first state of a sweep.
+    """
+    kept = x > 0 if places[0] > 0 else x >= 0
+    x, first = np.unique(x[kept], return_index=True)
+    if len(x) < 2:
+        return np.full(places.shape, np.nan)
+    curve = PchipInterpolator(np.sqrt(x), y[kept][first], extrapolate=False)
+    return np.asarray(curve(np.sqrt(places)))
+
+
+def log_places(low: float, high: float, per_decade: int = 5) -> Array:
+    """Places of equal ratio."""
     return np.asarray(np.geomspace(low, high, round(per_decade * np.log10(high / low)) + 1))
 
 
-def near_onset(last: float = 1.0) -> Array:
-    """Edges of bins of a distance to onset: of equal ratio up to 0.02, 0.01 wide from there on."""
-    fine = log_edges(10**-6.1, 10**-1.7)
-    return np.concatenate([fine[:-1], np.arange(0.025, last, 0.01)])
+def from_onset(last: float = 0.43) -> Array:
+    """Distances to onset: of equal ratio up to 0.02, 0.01 apart from there on."""
+    return np.concatenate([log_places(1e-6, 10**-1.8), np.arange(0.02, last, 0.01)])
 
 
 def groups_by(table: pd.DataFrame, by: str, value: str, keys: Sequence[float]) -> list[Array]:

@@ -5,47 +5,60 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
 from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
 from jamlab.figures.papers import (
+    baumgarten_correlation,
     baumgarten_motion,
+    baumgarten_pictures,
     baumgarten_spectra,
     boromand_contacts_and_modulus,
     boromand_geometry,
     boromand_onset,
+    boromand_pictures,
     boromand_power_laws,
     boromand_tables,
     boromand_voids,
+    dynamics,
     micrograph_errors,
 )
 from jamlab.figures.papers.claims import Claim
 from jamlab.figures.papers.panels import Drawing
+from jamlab.figures.papers.summary import SUMMARY, first_line, summary
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.figures.picture_file import save_picture
-from jamlab.packing.atomic_file import make_folder
+from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.packing.versions import versions
 from jamlab.processes.side_by_side import run_side_by_side
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
+    "boromand-1": boromand_pictures.figure_1,
+    "boromand-2": boromand_pictures.figure_2,
+    "boromand-3": boromand_pictures.figure_3,
     "boromand-4": boromand_geometry.figure_4,
     "boromand-5": boromand_contacts_and_modulus.figure_5,
     "boromand-6": boromand_contacts_and_modulus.figure_6,
     "boromand-7": boromand_contacts_and_modulus.figure_7,
     "boromand-8": boromand_voids.figure_8,
+    "boromand-8-voids": boromand_pictures.figure_8_snapshots,
     "boromand-9": boromand_geometry.figure_9,
     "boromand-10": boromand_onset.figure_10,
     "boromand-11": boromand_power_laws.figure_11,
     "tables": boromand_tables.tables_1_2,
     "baumgarten-1": baumgarten_spectra.figure_1,
+    "baumgarten-1-fields": baumgarten_pictures.figure_1_fields,
+    "baumgarten-2": baumgarten_pictures.figure_2,
     "baumgarten-3": baumgarten_spectra.figure_3,
     "baumgarten-4": baumgarten_spectra.figure_4,
     "baumgarten-5": baumgarten_motion.figure_5,
     "baumgarten-6": baumgarten_spectra.figure_6,
-    "baumgarten-7": baumgarten_motion.figure_7,
+    "baumgarten-7": baumgarten_correlation.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
+    "dynamics-flow-curves": dynamics.flow_curves,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 PAGE = "figures.html"
@@ -165,6 +178,8 @@ def write_all(
         sections.append(Section(f"{each.name}: {titles()[each.name]}", each.png, each.caption, shown))
     claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
+    with atomic_file(folder / SUMMARY) as temporary:
+        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
     if failures:
         lines = [(f.name, f.reason) for f in failures]
         sections.append(Section("Not drawn", tables=[TextTable(("figure", "reason"), lines, words=True)]))
@@ -190,22 +205,26 @@ def _verdicts(claims: Sequence[Claim]) -> TextTable:
     """The numbers of one figure beside those of the paper."""
     columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
     rows = [
-        (c.quantity, f"{c.value:.4g}", f"{c.low:.4g} to {c.high:.4g}", c.paper_text, c.verdict, c.how)
-        if c.measured
-        else (c.quantity, "–", "–", c.paper_text, c.verdict, "")
+        (
+            c.quantity,
+            f"{c.value:.4g}" if np.isfinite(c.value) else "–",
+            f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–",
+            c.paper_text,
+            c.text,
+            c.how,
+        )
         for c in claims
     ]
-    return TextTable(columns, rows, marks=[c.verdict.split(":")[0] for c in claims], words=True)
+    return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
 
 
 def _lead(claims: Sequence[Claim]) -> str:
-    good = sum(c.agrees for c in claims)
-    missing, undecided = sum(not c.measured for c in claims), sum(c.undecided for c in claims)
     return (
-        "Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. "
-        f"{good} of {len(claims)} numbers agree with the paper, {len(claims) - good - missing - undecided} differ, "
-        f"{undecided} are undecided, {missing} could not be measured. A number agrees if its 95 % bootstrap interval "
-        "over packings meets the paper's value within the paper's own margin: the error it states, half a unit of its "
-        "last digit, or what its words allow. It is undecided if the interval also holds zero or twice the paper's "
-        "value. Where a number differs, the reason stands beside it if one is known, else open."
+        f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {first_line(claims)} A number "
+        "agrees if its 95 % interval over packings, of which it takes five, meets the paper's value within the paper's "
+        "own margin: the error it states, half a unit of its last digit, or what its words allow; and if half the "
+        "interval is at most a quarter of that value (of A - 1, of the distance to onset), so that it could have "
+        "disagreed; else it is undecided. Where a number differs, the cause stands beside it with the figure that "
+        "shows it. Where the paper contradicts itself, the contradiction does. Calibrated numbers are no independent "
+        "test."
     )

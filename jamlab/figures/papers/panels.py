@@ -19,11 +19,17 @@ Array = NDArray[np.float64]
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
+FREQUENCY = r"frequency $\omega\,\tau_1$"
 SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
     32: {"color": RED, "marker": "s"},
     64: {"color": BLUE, "marker": "o"},
     128: {"color": GREEN, "marker": "^"},
     256: {"color": PINK, "marker": "v"},
+    512: {"color": ORANGE, "marker": "D"},
+    1024: {"color": SKY, "marker": "P"},
+    2048: {"color": BLACK, "marker": "*"},
+    8192: {"color": "#8C6D00", "marker": "p"},
+    32768: {"color": "#777777", "marker": "X"},
 }
 PAPER: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.3, "zorder": 5}
 FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alpha": 0.75, "zorder": 4}

@@ -9,9 +9,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.figures.papers.ensembles import RESAMPLES
+from jamlab.figures.papers.ensembles import bootstrap
 from jamlab.rheology.complex_modulus import ComplexModulus
-from jamlab.statistics.bootstrap import Interval, bootstrap
+from jamlab.statistics.bootstrap import Interval
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Group:
     def interval(self, statistic: Callable[[Array, Array], Any]) -> Interval:
         """Statistic of (packings, m) storage and loss."""
         both = np.stack([self.storage, self.loss], axis=1)
-        return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]), resamples=RESAMPLES)
+        return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]))
 
 
 def cut_to_shared_frequencies(groups: dict[float, Group]) -> dict[float, Group]:

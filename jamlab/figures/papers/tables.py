@@ -16,6 +16,7 @@ from jamlab.figures.papers.ensembles import add_distances, select_usual
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
 NAMES = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
+RECORD = "reference.json"  # origin of the tables
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
@@ -71,7 +72,7 @@ class EnsembleTables:
     @cached_property
     def spectra(self) -> pd.DataFrame:
         """One row per packing, law and frequency."""
-        table = self._read("spectra")
+        table = _require_rows("spectra", self._read("spectra"))
         return _require_rows("spectra", table[table["converged"].astype(bool)])
 
     @cached_property
@@ -109,6 +110,35 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
 
 
+_WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
+    "states": ["model", "n", "seed"],
+    "onset": ["model", "n", "seed"],
+    "void_counts": ["model", "n", "seed"],
+    "spectra": ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"],
+    "quasistatic": ["n", "seed", "pressure", "prestress"],
+    "correlation": ["n", "seed", "pressure", "law", "beta", "eta_f", "prestress"],
+}
+
+
+def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
+    """Add packings to tables that are there: a packing of both is that of the new ones."""
+
+    def read(name: str) -> pd.DataFrame:
+        parts: list[pd.DataFrame] = []
+        for tables in (new, old):
+            try:
+                parts.append(getattr(tables, name))
+            except (InputError, StorageError, KeyError):
+                continue
+        if len(parts) < 2:
+            return parts[0] if parts else pd.DataFrame()
+        first, second = (pd.MultiIndex.from_frame(part[_WHO[name]].fillna(-1)) for part in parts)
+        kept = [column for column in _COLUMNS[name] if column in parts[0] and column in parts[1]]
+        return pd.concat([parts[0][kept], parts[1].loc[~second.isin(first), kept]], ignore_index=True)
+
+    return EnsembleTables(read, old.facts | new.facts)
+
+
 def reference_tables() -> EnsembleTables:
     """Tables of the reference data shipped with jamlab.
 
@@ -124,7 +154,7 @@ def read_folder(folder: Path) -> EnsembleTables:
     Raises:
         StorageError: no such folder; later, on use, a table that is missing or cannot be read.
     """
-    record = folder / "reference.json"
+    record = folder / RECORD
     try:
         facts = json.loads(record.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -143,7 +173,13 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
         raise StorageError(f"{path} cannot be read ({error}): make it with a campaign that measures {name}") from None
 
 
-def save(tables: EnsembleTables, folder: Path, facts: dict[str, Any], campaign: str = "") -> dict[str, int]:
+def save(
+    tables: EnsembleTables,
+    folder: Path,
+    facts: dict[str, Any],
+    campaign: str = "",
+    before: dict[str, Any] | None = None,
+) -> dict[str, int]:
     """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
 
     Args:
@@ -151,6 +187,7 @@ def save(tables: EnsembleTables, folder: Path, facts: dict[str, Any], campaign: 
         folder: created if missing; its tables are replaced.
         facts: versions, commit and other entries for the page; kept in reference.json.
         campaign: text of the campaign file, kept there too.
+        before: content of the reference.json that some of the packings had before, see `combine`.
 
     Returns:
         Name of each table -> bytes written. Tables without rows are left out.
@@ -176,7 +213,9 @@ def save(tables: EnsembleTables, folder: Path, facts: dict[str, Any], campaign: 
     if not written:
         raise InputError("no table has rows: finish some tasks of the campaign first")
     content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
-    with atomic_file(folder / "reference.json") as temporary:
+    if before is not None:
+        content["before"] = before
+    with atomic_file(folder / RECORD) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return written
 

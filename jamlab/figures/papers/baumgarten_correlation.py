@@ -1,0 +1,201 @@
+"""Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.figures.papers.claims import Claim, claim
+from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, average, bootstrap
+from jamlab.figures.papers.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
+from jamlab.figures.papers.spectral_groups import format_power, select_largest, select_law
+from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+
+Array = NDArray[np.float64]
+
+_PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
+_SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
+
+
+def figure_7(tables: EnsembleTables) -> Drawing:
+    """Correlation of transverse displacements under both laws, and its length."""
+    table = tables.correlation
+    stressed = table["prestress"].astype(bool)
+    table = table[stressed] if stressed.any() else table
+    out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
+    balanced = select_law(table, "contact", beta=1.0)
+    dragged = select_law(table, "stokes", eta_f=1.0)
+    contact, stokes = select_largest(balanced), select_largest(dragged)
+    _draw_contact_correlation(out, a, balanced)
+    _draw_stokes_correlation(out, b, stokes)
+    scale(c)
+    scale(d)
+    n, side = int(stokes["n"].iloc[0]), float(stokes["box"].mean())
+    pressures = sorted(stokes["pressure"].unique(), reverse=True)
+    family: list[tuple[Array, list[Array]]] = []
+    for index, p in enumerate(pressures):
+        part = stokes[stokes["pressure"] == p]
+        omega = np.sort(part["omega"].unique())
+        cubes = [correlations(part[part["omega"] == w]) for w in omega]
+        found = [bootstrap([cube], lambda g: find_first_zero(g[0])) for cube in cubes]
+        y = [np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")]
+        look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
+        out.curve(c, name, omega, *y, **look)
+        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** published.LOG_EXPONENT.value for v in y), **look)
+        family.append((omega / p**0.5, cubes))
+    ends = [stokes["omega"].min(), stokes["omega"].max()]
+    out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
+    label(c, FREQUENCY, r"length $l$  [$d$]")
+    label(d, r"$\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
+    every = {"l/L, contact damping": balanced, "plateau l/L, Stokes drag": dragged}
+    for part, (text, table) in zip((contact, stokes), every.items(), strict=True):
+        out.claims.append(_plateau_claim(out.name, text, part, table))
+    _log_claim(out, n, side, pressures, family)
+    out.caption = (
+        "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
+        "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
+    )
+    return out
+
+
+def _plateau_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame) -> Claim:
+    """Claim on l/L of slow shear, the mean over pressures, since the paper has it independent of pressure.
+
+    Args:
+        part: rows of the size with several packings.
+        table: rows of all sizes.
+    """
+    slow = part[part["omega"] == part["omega"].min()]
+    packings = slow.groupby("pressure")["seed"].nunique()
+    enough = packings.index[packings >= min(FEWEST, packings.max())]
+    pressures = sorted(enough, reverse=True)
+    cubes = [correlations(slow[slow["pressure"] == p]) / [float(slow["box"].mean()), 1.0] for p in pressures]
+    each = [find_first_zero(cube) for cube in cubes]
+    found = bootstrap(cubes, lambda g: np.nanmean([find_first_zero(cube) for cube in g]))
+    listed = f"{', '.join(f'{v:.3f}' for v in each)} at p = {', '.join(f'{p:g}' for p in pressures)}"
+    return claim(
+        name,
+        text,
+        found,
+        published.CORRELATION_LENGTH,
+        how=f"N = {int(part['n'].iloc[0])}, lowest frequency, where both damping laws give the same quasi-static "
+        f"motion; mean of {listed}",
+        cause=f"it is below a quarter at every pressure: {listed}{_larger(table, int(part['n'].iloc[0]))}",
+        shown_by="baumgarten-7 c",
+    )
+
+
+def _larger(table: pd.DataFrame, n: int) -> str:
+    """Say what l/L is in the largest packing, if that is a larger one."""
+    largest = table[table["n"] == table["n"].max()]
+    if largest["n"].iloc[0] == n:
+        return ""
+    slow = largest[(largest["omega"] == largest["omega"].min()) & (largest["pressure"] == largest["pressure"].max())]
+    share = find_first_zero(correlations(slow)) / float(slow["box"].mean())
+    return f"; {share:.3f} at N = {int(slow['n'].iloc[0])}, p = {slow['pressure'].iloc[0]:g}"
+
+
+def correlations(part: pd.DataFrame) -> Array:
+    """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
+    step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
+    numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
+    wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
+    return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
+
+
+def find_first_zero(cube: Array) -> float:
+    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
+    x, c = average(cube[..., 0]), average(cube[..., 1])
+    below = np.flatnonzero(c <= 0)
+    if not len(below) or below[0] == 0:
+        return float("nan")
+    k = below[0]
+    return float(x[k - 1] + (x[k] - x[k - 1]) * c[k - 1] / (c[k - 1] - c[k]))
+
+
+def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+    count = part.groupby("pressure")["n"].nunique()
+    p = float(count.index[count == count.max()].min())
+    part = part[part["pressure"] == p]
+    sizes = np.sort(part["n"].unique())[-2:][::-1]
+    omegas = np.sort(part.loc[part["n"] == sizes[0], "omega"].unique())
+    shown = omegas[np.unique([0, len(omegas) // 2, len(omegas) - 1])]
+    for index, omega in enumerate(shown):
+        for n, fill in zip(sizes, ("full", "none"), strict=False):
+            rows = part[(part["n"] == n) & np.isclose(part["omega"], omega)]
+            if rows.empty:
+                continue
+            look = style(index) | {"fillstyle": fill}
+            name = rf"$N = {n}$, $\omega = {format_power(float(omega))}$"
+            _draw_correlation(out, axes, name, rows, float(rows["box"].mean()), look)
+    axes.axhline(0, color="#888888", linewidth=0.8)
+    label(axes, rf"contact damping, $p = {format_power(p)}$: $\delta / L$", r"$C$")
+
+
+def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+    p = part["pressure"].min()
+    part = part[part["pressure"] == p]
+    omegas = np.sort(part["omega"].unique())
+    omegas = omegas[np.unique(np.linspace(0, len(omegas) - 1, 7).round().astype(int))]
+    for index, omega in enumerate(omegas):
+        name = rf"$\omega = {format_power(float(omega))}$"
+        _draw_correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
+    axes.axhline(0, color="#888888", linewidth=0.8)
+    label(axes, rf"Stokes drag, $p = {format_power(p)}$: distance $\delta$  [$d$]", r"$C$")
+
+
+def _draw_correlation(
+    out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
+) -> None:
+    cube = correlations(rows)
+    band = bootstrap([cube[..., 1]], lambda g: average(g[0]))
+    out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
+
+
+def _log_claim(
+    out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, list[Array]]]
+) -> None:
+    """Claim the exponent of -ln p that collapses the lengths between a few disks and the cut-off of the box."""
+
+    def usable(x: Array, cubes: list[Array]) -> tuple[Array, Array]:
+        lengths = np.array([find_first_zero(cube) for cube in cubes])
+        kept = np.isfinite(lengths) & (lengths < _PLATEAU * side) & (lengths > _SHORTEST)
+        return x[kept], lengths[kept]
+
+    several = [k for k, (x, cubes) in enumerate(family) if len(usable(x, cubes)[0]) > 1]
+    scales = -np.log([pressures[k] for k in several])
+    flat = [cube for k in several for cube in family[k][1]]
+    places = np.cumsum([0, *(len(family[k][1]) for k in several)])
+
+    def fit(drawn: list[Array]) -> float:
+        curves = [
+            usable(family[k][0], drawn[first:last])
+            for k, first, last in zip(several, places[:-1], places[1:], strict=True)
+        ]
+        if min(len(x) for x, _ in curves) < 2:
+            return np.nan
+        return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
+
+    decades = np.log10(_PLATEAU * side / _SHORTEST)
+    enough = len(several) > 2 and decades >= 1
+    found = bootstrap(flat, fit, resamples=RESAMPLES // 4) if enough else None
+    window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
+    how = (
+        f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
+        if enough
+        else f"it takes a decade of lengths {window} at three pressures; N = {n} has {decades:.1f} at {len(several)}"
+    )
+    out.claims.append(
+        claim(
+            out.name,
+            "exponent of -ln p in the collapse of l",
+            found,
+            published.LOG_EXPONENT,
+            how=how,
+            cause=f"lengths span {decades:.1f} decades between two disks and the box",
+            shown_by="baumgarten-7 c",
+        )
+    )

@@ -1,0 +1,29 @@
+"""Count the verdicts of all figures, and say in a few lines why numbers differ."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from jamlab.figures.papers.claims import Claim, Verdict
+
+SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
+
+
+def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
+    """Verdict -> number of claims, in the order of `Verdict`."""
+    found = Counter(c.verdict for c in claims)
+    return {verdict: found[verdict] for verdict in Verdict}
+
+
+def first_line(claims: Sequence[Claim]) -> str:
+    """How many numbers of the papers agree, differ, and so on."""
+    numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(claims).items() if number)
+    return f"{len(claims)} numbers of both papers: {numbers}."
+
+
+def summary(claims: Sequence[Claim]) -> list[str]:
+    """The first line, then one line for each number that differs, with its cause."""
+    lines = [first_line(claims)]
+    for c in claims:
+        if c.verdict is Verdict.DIFFERS:
+            lines.append(f"  {c.figure}, {c.quantity}: {c.value:.4g} for {c.paper_text}: {c.reason}")
+    return lines

@@ -1,0 +1,1 @@
+"""Rheology in time: start-up, steady flow, oscillation, creep and relaxation of packings without inertia."""

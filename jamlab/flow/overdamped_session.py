@@ -1,0 +1,270 @@
+"""One LAMMPS in which a packing without mass flows: at every instant drag balances the elastic forces.
+
+`fix overdamped` of the plugin finds the velocities, moves disks or vertices, strains the box and chooses the steps; the
+decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same by the same parts, `flow.law` and
+`flow.fix`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.checks import is_number
+from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import Damping, StokesDrag
+
+Array = NDArray[np.float64]
+
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
+# over k tau_1; without any, some motion costs no drag and outruns every step. Stress of disks moves by less; droplets
+# that slip past each other outrun every step below
+BACKGROUND = {"sp": 1e-4, "dp": 1e-2}
+_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_LEAST_RESIDUAL = 1e-13  # that rounding leaves
+_LOOK = 20_000  # steps between two looks at how long they are
+_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end
+_SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
+# what tells a flow that has no answer from an engine that fails; the plugin's own words say what to do
+_NO_ANSWER = ("Fix overdamped: the drag is nearly singular", "Fix overdamped: at time", "Lost atoms", "Non-numeric")
+
+
+class FlowState(NamedTuple):
+    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain.
+
+    `energy` is elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate,
+    are per area. `iterations` are those of all solutions so far.
+    """
+
+    time: float
+    strain: float
+    rate: float
+    stress: float
+    elastic_stress: float
+    viscous_stress: float
+    pressure: float
+    normal_stress_difference: float
+    dissipation: float
+    energy: float
+    work: float
+    dissipated: float
+    last_iterations: float
+    step: float
+    iterations: float
+    contacts: float
+
+
+_COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the start
+
+
+class OverdampedSession:
+    """A LAMMPS instance that holds one packing and shears it.
+
+    Args:
+        packing: SP or DP.
+        damping: `ContactDamping` or `StokesDrag`.
+        tolerance: relative error of velocities that a step may make; the residual of the solver follows.
+        background: drag of every particle against the affine flow beside contact damping, over k tau_1.
+
+    Raises:
+        InputError: a value out of range.
+        EngineError: see `Session`.
+    """
+
+    def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+        check_flowing(damping, tolerance, background)
+        self._damping = damping
+        self._fluid = FluidStress(0.0)
+        self._before: FlowState | None = None
+        self._start, self._interval = 0.0, np.inf
+        self._driven = False
+        given = defaults("flow")
+        settings = {name: given[name] for name in ("beta", "alpha", "arms")}
+        settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
+        settings |= {"tau": damping.tau, "background": background, "law": packing.units}
+        self._outlines = ""  # words for drag between outlines
+        if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
+            settings["background"] = 1.0
+        else:
+            settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
+            if packing.model == "dp":
+                self._outlines = f" drag {damping.tau:.17g} {damping.beta:.17g} {damping.alpha:.17g}"
+        self._session = Session(packing)
+        try:
+            self._session.set_variables(settings)
+            if packing.model == "sp":
+                self._take_disk_style()
+                self._session.load(packing, anew=True)  # by the other pair style
+            self._session.command("thermo 0")  # sums of energy and virial at every step would cost a part of the time
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _take_disk_style(self) -> None:
+        if isinstance(self._damping, StokesDrag):
+            self._session.command('variable disk_style string "disk/drag 0 0"')
+        else:
+            self._session.include("flow.law")
+
+    def close(self) -> None:
+        """End LAMMPS and free its memory."""
+        self._session.close()
+
+    def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
+        """Drive the packing from its present state; time and strain count from here.
+
+        Args:
+            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`.
+            interval: of time, after which `advance` returns.
+            longest: step, by default no limit but that of the tolerance.
+            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
+
+        Returns:
+            The state before the first step.
+        """
+        if self._driven:
+            self._session.command("unfix flow")
+        words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
+        self._session.set_variables({"drive": words, "interval": interval})
+        self._before, self._start, self._interval = before, before.time if before else 0.0, interval
+        with _flow_errors():
+            self._session.include("flow.fix")
+            self._driven = True
+            self._fluid = FluidStress(self._damping.eta_f if isinstance(self._damping, StokesDrag) else 0.0, drive)
+            self._session.command("run 0 post no")
+        return self.state()
+
+    def advance(self, steps: int | None = None) -> FlowState:
+        """Go on to the end of the interval, or by so many steps if that comes first.
+
+        Raises:
+            ConvergenceError: velocities that no solver finds or no step resolves: strain, rate and remedy are named.
+        """
+        state = self.state()
+        end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
+        while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
+            now = min(_LOOK, _LOOK if steps is None else steps)
+            with _flow_errors():
+                self._session.command(f"run {now} post no")
+            before, state = state, self.state()
+            if steps is not None:
+                steps -= now
+            if now == _LOOK and state.time < end * (1 - 1e-12):
+                self._check_pace(before, state)
+        return state
+
+    def _check_pace(self, before: FlowState, state: FlowState) -> None:
+        step = (state.time - before.time) / _LOOK
+        smooth = _SMOOTH[0] * self._damping.tau
+        if state.rate:
+            smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
+        if step < _CRAWL * smooth:
+            raise ConvergenceError(
+                f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
+                f"drag, and steps of {step:.1g} lead nowhere: give background = 1e-2, or a lower rate"
+            )
+
+    def state(self) -> FlowState:
+        """Numbers of this instant, those of the fluid of Stokes drag included."""
+        found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
+        found = self._fluid.add_to(found)
+        if self._before is None:
+            return found
+        return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
+
+    def packing(self) -> Packing:
+        """The packing as it is now, in the box as it leans now."""
+        self._session.take_box()
+        return self._session.packing()
+
+    def steps(self) -> int:
+        """Steps taken in this session."""
+        return self._session.steps()
+
+
+class FluidStress:
+    """Viscous stress eta_F rate of the fluid of Stokes drag, which no disk carries; Baumgarten & Tighe eq 8.
+
+    Args:
+        viscosity: eta_F.
+        drive: of the flow: what the fluid dissipates up to a time follows from it.
+    """
+
+    def __init__(self, viscosity: float, drive: str = "rate 0") -> None:
+        self._viscosity = viscosity
+        self._drive = drive
+
+    def add_to(self, state: FlowState) -> FlowState:
+        """Add its stress, dissipation and work to those of the disks."""
+        if not self._viscosity:
+            return state
+        stress, power = self._viscosity * state.rate, self._viscosity * state.rate**2
+        lost = self._viscosity * self._rate_squared(state.time)
+        return state._replace(
+            stress=state.stress + stress,
+            viscous_stress=state.viscous_stress + stress,
+            dissipation=state.dissipation + power,
+            work=state.work + lost,
+            dissipated=state.dissipated + lost,
+        )
+
+    def _rate_squared(self, time: float) -> float:
+        """Integral of the squared rate up to a time."""
+        word, *numbers = self._drive.split()
+        if word != "oscillate":
+            return float(numbers[0]) ** 2 * time
+        amplitude, omega = map(float, numbers)
+        return float((amplitude * omega) ** 2 * (0.5 * time + np.sin(2 * omega * time) / (4 * omega)))
+
+
+def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
+    """Refuse what cannot flow in time.
+
+    Raises:
+        InputError: naming tolerance or background.
+    """
+    if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
+        raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
+    if not (is_number(background) and background >= 0):
+        raise InputError(f"background = {background!r}: must be a drag over k tau_1, 0 or more, such as 1e-2")
+    if background and isinstance(damping, StokesDrag):
+        raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
+
+
+def background_drag(packing: Packing, damping: Damping, background: float | None) -> float:
+    """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
+    if background is not None:
+        return background
+    return 0.0 if isinstance(damping, StokesDrag) else BACKGROUND[packing.model]
+
+
+def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
+    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step.
+
+    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
+    """
+    softest = 1.0 if isinstance(damping, StokesDrag) else background
+    return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
+
+
+@contextmanager
+def _flow_errors() -> Iterator[None]:
+    try:
+        yield
+    except EngineError as error:
+        if not any(words in str(error) for words in _NO_ANSWER):
+            raise
+        raise ConvergenceError(str(error).partition("ERROR: ")[2].partition(" (")[0] or str(error)) from error

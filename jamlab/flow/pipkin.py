@@ -1,0 +1,104 @@
+"""Pipkin diagram: Lissajous figures over frequency and amplitude, from linear elastic to flowing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.checks import checked
+from jamlab.errors import InputError
+from jamlab.flow.oscillation import Oscillation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Pipkin:
+    """Oscillations of one packing at several frequencies and amplitudes.
+
+    >>> found = [jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), 1.0, a, cycles=2) for a in (0.01, 0.1)]
+    >>> jamlab.pipkin(found).amplitude
+    array([0.01, 0.1 ])
+
+    Attributes:
+        oscillations: (m,), in the order given.
+    """
+
+    oscillations: tuple[Oscillation, ...]
+
+    @property
+    def omega(self) -> Array:
+        """(m,) angular frequencies."""
+        return np.array([found.omega for found in self.oscillations])
+
+    @property
+    def amplitude(self) -> Array:
+        """(m,) amplitudes of the strain."""
+        return np.array([found.amplitude for found in self.oscillations])
+
+    @property
+    def storage(self) -> Array:
+        """(m,) G' of the first harmonic."""
+        return np.array([found.storage for found in self.oscillations])
+
+    @property
+    def loss(self) -> Array:
+        """(m,) G'' of the first harmonic."""
+        return np.array([found.loss for found in self.oscillations])
+
+    def __repr__(self) -> str:
+        late = sum(not found.converged for found in self.oscillations)
+        words = f"{late} NOT PERIODIC" if late else "all periodic"
+        return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies; {words})"
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw stress over strain of each oscillation, scaled to one size, at its frequency and amplitude.
+
+        Colour says how large the third harmonic is beside the first.
+
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> found = [jamlab.oscillate(p, w, a, cycles=2) for w in (1.0, 3.0) for a in (0.01, 0.1)]
+        >>> ax = jamlab.pipkin(found).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of all loops.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.flow.flow_plot import draw_pipkin
+        from jamlab.plotting.axes import axes_for
+
+        with axes_for(ax, style) as axes:
+            draw_pipkin(axes, self, **style)
+        return axes
+
+
+@checked
+def pipkin(oscillations: Sequence[Oscillation]) -> Pipkin:
+    """Collect oscillations in a diagram.
+
+    >>> found = [jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), w, 0.01, cycles=2) for w in (1.0, 3.0)]
+    >>> jamlab.pipkin(found).omega
+    array([1., 3.])
+
+    Args:
+        oscillations: one or more.
+
+    Raises:
+        InputError: none.
+    """
+    if not len(oscillations):
+        raise InputError("a Pipkin diagram needs an oscillation: give results of jamlab.oscillate")
+    return Pipkin(tuple(oscillations))

@@ -1,0 +1,39 @@
+"""Read back the result of a flow from its file."""
+
+from typing import Any
+
+from jamlab.checks import checked
+from jamlab.errors import StorageError
+from jamlab.flow.creep_run import CreepRun
+from jamlab.flow.oscillation import Oscillation
+from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.run_file import read_result
+from jamlab.flow.shear_run import ShearRun
+from jamlab.flow.steady_flow import FlowCurve
+from jamlab.flow.stress_relaxation import StressRelaxation
+from jamlab.packing.verified_file import FilePath, opened
+
+Flow = ShearRun | FlowCurve | Oscillation | CreepRun | StressRelaxation
+
+_KINDS: dict[str, Any] = {
+    kind.__name__: kind for kind in (ShearRun, QuasistaticShear, FlowCurve, Oscillation, CreepRun, StressRelaxation)
+}
+
+
+@checked
+def read_flow(path: FilePath) -> Flow:
+    """Read what `shear`, `flow_curve`, `oscillate`, `creep` or `relax_stress` wrote; `jamlab.read` its packings.
+
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5, out="run.h5")
+    >>> bool(np.all(jamlab.read_flow("run.h5").stress == r.stress))
+    True
+
+    Raises:
+        StorageError: no such file, or it holds no flow.
+    """
+    with opened(path) as file:
+        kind = file["flow"].attrs.get("kind") if "flow" in file else None
+    if kind not in _KINDS:
+        raise StorageError(f"{path} holds no flow: give a file that jamlab shear, flow-curve, ... wrote")
+    found: Flow = read_result(path, _KINDS[kind])
+    return found

@@ -1,0 +1,142 @@
+"""Keep the result of a flow in an HDF5 file, with its packings; a run that was interrupted goes on from there.
+
+The file is one of packings, laid out as in `jamlab.packing.hdf5`: `jamlab.read`, `jamlab explore` and MDAnalysis open
+it, and its frames are the packings of the run. Beside them stands the group /flow: a dataset for each array of the
+result, and as attributes `kind`, the name of its class, `facts`, all else in JSON, `damping`, and `task`, what was
+asked for, by which a run is known again.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from jamlab.errors import StorageError
+from jamlab.packing.atomic_file import atomic_file, check_target
+from jamlab.packing.checksum import add_checksum
+from jamlab.packing.hdf5 import file_image, read_all
+from jamlab.packing.packing import Packing
+from jamlab.packing.stored_values import dataset
+from jamlab.packing.verified_file import REMEDY, opened
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+
+FilePath = str | os.PathLike[str]
+R = TypeVar("R")
+
+_EVERY = 30.0  # s between two versions of a file
+_LAWS: dict[str, Callable[..., Damping | None]] = {
+    "none": lambda: None,
+    "ContactDamping": ContactDamping,
+    "StokesDrag": StokesDrag,
+}
+_APART = ("frames", "damping")  # fields of a result that have a place of their own
+
+
+class RunFile(Generic[R]):
+    """Where a run is kept, or nowhere.
+
+    Args:
+        path: of the file, or None.
+        kind: class of the result: a dataclass with `frames` and `damping`.
+        packing: where the run starts.
+        damping: drag law; None for a run without time.
+        task: what else makes it this run, in plain numbers and text.
+
+    Attributes:
+        before: what the file holds of the same run, or None.
+
+    Raises:
+        StorageError: the file cannot be written.
+    """
+
+    def __init__(
+        self, path: FilePath | None, kind: type[R], packing: Packing, damping: Damping | None, task: dict[str, Any]
+    ) -> None:
+        self._path = None if path is None else Path(path)
+        self._task = json.dumps({**task, **_describe(damping)}, sort_keys=True)
+        self._saved = time.monotonic()
+        self.before: R | None = None
+        if self._path is None:
+            return
+        check_target(self._path)
+        if self._path.exists():
+            self.before = self._read_same(self._path, kind, packing)
+
+    def save(self, result: Callable[[], R], *, now: bool = False) -> None:
+        """Write the run as it is, `now` or if the file has not been brought up to date for a while."""
+        if self._path is None or not (now or time.monotonic() - self._saved > _EVERY):
+            return
+        write_result(self._path, result(), self._task)
+        self._saved = time.monotonic()
+
+    def _read_same(self, path: Path, kind: type[R], packing: Packing) -> R | None:
+        try:
+            with opened(path) as file:
+                group = file.get("flow")
+                if group is None or group.attrs.get("kind") != kind.__name__ or group.attrs.get("task") != self._task:
+                    return None
+            found = read_result(path, kind)
+        except StorageError:  # damaged, or no file of jamlab: it will be replaced, as by `write`
+            return None
+        first: Packing = found.frames[0]  # type: ignore[attr-defined]
+        same = first.difference(packing) is None and np.array_equal(first.box, packing.box)
+        # LAMMPS wraps positions into its box and back, which rounds
+        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=1e-9) else None
+
+
+def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
+    """Write a result of this room to a file, all or nothing.
+
+    Args:
+        path: to create or replace.
+        result: dataclass with `frames` and `damping`.
+        task: see `RunFile`.
+    """
+    entries = {f.name: getattr(result, f.name) for f in fields(result) if f.name not in _APART}
+
+    def add_group(file: Any) -> None:
+        group = file.create_group("flow")
+        rest = {name: value for name, value in entries.items() if not isinstance(value, np.ndarray)}
+        for name in entries.keys() - rest.keys():
+            group[name] = entries[name]
+        group.attrs["kind"] = type(result).__name__
+        group.attrs["facts"] = json.dumps(rest)
+        group.attrs["damping"] = json.dumps(_describe(result.damping))
+        group.attrs["task"] = task
+
+    marks = {name: [p.provenance.get(name, 0.0) for p in result.frames] for name in ("flow_time", "flow_strain")}
+    content = add_checksum(file_image(result.frames, marks, add_group))
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def read_result(path: FilePath, kind: type[R]) -> R:
+    """Read a result of a known class.
+
+    Raises:
+        StorageError: the file holds none, or another.
+    """
+    with opened(path) as file:
+        group = file.get("flow")
+        if group is None or group.attrs["kind"] != kind.__name__:
+            raise StorageError(f"{path} holds no {kind.__name__}: give a file that its command wrote")
+        arrays = {name: dataset(group, name, "biufc")[()] for name in group}
+        facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
+    try:
+        damping = _LAWS[law.pop("law")](**law)
+        return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})
+    except (KeyError, TypeError, ValueError) as error:
+        raise StorageError(f"{path} is damaged (its {kind.__name__} is not whole: {error}): {REMEDY}") from error
+
+
+def _describe(damping: Damping | None) -> dict[str, Any]:
+    if damping is None:
+        return {"law": "none"}
+    return {"law": type(damping).__name__, **asdict(damping)}

@@ -1,0 +1,135 @@
+"""Start-up of shear at a constant rate: overshoot, steady state, plastic events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from jamlab.checks import checked
+from jamlab.errors import InputError
+from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.stress_drops import StressDrops, stress_drops
+from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LEAST_DROP = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
+TRANSIENT = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4
+_OVER = 0.02  # by which a peak must exceed the last stress, to be one
+
+
+class Peak(NamedTuple):
+    """Largest shear stress of a start-up, and where it is."""
+
+    strain: float
+    stress: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShearRun(FlowRun):
+    """Shear at a constant rate; rows and packings as in `FlowRun`.
+
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.05, rows=5)
+    >>> bool(np.allclose(r.stress, r.elastic_stress + r.viscous_stress))
+    True
+
+    Attributes:
+        shear_rate: rate that was asked for, 1/tau_1; 0: see `QuasistaticShear`.
+        strain_asked: strain at which it was to end; less is reached by a run that was interrupted.
+    """
+
+    shear_rate: float
+    strain_asked: float
+
+    @property
+    def peak(self) -> Peak | None:
+        """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None."""
+        k = int(np.argmax(self.stress[self.strain <= TRANSIENT]))
+        if k == 0 or k == len(self.stress) - 1 or self.stress[k] < (1 + _OVER) * self.stress[k + 1 :].min():
+            return None
+        return Peak(float(self.strain[k]), float(self.stress[k]))
+
+    @property
+    def drops(self) -> StressDrops:
+        """Falls of the elastic stress by more than 1 % of its range."""
+        return stress_drops(self.strain, self.elastic_stress, LEAST_DROP * float(np.ptp(self.elastic_stress)))
+
+    @property
+    def plastic_events(self) -> int:
+        """Number of drops. At a finite rate events overlap and small ones are hidden: it counts what is seen."""
+        return len(self.drops.size)
+
+    @checked
+    def steady(self, name: str = "stress", *, discard: float = TRANSIENT) -> BlockAverage:
+        """Average a quantity over the steady flow, with its error from blocks.
+
+        The shear stress is the work done between rows over the strain, so that nothing between them is missed.
+
+        Args:
+            name: of an array of this run, such as "pressure".
+            discard: strain of start-up that is left out.
+
+        Raises:
+            InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
+        """
+        kept = self.strain >= discard * (1 - 1e-9)
+        if kept.sum() <= 2 * FEWEST_BLOCKS:
+            raise InputError(
+                f"{kept.sum()} rows lie beyond strain {discard:g}, {2 * FEWEST_BLOCKS + 1} are needed: shear on beyond "
+                f"{self.strain[-1]:g}, or ask for more rows"
+            )
+        values = getattr(self, name, None)
+        if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
+            raise InputError(f"name = {name!r}: a ShearRun has no such array")
+        if name == "stress" and self.shear_rate:
+            return block_average(np.diff(self.work[kept]) / np.diff(self.strain[kept]))
+        return block_average(values[kept][1:])
+
+    @property
+    def verdict(self) -> str:
+        """What the run has reached, in words."""
+        words = [] if self.finished else [f"interrupted at strain {self.strain[-1]:.3g} of {self.strain_asked:g}"]
+        peak = self.peak
+        words.append(f"peak {peak.stress:.3g} at strain {peak.strain:.3g}" if peak else "no overshoot")
+        if self.strain[-1] <= TRANSIENT:
+            return ", ".join([*words, f"no steady state yet: it takes strain {TRANSIENT:g} and more"])
+        try:
+            mean = self.steady()
+        except InputError:
+            return ", ".join([*words, "too few rows for a mean"])
+        state = "steady" if mean.steady else "NOT STEADY: the stress still drifts"
+        return ", ".join([*words, f"{state}, stress {mean.value:.4g} ± {mean.error:.1g}"])
+
+    @property
+    def finished(self) -> bool:
+        """Whether the strain asked for is reached."""
+        return bool(self.strain[-1] >= self.strain_asked * (1 - 1e-9))
+
+    def __repr__(self) -> str:
+        kind = f"rate={self.shear_rate:g}" if self.shear_rate else "quasi-static"
+        return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.verdict})"
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw shear stress and its elastic part over strain.
+
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, rows=10).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.flow.flow_plot import draw_startup
+        from jamlab.plotting.axes import axes_for
+
+        with axes_for(ax, style) as axes:
+            draw_startup(axes, self, **style)
+        return axes

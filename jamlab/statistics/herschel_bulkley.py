@@ -1,0 +1,136 @@
+"""The law of Herschel and Bulkley for flow curves: a yield stress and a power law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import curve_fit
+
+from jamlab.checks import checked, finite_array
+from jamlab.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+_LEVEL = 1.96  # standard errors on either side of a 95 % interval
+_STEEPEST = 2.0  # exponent
+
+
+@dataclass(frozen=True)
+class HerschelBulkley:
+    """sigma = yield_stress + consistency rate^exponent.
+
+    >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
+    >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
+    >>> fit = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4))
+    >>> round(fit.yield_stress, 6), round(fit.exponent, 6)
+    (0.002, 0.5)
+
+    Attributes:
+        yield_stress, consistency, exponent: of the law.
+        yield_stress_error, consistency_error, exponent_error: standard errors; where the points scatter by more than
+            their errors, as much larger.
+        misfit: root of chi squared per degree of freedom: 1 if the points scatter as their errors say; nan of three.
+        rates, stress, stress_error: (m,) what was fitted.
+        unit: of stress, for labels.
+    """
+
+    yield_stress: float
+    consistency: float
+    exponent: float
+    yield_stress_error: float
+    consistency_error: float
+    exponent_error: float
+    misfit: float
+    rates: Array = field(repr=False)
+    stress: Array = field(repr=False)
+    stress_error: Array = field(repr=False)
+    unit: str = field(default="", repr=False)
+
+    def __call__(self, rates: ArrayLike) -> Array:
+        """Stress at rates, of their shape."""
+        return _law(np.asarray(rates, dtype=np.float64), self.yield_stress, self.consistency, self.exponent)
+
+    @property
+    def exponent_interval(self) -> tuple[float, float]:
+        """95 % interval of the exponent."""
+        return self.exponent - _LEVEL * self.exponent_error, self.exponent + _LEVEL * self.exponent_error
+
+    def __str__(self) -> str:
+        yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_error:.1g}"
+        return f"{yields}, n = {self.exponent:.3f} ± {self.exponent_error:.3f}"
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw the points with their errors and the law through them, on logarithmic axes.
+
+        >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
+        >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
+        >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D that draws the law.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.plotting.axes import axes_for, in_unit, label_axes
+        from jamlab.plotting.fitted_curves import draw_fit
+
+        rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
+        label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
+        with axes_for(ax, style) as axes:
+            draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_error), True, **style)
+            label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
+        return axes
+
+
+@checked
+def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLike, unit: str = "") -> HerschelBulkley:
+    """Fit the law to a flow curve by least squares in (law - stress)/error; the yield stress may be negative.
+
+    A yield stress below its error means that none is seen.
+
+    Args:
+        rates, stress, stress_error: (m,), three points at least, all rates and errors positive.
+        unit: of stress, for labels.
+
+    Raises:
+        InputError: too few points, or values that are not positive.
+        ConvergenceError: no fit is found.
+    """
+    x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
+    if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
+        raise InputError(
+            f"{len(x)} rates, {len(y)} stresses, {len(error)} errors: three points of the curve are needed"
+        )
+    if min(x.min(), error.min()) <= 0:
+        raise InputError("rates and errors of the stress must be positive")
+    start = (0.5 * y.min(), (y.max() - 0.5 * y.min()) / x.max() ** 0.5, 0.5)
+    bounds = ([-np.inf, 0.0, 0.0], [np.inf, np.inf, _STEEPEST])
+    try:
+        best, covariance = curve_fit(
+            _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(y.max(), start[1], 0.5)
+        )
+    except RuntimeError as failure:
+        raise ConvergenceError(f"no Herschel-Bulkley law fits these {len(x)} points: {failure}") from failure
+    freedom = len(x) - 3
+    misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
+    errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)
+    (yields, consistency, exponent), (a, b, c) = best.tolist(), errors.tolist()
+    return HerschelBulkley(yields, consistency, exponent, a, b, c, misfit, x, y, error, unit)
+
+
+_NAMES = ("rates", "stress", "stress_error")
+
+
+def _law(rate: Array, yield_stress: float, consistency: float, exponent: float) -> Array:
+    return np.asarray(yield_stress + consistency * rate**exponent)

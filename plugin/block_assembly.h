@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_BLOCK_ASSEMBLY_H
+#define JAMLAB_BLOCK_ASSEMBLY_H
+
+#include "atom.h"
+#include "block_cholesky.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* Sums up the matrix of a quadratic form over atoms, as far as both atoms of a block are those of this
+   rank: a ghost counts as the atom that it is an image of. */
+
+class BlockAssembly {
+ public:
+  using Block = BlockCholesky::Block;
+
+  explicit BlockAssembly(class Atom *atom) : atom(atom) {}
+
+  int owner(int i) const    // -1: another rank's
+  {
+    const int own = i < atom->nlocal ? i : atom->map(atom->tag[i]);
+    return own < atom->nlocal ? own : -1;
+  }
+
+  // the block of i and j, two arguments of the form; that of j and i is its transposed one and is not given
+  void add(int i, int j, const Block &b)
+  {
+    const int own_i = owner(i), own_j = owner(j);
+    if (own_i < 0 || own_j < 0) return;
+    if (i != j && own_i == own_j)
+      entries.push_back({own_i, own_i, {2.0 * b.xx, b.xy + b.yx, b.xy + b.yx, 2.0 * b.yy}});
+    else
+      entries.push_back({own_i, own_j, b});
+  }
+
+  void fill(BlockCholesky &matrix, bool new_pattern) const
+  {
+    if (new_pattern) {
+      std::vector<std::pair<int, int>> pairs;
+      for (const Entry &e : entries) pairs.emplace_back(e.i, e.j);
+      matrix.set_pattern(atom->nlocal, pairs);
+    }
+    matrix.clear();
+    for (const Entry &e : entries) matrix.add(e.i, e.j, e.block);
+  }
+
+ private:
+  Atom *atom;
+  struct Entry {
+    int i, j;
+    Block block;
+  };
+  std::vector<Entry> entries;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

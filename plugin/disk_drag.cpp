@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#include "disk_drag.h"
+
+#include "pair_disk_drag.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+using namespace LAMMPS_NS;
+
+// A disk with few contacts has a singular block; what the shift adds, in parts of its trace, slows convergence only
+static constexpr double BLOCK_SHIFT = 1e-3;
+static constexpr double ROUNDING = 4e-16;
+static constexpr int PEELS = 20;    // chains of loose disks are shorter
+
+/* ---------------------------------------------------------------------- */
+
+DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair) :
+    DragSolver(world, exchange, settings, pair.drag()), contacts(pair.contacts())
+{
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::take(int local, int ghost, double /*ahead*/)
+{
+  make_room(local, ghost);
+  weights.resize(contacts.size());
+  for (auto &each : blocks) each.resize(local + ghost);
+}
+
+/* ----------------------------------------------------------------------
+   approach and slip of j past i, the affine flow included
+------------------------------------------------------------------------- */
+
+void DiskDrag::slip(const DiskContact &c, const Motions &u, double rate, double &approach, double &slide) const
+{
+  const Motion &a = u[c.i], &b = u[c.j];
+  const double x = b.x - a.x + rate * c.ny * c.distance, y = b.y - a.y;
+  approach = x * c.nx + y * c.ny;
+  slide = y * c.nx - x * c.ny - c.arm_i * a.spin - c.arm_j * b.spin;
+}
+
+/* ----------------------------------------------------------------------
+   out = B p + b rate; power = (p, rate) B (p, rate); flow = b p + c rate, of all ranks
+------------------------------------------------------------------------- */
+
+void DiskDrag::multiply(Motions &p, double rate, Motions &out, double &power, double &flow)
+{
+  exchange.send_to_ghosts(p);
+  std::fill(out.begin(), out.end(), Motion());
+  double sums[2] = {0.0, 0.0};
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const DiskContact &c = contacts[k];
+    double approach, slide;
+    slip(c, p, rate, approach, slide);
+    const double push = weights[k] * approach, rub = law.beta * weights[k] * slide;
+    const double fx = push * c.nx - rub * c.ny, fy = push * c.ny + rub * c.nx;
+    Motion &a = out[c.i], &b = out[c.j];
+    a.x -= fx;
+    a.y -= fy;
+    a.spin -= rub * c.arm_i;
+    b.x += fx;
+    b.y += fy;
+    b.spin -= rub * c.arm_j;
+    sums[0] += c.share * (push * approach + rub * slide);
+    sums[1] += c.share * fx * c.ny * c.distance;
+  }
+  exchange.add_from_ghosts(out);
+  if (settings.background > 0.0)
+    for (int i = 0; i < nlocal; i++) {
+      out[i].x += settings.background * p[i].x;
+      out[i].y += settings.background * p[i].y;
+      sums[0] += settings.background * (p[i].x * p[i].x + p[i].y * p[i].y);
+    }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, world);
+  power = sums[0];
+  flow = sums[1];
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::find_weights(const Motions &u, double rate)
+{
+  std::vector<double> square(law.alpha == 1.0 ? 0 : contacts.size());
+  double squares = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < square.size(); k++) {
+    double approach, slide;
+    slip(contacts[k], u, rate, approach, slide);
+    square[k] = law.square(approach, slide);
+    squares += contacts[k].share * square[k];
+    count += contacts[k].share;
+  }
+  const double slowest = law.alpha == 1.0 ? 0.0 : speed_floor(squares, count);
+  for (std::size_t k = 0; k < contacts.size(); k++)
+    weights[k] = contacts[k].stiffness * law.weight(square.empty() ? 0.0 : square[k], slowest);
+}
+
+/* ----------------------------------------------------------------------
+   the block of each disk in B, inverted; and c
+------------------------------------------------------------------------- */
+
+void DiskDrag::find_preconditioner(bool free_rate)
+{
+  Motions &first = blocks[0], &second = blocks[1];    // xx xy yy, xs ys ss: two exchanges of three numbers
+  std::fill(first.begin(), first.end(), Motion());
+  std::fill(second.begin(), second.end(), Motion());
+  double c_flow = 0.0;
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const DiskContact &c = contacts[k];
+    const double w = weights[k], v = law.beta * w;
+    const double xx = w * c.nx * c.nx + v * c.ny * c.ny, yy = w * c.ny * c.ny + v * c.nx * c.nx;
+    const double xy = (w - v) * c.nx * c.ny;
+    for (const auto &[n, arm, sign] : {std::tuple{c.i, c.arm_i, 1.0}, std::tuple{c.j, c.arm_j, -1.0}}) {
+      first[n].x += xx;
+      first[n].y += xy;
+      first[n].spin += yy;
+      second[n].x -= sign * v * arm * c.ny;    // slide = sign (ny, -nx) u - arm spin
+      second[n].y += sign * v * arm * c.nx;
+      second[n].spin += v * arm * arm;
+    }
+    c_flow += c.share * xx * c.ny * c.ny * c.distance * c.distance;
+  }
+  exchange.add_from_ghosts(first);
+  exchange.add_from_ghosts(second);
+  for (int i = 0; i < nlocal; i++) {
+    const double shift = BLOCK_SHIFT * (first[i].x + first[i].spin) + settings.background;
+    const double a = first[i].x + shift, b = first[i].y, d = first[i].spin + shift;
+    const double e = second[i].x, f = second[i].y, g = second[i].spin + shift;
+    const double det = a * (d * g - f * f) - b * (b * g - e * f) + e * (b * f - d * e);
+    if (!(det > 0.0)) {
+      inverse[i] = {};
+      continue;
+    }
+    inverse[i] = {(d * g - f * f) / det, (e * f - b * g) / det, (a * g - e * e) / det,
+                  (b * f - d * e) / det, (b * e - a * f) / det, (a * d - b * b) / det};
+  }
+  c_flow = sum(c_flow);
+  inverse_flow = free_rate && c_flow > 0.0 ? 1.0 / c_flow : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   squared norm that rounding of the contact forces leaves in any residual
+------------------------------------------------------------------------- */
+
+double DiskDrag::rounding() const
+{
+  double total = 0.0;
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const DiskContact &c = contacts[k];
+    total += c.share * c.force * c.force / (weights[k] + settings.background);
+  }
+  return ROUNDING * ROUNDING * sum(total);
+}
+
+/* ----------------------------------------------------------------------
+   A disk with too few contacts to hold it keeps no velocity from the last step: nothing would ever
+   take away the part that costs no drag. Its neighbours may be loose without it. If the contacts
+   that remain are too few to hold the disks that remain, none keeps its velocity.
+------------------------------------------------------------------------- */
+
+void DiskDrag::let_go_of_loose(Motions &u)
+{
+  const double least = law.beta > 0.0 ? 2.0 : 3.0, isostatic = law.beta > 0.0 ? 3.0 : 4.0;
+  Motions &held = blocks[0], &count = blocks[1];
+  for (auto &one : held) one.x = 1.0;
+  for (int round = 0; round < PEELS; round++) {
+    std::fill(count.begin(), count.end(), Motion());
+    for (const DiskContact &c : contacts) {
+      if (held[c.i].x == 0.0 || held[c.j].x == 0.0) continue;
+      count[c.i].x += 1.0;
+      count[c.j].x += 1.0;
+    }
+    exchange.add_from_ghosts(count);
+    double totals[3] = {0.0, 0.0, 0.0};    // disks that come loose, disks held, ends of their contacts
+    for (int i = 0; i < nlocal; i++) {
+      if (held[i].x == 0.0) continue;
+      if (count[i].x < least) {
+        held[i].x = 0.0;
+        u[i] = Motion();
+        totals[0] += 1.0;
+      }
+      totals[1] += 1.0;
+      totals[2] += count[i].x;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, totals, 3, MPI_DOUBLE, MPI_SUM, world);
+    if (totals[0] == 0.0) {
+      if (totals[2] < isostatic * totals[1]) std::fill_n(u.begin(), nlocal, Motion());
+      return;
+    }
+    exchange.send_to_ghosts(held);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::elastic_moment() const
+{
+  double elastic = 0.0;
+  for (const DiskContact &c : contacts) elastic -= c.share * c.force * c.nx * c.ny * c.distance;
+  return sum(elastic);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FlowSums DiskDrag::add_up(const Motions &u, double rate)
+{
+  FlowSums sums;
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    const DiskContact &c = contacts[k];
+    double approach, slide;
+    slip(c, u, rate, approach, slide);
+    const double push = weights[k] * approach, rub = law.beta * weights[k] * slide;
+    const double x = push * c.nx - rub * c.ny, y = push * c.ny + rub * c.nx, part = c.share * c.distance;
+    sums.elastic -= part * c.force * c.nx * c.ny;
+    sums.viscous += part * x * c.ny;
+    sums.xx += part * (x - c.force * c.nx) * c.nx;
+    sums.yy += part * (y - c.force * c.ny) * c.ny;
+    sums.energy += c.share * 0.5 * c.force * c.force / c.stiffness;
+    sums.dissipation += c.share * (push * approach + rub * slide);
+    sums.contacts += c.share;
+  }
+  for (int i = 0; i < nlocal; i++) {
+    const double square = u[i].x * u[i].x + u[i].y * u[i].y;
+    sums.speed += sqrt(square);
+    sums.dissipation += settings.background * square;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sums, sizeof(FlowSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  return sums;
+}
+
+/* ----------------------------------------------------------------------
+   time in which a contact relaxes: drag over stiffness. The background slows it at least by the
+   share of a disk with twelve half contacts.
+------------------------------------------------------------------------- */
+
+double DiskDrag::least_relaxation_time() const
+{
+  double least = HUGE_VAL;
+  for (std::size_t k = 0; k < contacts.size(); k++)
+    least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
+  return law.alpha * least;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::memory_usage() const
+{
+  return DragSolver::memory_usage() + weights.capacity() * sizeof(double) +
+      2.0 * blocks[0].capacity() * sizeof(Motion);
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_DRAG_LAW_H
+#define JAMLAB_DRAG_LAW_H
+
+#include <cmath>
+
+namespace LAMMPS_NS {
+
+/* Drag on the relative velocity at a contact, Baumgarten & Tighe eqs 5, 6 and 9: with the approach
+   v_n and the slip v_t, the dissipation function is
+   R = sum k tau^alpha/(alpha + 1) (v_n^2 + beta v_t^2)^((alpha + 1)/2), lengths in the unit of length. */
+
+struct DragLaw {
+  double beta = 1.0, tau = 1.0, alpha = 1.0;
+  bool arms_to_contact = false;    // of disks: levers end in the middle of the overlap, not at the radius
+
+  double square(double approach, double slide) const
+  {
+    return tau * tau * (approach * approach + beta * slide * slide);
+  }
+
+  // drag over velocity of a contact of unit stiffness; both squares as above
+  double weight(double square, double slowest) const
+  {
+    return alpha == 1.0 ? tau : tau * std::pow(square + slowest, 0.5 * (alpha - 1.0));
+  }
+};
+
+// Below, the drag of the contacts that move least grows beyond all others and no solver converges
+inline constexpr double LEAST_ALPHA = 0.4;
+inline constexpr double LARGEST_BETA = 1e12;    // both drags stand in one matrix of 16 digits
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+#ifndef JAMLAB_DROPLET_STIFFNESS_H
+#define JAMLAB_DROPLET_STIFFNESS_H
+
+#include "drag_solver.h"
+
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/* A vertex and the point (1 - t) tail + t head of the edge that it meets. */
+
+struct DropletMeeting {
+  int vertex, tail, head;
+  double t, nx, ny, distance;    // unit vector from the edge to the vertex
+  double stiffness, force;       // second and, as a push, first derivative of the energy by the distance
+  double tx, ty, length;         // direction and length of the edge; 0: the vertex meets a corner of it
+};
+
+/* The Hessian K of the energy of droplets, as products with displacements: terms and formulas as in
+   jamlab.mechanics.energy_terms. Displacements are those beside an affine shear, which comes apart. */
+
+class DropletStiffness {
+ public:
+  DropletStiffness(class LAMMPS *lmp, class FixPolygonArea *area) : lmp(lmp), area(area) {}
+
+  void take(const std::vector<DropletMeeting> &);
+
+  // out += factor K (p, strain), ghosts included in both; returns factor (k p + kappa strain), of this rank
+  double add_product(const Motions &p, double strain, double factor, Motions &out);
+
+  // factor K; whole: false, for a little on the diagonal instead of the terms that can be negative, which forces make
+  void assemble(double factor, bool whole, class BlockAssembly &) const;
+
+  double largest_tension() const;
+
+ private:
+  class LAMMPS *lmp;
+  class FixPolygonArea *area;
+  const std::vector<DropletMeeting> *meetings = nullptr;
+  struct Edge {    // block of its line tension
+    int i, j;
+    double y, xx, xy, yy;
+    bool own_i, own_j;    // takes part of the force here
+    double share;
+  };
+  std::vector<Edge> edges;
+  struct Vertex {    // of an area: slope da/dx
+    int i, prev, next, polygon;
+    double slope_x, slope_y, y;
+  };
+  std::vector<Vertex> vertices;
+  std::vector<double> stretch;
+
+  void assemble_contacts(double factor, bool whole, BlockAssembly &) const;
+  void assemble_areas(double factor, bool whole, BlockAssembly &) const;
+  double add_contacts(const Motions &p, double strain, double factor, Motions &out) const;
+  double add_tension(const Motions &p, double strain, double factor, Motions &out) const;
+  double add_areas(const Motions &p, double strain, double factor, Motions &out);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

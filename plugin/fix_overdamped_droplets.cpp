@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Steps of droplets: backward differences of second order with steps of any length. With q the positions
+   and u their velocities beside the affine flow, r the ratio of this step dt to the last one,
+
+     q = q_last + r^2/(1 + 2 r) (q_last - q_before) + ahead u,   ahead = dt (1 + r)/(1 + 2 r).
+
+   Forces are evaluated at the q of the mean velocity u* of two steps, and those at the end of the step are
+   F - ahead K (u - u*). An extrapolated u* would open and close a contact in turn, step after step. Where
+   the correction goes too far, or K is negative, a shorter step is taken from q_last: a droplet that slips
+   past others moves as fast as drag allows, at once if nothing drags on it. */
+
+#include "fix_overdamped.h"
+
+#include "atom.h"
+#include "domain.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr double FARTHEST = 0.005;   // that forces may take a vertex beside its prediction, units of length
+static constexpr double RETRY = 0.25;       // step over one that was too long
+static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
+
+/* ----------------------------------------------------------------------
+   A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
+   which vertices without drag cannot stand, act from the first step on.
+------------------------------------------------------------------------- */
+
+void FixOverdamped::start_droplets()
+{
+  if (state.step > 0.0 || drive == STRESS) {
+    solver->accept(now, state.rate);
+    return;
+  }
+  if (const DragSolver::Result result = find_velocities(false); !result.converged) refuse(result);
+}
+
+/* ----------------------------------------------------------------------
+   part of the last step's displacement that this one repeats
+------------------------------------------------------------------------- */
+
+double FixOverdamped::repeated(double ratio)
+{
+  return ratio * ratio / (1.0 + 2.0 * ratio);
+}
+
+/* ----------------------------------------------------------------------
+   strain of the next step where the stress is given; of the rate as of other velocities
+------------------------------------------------------------------------- */
+
+double FixOverdamped::droplet_strain_step(double dt) const
+{
+  const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0;
+  const double rate = state.rate + ratio * (state.rate - state.rate_before);
+  return repeated(ratio) * state.strain_step + dt * (1.0 + ratio) / (1.0 + 2.0 * ratio) * rate;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::predict_droplets(double dt, double strain_step)
+{
+  const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, again = repeated(ratio);
+  const double per_time = state.last_step > 0.0 ? 1.0 / (state.last_step + state.step_before) : 0.0;
+  const double leaned = state.strain_step, ylo = domain->boxlo[1];
+  ahead = dt * (1.0 + ratio) / (1.0 + 2.0 * ratio);
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion v = now[i], m = moved[i], w = moved_before[i];
+    Motion u = {(m.x + w.x + leaned * w.y) * per_time, (m.y + w.y) * per_time, 0.0};    // as the box leans now
+    if (per_time == 0.0) u = v;
+    const double dx = again * m.x + ahead * u.x, dy = again * m.y + ahead * u.y;
+    x[i][1] += dy;
+    x[i][0] += dx + strain_step * (x[i][1] - ylo);
+    before[i] = v;
+    now[i] = {u.x + strain_step * u.y, u.y, 0.0};
+    moved_before[i] = m;
+    moved[i] = {dx + strain_step * dy, dy, 0.0};
+  }
+  state.step_before = state.last_step;
+}
+
+/* ----------------------------------------------------------------------
+   sum over vertices of how far the last step is off, over its time: displacements differ from the mean
+   velocity of both ends by dt^2 u''/12, and those of backward differences from the exact ones by 2/9
+------------------------------------------------------------------------- */
+
+double FixOverdamped::droplet_error() const
+{
+  double off = 0.0;
+  const double dt = state.last_step, leaned = state.strain_step;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion &u = now[i], &v = before[i], &m = moved[i];
+    off += hypot(m.x / dt - 0.5 * (u.x + v.x + leaned * v.y), m.y / dt - 0.5 * (u.y + v.y));
+  }
+  return 8.0 / 3.0 * off;
+}
+
+/* ----------------------------------------------------------------------
+   from where the prediction went to where the velocities lead; the box too, if its rate was free.
+   false: the step was too long
+------------------------------------------------------------------------- */
+
+bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_rate,
+                                     const DragSolver::Result &result)
+{
+  if (!result.converged || farthest_correction(predicted) > FARTHEST) {
+    if (state.last_step < SHORTEST * (droplet_law.tau > 0.0 ? droplet_law.tau : 1.0)) refuse(result);
+    return false;
+  }
+  const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double dx = ahead * (now[i].x - predicted[i].x), dy = ahead * (now[i].y - predicted[i].y);
+    moved[i].x += dx;
+    moved[i].y += dy;
+    x[i][1] += dy;
+    x[i][0] += dx;
+    if (drive == STRESS) x[i][0] += extra * (x[i][1] - ylo);
+  }
+  if (drive == STRESS) {
+    state.strain_step += extra;
+    state.strain += extra;
+    domain->xy += extra * domain->yprd;
+    domain->set_global_box();
+    domain->set_local_box();
+  }
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::farthest_correction(const Motions &predicted) const
+{
+  double farthest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    farthest = std::max(farthest, hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y));
+  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
+  return ahead * farthest;
+}
+
+/* ----------------------------------------------------------------------
+   to the start of the step, from which a shorter one begins without history
+------------------------------------------------------------------------- */
+
+void FixOverdamped::step_back()
+{
+  const double leaned = state.strain_step, ylo = domain->boxlo[1];
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    x[i][1] -= moved[i].y;
+    x[i][0] -= moved[i].x + leaned * (x[i][1] - ylo);
+    now[i] = before[i];
+    moved[i] = moved_before[i] = Motion();
+  }
+  domain->xy -= leaned * domain->yprd;
+  domain->set_global_box();
+  domain->set_local_box();
+  const double iterations = state.iterations;
+  state = at_start;
+  state.iterations = iterations;
+  state.last_step = state.step_before = 0.0;
+  state.step = RETRY * update->dt;
+  update->update_time();
+  update->dt = state.step;
+}

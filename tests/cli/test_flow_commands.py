@@ -1,0 +1,59 @@
+"""The commands of flow in time: tables, files, pictures, and a run that goes on."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from commands import call
+
+import jamlab
+
+RUNS = {  # words after the file -> columns of the table, and a note
+    ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): (
+        "normal_stress_difference",
+        "no steady state yet",
+    ),
+    ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous_stress", "|G*_3|/|G*_1|"),
+    ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "STILL CREEPS"),
+    ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "residual stress"),
+    ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress_error", "no Herschel-Bulkley fit"),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("flow")
+    jamlab.pack(n=16, pressure=2e-2, seed=2).write(folder / "p.h5")
+    return folder
+
+
+@pytest.mark.parametrize("words", RUNS, ids=lambda words: words[0])
+def test_command(folder, words):
+    """The second call finds the run done, in the file of the first."""
+    name, *options = words
+    column, note = RUNS[words]
+    picture = ["--plot", f"{name}.png"] if name in ("shear", "flow-curve") else []
+    done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", *picture)
+    assert done.exit_code == 0, done.stderr
+    assert column in done.stdout and note in done.stdout and f"wrote {name}.h5" in done.stdout
+    assert not picture or (folder / f"{name}.png").stat().st_size > 5000
+    found = jamlab.read_flow(folder / f"{name}.h5")
+    again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")
+    printed = json.loads(again.stdout)
+    assert printed["stress"] == pytest.approx(found.stress.tolist()) and printed["verdict"] == found.verdict
+    table = pd.read_csv(folder / f"{name}.csv")
+    assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
+
+
+def test_refusals(folder, monkeypatch):
+    monkeypatch.setattr("jamlab.flow.flow_plan.TRIAL", 0.0)
+    for words, message in {
+        ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "cannot draw p.txt",
+        ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",
+        ("shear", "p.h5", "--rate", "-1"): "rate = -1.0: must be",
+        ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "s, of 1 s given",
+    }.items():
+        done = call(folder, *words)
+        assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
+    assert not (folder / "slow.h5").exists()

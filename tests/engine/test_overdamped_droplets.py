@@ -1,0 +1,185 @@
+"""fix overdamped over droplets: against the frequency domain and native forces; energy, box, files, what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from disk_flows import first_harmonic
+from droplet_flows import CONTACT, STOKES, DropletFlow
+
+import jamlab
+
+LAWS = {CONTACT: jamlab.ContactDamping(), STOKES: jamlab.StokesDrag(eta_f=0.0)}
+
+
+@pytest.fixture(scope="module")
+def packing():
+    """Eight droplets of the default law at rho = 0.92, stable under shear: `jam("dp", 8, 3)`, shear-stabilized."""
+    return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+
+
+@pytest.mark.parametrize(("drag", "newton"), [(CONTACT, "on"), (STOKES, "off")])
+def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, drag, newton):
+    """0 for both: vertices move so that no contact slides, and Stokes drag has no part in the affine flow."""
+    limit = jamlab.complex_modulus(packing, [1.0], LAWS[drag]).eta_inf
+    native = jamlab.evaluate(packing)
+    with DropletFlow(tmp_path, packing, "rate 0.01 solver 1e-10", drag, newton) as flow:
+        row = flow.run(0)
+        assert flow.forces() == pytest.approx(native.forces, abs=1e-12)
+    assert row["viscous"] / 0.01 == pytest.approx(limit, abs=1e-9)
+    assert row["elastic"] == pytest.approx(-native.stress[0, 1], abs=1e-13)
+    assert row["pressure"] == pytest.approx(native.pressure, rel=1e-9)
+    assert row["energy"] * packing.area == pytest.approx(native.energy, rel=1e-12)
+
+
+def modulus(folder, packing, omega, drag, tolerance, newton="on", cycles=3, points=12):
+    amplitude = 1e-5
+    settings = f"tolerance {tolerance} solver 1e-6 stop {2 * np.pi / omega / points:.17g}"
+    with DropletFlow(folder, packing, f"oscillate {amplitude} {omega} {settings}", drag, newton) as flow:
+        rows = [flow.run() for _ in range(cycles * points)][-2 * points :]
+    time, stress = (np.array([row[name] for row in rows]) for name in ("time", "stress"))
+    return first_harmonic(time, stress, omega) / amplitude
+
+
+@pytest.mark.parametrize(("drag", "omega"), [(CONTACT, 1.0), pytest.param(STOKES, 1.0, marks=pytest.mark.slow)])
+def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, packing, drag, omega):
+    expected = jamlab.complex_modulus(packing, [omega], LAWS[drag])
+    found = modulus(tmp_path, packing, omega, drag, 1e-3, newton="off")
+    assert abs(found - complex(expected.storage[0], expected.loss[0])) < 1e-3 * abs(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contact", ["outline", "segment/smooth"])
+@pytest.mark.parametrize("beta", [0.0, 0.1, 1.0, None])
+@pytest.mark.parametrize("omega", [0.1, 1.0, 10.0])
+def test_modulus_at_three_frequencies(tmp_path, packing, contact, beta, omega):
+    """Contact drag with any share of sliding, and Stokes drag (None); another contact form after relaxation."""
+    if contact != packing.params["contact"]:
+        packing = next(
+            jamlab.compress(packing.with_state(params=packing.params | {"contact": contact}), to=0.925, step=1)
+        )
+    law = jamlab.StokesDrag(eta_f=0.0) if beta is None else jamlab.ContactDamping(beta=beta)
+    drag = STOKES if beta is None else f"drag 1 {beta} 1"
+    expected = jamlab.complex_modulus(packing, [omega], law)
+    exact = complex(expected.storage[0], expected.loss[0])
+    coarse, fine = (modulus(tmp_path, packing, omega, drag, tolerance, cycles=4) for tolerance in (1e-3, 1e-4))
+    assert abs(coarse - exact) < 1e-3 * abs(exact)
+    assert abs(fine - exact) < max(2e-4, 0.5 * abs(coarse - exact) / abs(exact)) * abs(exact)
+
+
+def test_drag_is_the_matrix_of_the_frequency_domain(tmp_path, packing):
+    """Viscous stress, dissipation and balance of forces at the velocities of a flow, by B of `damping_matrix`."""
+    with DropletFlow(tmp_path, packing, "rate 0.3 solver 1e-9 longest 1e-3", "drag 1 0.3 1 background 0.2") as flow:
+        first, start = flow.run(5), flow.state()
+        row, end = flow.run(1), flow.state()
+    dt = row["time"] - first["time"]
+    moved = end.positions - start.positions
+    moved[:, 0] -= 0.3 * dt * 0.5 * (start.positions + end.positions)[:, 1]
+    rates = np.append(moved / dt, 0.3)
+    middle = start.with_state(positions=0.5 * (start.positions + end.positions), box=0.5 * (start.box + end.box))
+    drag = jamlab.dynamical_matrices(middle, jamlab.ContactDamping(beta=0.3))[1] @ rates
+    share = 0.2 / np.bincount(packing.particle)[packing.particle]
+    forces = jamlab.evaluate(middle).forces
+    viscous = 0.5 * (first["viscous"] + row["viscous"])
+    assert drag[-1] / packing.area == pytest.approx(viscous, rel=1e-3)
+    assert drag[:-1].reshape(-1, 2) + share[:, None] * moved / dt == pytest.approx(forces, abs=1e-3 * abs(drag).max())
+
+
+@pytest.mark.parametrize(
+    ("drag", "rate"), [(STOKES, 0.1), pytest.param(CONTACT + " background 1e-2", 0.01, marks=pytest.mark.slow)]
+)
+def test_flow_over_a_flip_keeps_energy_and_forces(tmp_path, packing, drag, rate):
+    """Work is stored or dissipated; the state is a packing with the energy and the stress that the fix says."""
+    with DropletFlow(tmp_path, packing, f"rate {rate} tolerance 1e-3 solver 1e-6 stop {0.1 / rate}", drag) as flow:
+        rows = [flow.run(0), *(flow.run() for _ in range(6))]
+        state = flow.state()
+        native = jamlab.evaluate(state)
+    row = rows[-1]
+    assert row["strain"] == pytest.approx(0.6, rel=1e-9) and state.box[1, 0] < 0.5 * state.box[0, 0]
+    stored = row["energy"] - rows[0]["energy"]
+    assert row["work"] == pytest.approx(row["dissipated"] + stored, rel=0.02)
+    assert row["energy"] * state.area == pytest.approx(native.energy, rel=1e-4)
+    assert row["elastic"] == pytest.approx(-native.stress[0, 1], abs=1e-4)
+
+
+def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
+    fix = "rate 0.1 solver 1e-10 " + CONTACT
+    with DropletFlow(tmp_path, packing, fix, "") as flow:
+        whole = flow.run(30)
+    assert whole["iterations"] < 8 * 30  # factors of the matrix are its preconditioner
+    with DropletFlow(tmp_path, packing, fix, "") as flow:
+        flow.run(13)
+        flow.lmp.command(f"write_restart {tmp_path}/half.restart")
+        split = flow.run(17)
+        law = packing.params
+        for line in (
+            *("clear", f"read_restart {tmp_path}/half.restart", "fix d_a0 all property/atom d_a0"),
+            *("special_bonds lj/coul 1.0 1.0 1.0", "neigh_modify every 1 delay 0 check yes"),
+            *(f"fix area all polygon/area {law['ka']:.17g} d_a0", f"fix flow all overdamped {fix}"),
+        ):
+            flow.lmp.command(line)
+        again = flow.run(17)
+    for name in ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step"):
+        assert split[name] == pytest.approx(whole[name], rel=1e-6), name
+        assert again[name] == pytest.approx(whole[name], rel=1e-6), name
+
+
+@pytest.mark.parametrize("drag", [STOKES, pytest.param(CONTACT, marks=pytest.mark.slow)])
+def test_creep_ends_at_stress_over_modulus(tmp_path, packing, drag):
+    """A small stress is kept; the strain tends to that of the relaxed modulus."""
+    with DropletFlow(tmp_path, packing, "rate 0", drag) as flow:
+        residual = flow.run(0)["stress"]
+    added = 1e-6
+    settings = f"stress {residual + added:.17g} tolerance 1e-3 solver 1e-7 stop 5000"
+    with DropletFlow(tmp_path, packing, settings, drag) as flow:
+        last = flow.run()
+    assert last["stress"] - residual == pytest.approx(added, rel=1e-3)
+    assert added / last["strain"] == pytest.approx(jamlab.shear_modulus(packing), rel=3e-3)
+
+
+def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
+    def stress(drag):
+        with DropletFlow(tmp_path, packing, "rate 1e-2 solver 1e-9 longest 0.05", drag) as flow:
+            return flow.run(10)["viscous"]
+
+    assert stress("drag 1 1 0.999999999") == pytest.approx(stress("drag 1 1 1"), rel=1e-6)
+
+
+def test_an_edge_that_outgrows_the_cutoff_stops_the_run(tmp_path, packing):
+    """Ghosts reach as far as the longest edge allowed: beyond, contacts would be missed without a word."""
+    with DropletFlow(tmp_path, packing, "rate 30 tolerance 0.1 solver 1e-2 stop 0.05", "background 1") as flow:
+        with pytest.raises(Exception, match=r"the edge between atoms \d+ and \d+ is .* long, more than the 1.5"):
+            for _ in range(20):
+                flow.run()
+
+
+def test_contact_drag_alone_ends_where_droplets_slip(tmp_path, packing):
+    """What no drag holds moves at once; a background drag takes it through."""
+    settings = "rate 0.1 tolerance 0.1 solver 1e-3 stop 0.5"
+    with DropletFlow(tmp_path, packing, settings, CONTACT) as flow:
+        with pytest.raises(Exception, match=r"droplets slip past each other, .* give a background drag, such as 1e-2"):
+            for _ in range(10):
+                flow.run()
+
+
+@pytest.mark.parametrize(
+    ("fix", "message"),
+    [
+        ("rate 1", "no drag at all: give drag tau beta alpha, or a background drag"),
+        ("rate 1 drag 0 1 1", "no drag at all: tau = 0 of drag needs a background drag"),
+        ("rate 1 drag 1 1", r"drag needs 3 value\(s\)"),
+        ("rate 1 drag -1 1 1", "tau -1 of drag must be a time, or 0"),
+        ("rate 1 drag 1 -1 1", "beta -1 of drag must lie between 0 and"),
+        ("rate 1 drag 1 1 0.3", "alpha 0.3 of drag must lie between 0.4 and 1"),
+    ],
+)
+def test_refused(tmp_path, packing, fix, message):
+    with pytest.raises(Exception, match=message), DropletFlow(tmp_path, packing, fix, "") as flow:
+        flow.run(0)
+
+
+def test_an_area_fix_of_all_is_needed(tmp_path, packing):
+    with DropletFlow(tmp_path, packing, "rate 1", STOKES) as flow:
+        flow.lmp.command("unfix area")
+        with pytest.raises(Exception, match="droplets need one fix polygon/area, of group all"):
+            flow.run(0)

@@ -1,0 +1,54 @@
+"""Droplets in time: against the frequency domain, native forces and the decks' own units."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+
+
+@pytest.fixture(scope="module")
+def droplets():
+    """Eight droplets of the default law at rho = 0.92, stable under shear: `jam("dp", 8, 3)`, shear-stabilized."""
+    return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+
+
+@pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3, tau=2.0)])
+def test_small_oscillations_have_the_modulus_of_the_frequency_domain(droplets, law):
+    found = jamlab.oscillate(droplets, omega=1.0, amplitude=1e-5, damping=law)
+    exact = jamlab.complex_modulus(droplets, [1.0], law)
+    expected = complex(exact.storage[0], exact.loss[0])
+    assert abs(complex(found.storage, found.loss) - expected) < 1e-3 * abs(expected)
+
+
+def test_a_small_step_relaxes_to_the_modulus_at_rest(droplets):
+    found = jamlab.relax_stress(droplets, strain=1e-5, duration=1e5)
+    assert found.modulus[-1] == pytest.approx(jamlab.shear_modulus(droplets), rel=1e-3)
+    assert np.all(np.diff(found.modulus) < 1e-3 * found.modulus[:-1])  # its tolerance
+
+
+@pytest.mark.parametrize(
+    "law", [jamlab.StokesDrag(eta_f=0.5), pytest.param(jamlab.ContactDamping(), marks=pytest.mark.slow)]
+)
+def test_flow_over_a_flip_gives_a_packing(droplets, law, tmp_path):
+    """Work is stored or lost; the last state is whole, with the energy and the stress that the run says."""
+    found = jamlab.shear(droplets, rate=0.1, strain=0.6, damping=law, rows=6, out=tmp_path / "run.h5")
+    state = jamlab.read(tmp_path / "run.h5")
+    assert state.box[1, 0] < 0.5 * state.box[0, 0] and not state.converged
+    native = jamlab.evaluate(state)
+    assert found.energy[-1] * state.area == pytest.approx(native.energy, rel=1e-3)
+    assert found.elastic_stress[-1] == pytest.approx(-native.stress[0, 1], rel=1e-3)
+    stored = found.energy[-1] - found.energy[0]
+    assert found.work[-1] == pytest.approx(found.dissipated[-1] + stored, rel=0.02)
+
+
+def test_quasistatic_shear_of_droplets(droplets):
+    found = jamlab.shear(droplets, rate=0, strain=2e-3, step=5e-4)
+    assert found.converged.all()
+    assert found.stress[-1] - found.stress[0] == pytest.approx(2e-3 * jamlab.shear_modulus(droplets), rel=0.05)
+
+
+def test_without_background_droplets_that_slip_are_refused(droplets):
+    with pytest.raises(jamlab.ConvergenceError, match=r"slip past each other.*give a background drag"):
+        jamlab.shear(droplets, rate=0.1, strain=0.6, background=0.0, rows=2)

@@ -1,0 +1,137 @@
+"""Steady flow: averages, fits, files, plans, and flows that have no answer."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.flow.flow_plan import FlowPlan
+from jamlab.flow.overdamped_session import OverdampedSession
+from jamlab.statistics.block_average import block_average
+from jamlab.statistics.herschel_bulkley import herschel_bulkley
+
+
+@pytest.fixture(scope="module")
+def curve(disks, tmp_path_factory):
+    """Two rates, and a third on top of the file; discarding no more than the averages need."""
+    path = tmp_path_factory.mktemp("curve") / "curve.h5"
+    shares = []
+    how = {"strain": 1.0, "discard": 0.5, "out": path}
+    two = jamlab.flow_curve(disks, [0.03, 0.3], progress=lambda _, share: shares.append(share), **how)
+    three = jamlab.flow_curve(disks, [0.1, 0.3], **how)
+    assert shares[-1] == pytest.approx(1.0) and shares == sorted(shares)
+    return two, three, path
+
+
+def test_flow_curve(curve, disks):
+    two, three, path = curve
+    assert three.rates.tolist() == [0.03, 0.1, 0.3]
+    assert np.array_equal(three.stress[[0, 2]], two.stress)  # not run again
+    assert np.all(np.diff(three.stress) > 0) and np.all(three.stress_error < 0.3 * three.stress)
+    assert np.all(three.elastic_stress < three.stress) and np.all(three.pressure > 0)
+    assert three.dissipation == pytest.approx(three.stress * three.rates, rel=0.2)  # less what is stored
+    assert len(three.packings) == 3 and np.array_equal(three.frames[0].positions, disks.positions)
+    read = jamlab.read_flow(path)
+    assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
+    assert ("steady at every rate" in repr(three)) == bool(three.steady.all())
+
+
+@pytest.mark.slow
+def test_rates_side_by_side_are_those_one_after_the_other(curve, disks):
+    found = jamlab.flow_curve(disks, [0.1, 0.3], strain=1.0, discard=0.5, processes=2)
+    assert found.stress == pytest.approx(curve[1].stress[1:], rel=1e-9)
+
+
+def test_herschel_bulkley_finds_its_own_law():
+    rng = np.random.default_rng(1)
+    rates = np.geomspace(1e-5, 1e-1, 9)
+    stress = 6e-4 + 0.1 * rates**0.5
+    error = 0.02 * stress
+    assert herschel_bulkley(rates, stress, error).exponent == pytest.approx(0.5, abs=1e-6)
+    inside = 0
+    for _ in range(40):
+        fit = herschel_bulkley(rates, stress + error * rng.standard_normal(9), error)
+        low, high = fit.exponent_interval
+        inside += low < 0.5 < high
+        assert fit(rates) == pytest.approx(stress, rel=0.2)
+    assert inside >= 35
+    assert "n = 0." in str(fit)
+    with pytest.raises(jamlab.InputError, match="2 rates, 2 stresses, 2 errors: three points"):
+        herschel_bulkley([1.0, 2.0], [1.0, 2.0], [1.0, 1.0])
+    with pytest.raises(jamlab.InputError, match="must be positive"):
+        herschel_bulkley([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [1.0, 0.0, 1.0])
+
+
+def test_block_errors_of_a_correlated_series():
+    """x_k = a x_(k-1) + noise: the mean of n values errs by 1/((1 - a) sqrt n), the naive error is far smaller."""
+    rng, a, n = np.random.default_rng(2), 0.9, 4096
+    errors, means = [], []
+    for _ in range(30):
+        x = np.zeros(n)
+        for k, noise in enumerate(rng.standard_normal(n)):
+            x[k] = a * x[k - 1] + noise
+        found = block_average(x)
+        errors.append(found.error)
+        means.append(found.value)
+        assert abs(found.drift) < 5
+    true = 1 / ((1 - a) * np.sqrt(n))
+    assert np.mean(errors) == pytest.approx(true, rel=0.3) and np.std(means) == pytest.approx(true, rel=0.4)
+    assert not block_average(np.linspace(0, 1, 64)).steady
+    assert block_average(np.full(16, 2.0)) == (block_average([2.0] * 16)) and block_average([2.0] * 16).steady
+    with pytest.raises(jamlab.InputError, match="at least 16 numbers"):
+        block_average([1.0, 2.0])
+
+
+def test_plan_says_what_does_not_fit(disks):
+    plan = jamlab.plan_flow(disks, [1.0, 0.1], strain=3.0)
+    assert plan.rates.tolist() == [0.1, 1.0] and np.all(plan.seconds == 3 * plan.seconds_per_strain)
+    made = FlowPlan(np.array([1e-5, 1e-4, 1e-3]), np.array([100.0, 10.0, 1.0]), 2.0)
+    made.check(222.0)
+    with pytest.raises(jamlab.InputError, match=r"rate = 1e-05: strain 2 .* 2e.02 s.*rates from 0.0001 on fit"):
+        made.check(60.0)
+    with pytest.raises(jamlab.InputError, match=r"no rate fits, or strain 0\.009"):
+        made.check(1.0)
+
+
+def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):
+    """Motion that costs hardly any drag makes steps short; here every flow is said to crawl."""
+    from jamlab.flow import overdamped_session
+
+    monkeypatch.setattr(overdamped_session, "_LOOK", 10)
+    monkeypatch.setattr(overdamped_session, "_CRAWL", 1e3)
+    with pytest.raises(jamlab.ConvergenceError, match=r"rate 0.1 contacts leave motion.*give background = 1e-2"):
+        jamlab.shear(disks, 0.1)
+
+
+def test_a_solver_that_fails_says_where(disks):
+    with OverdampedSession(disks, jamlab.ContactDamping(), 1e-6, 0.0) as session:
+        with pytest.raises(jamlab.ConvergenceError, match=r"^Fix overdamped: .*singular at time 0.*background drag.*"):
+            session.drive("rate 1 iterations 3", 1.0)
+
+
+@pytest.mark.parametrize("rate", [0.1, 3.0])
+def test_background_drag_carries_fast_flow_without_sliding_drag(disks, rate):
+    found = jamlab.shear(disks, rate, 1.0, jamlab.ContactDamping(beta=0.0), background=1e-2, rows=20)
+    assert found.strain[-1] == pytest.approx(1.0) and np.all(np.isfinite(found.stress))
+    assert found.energy.max() < 0.2 and "background drag 0.01" in repr(found)
+
+
+def test_loose_disks_flow(disks):
+    loose = disks.with_state(box=1.4 * disks.box, positions=1.4 * disks.positions)
+    found = jamlab.shear(loose, 0.01, 0.5, rows=10)
+    assert found.strain[-1] == pytest.approx(0.5) and np.all(found.stress >= -1e-9)
+
+
+def test_refused(disks, tmp_path):
+    for message, call in {
+        r"rates = \[\]: give one or more": lambda: jamlab.flow_curve(disks, []),
+        r"rates = \[0.0\]": lambda: jamlab.flow_curve(disks, [0.0]),
+        "strain = 0.1: average over 1": lambda: jamlab.flow_curve(disks, [1.0], strain=0.1),
+        "processes = 0": lambda: jamlab.flow_curve(disks, [1.0], processes=0),
+    }.items():
+        with pytest.raises(jamlab.InputError, match=message):
+            call()
+    disks.write(tmp_path / "p.h5")
+    with pytest.raises(jamlab.StorageError, match="holds no flow"):
+        jamlab.read_flow(tmp_path / "p.h5")
+    with pytest.raises(jamlab.StorageError, match="there is no folder"):
+        jamlab.shear(disks, 0.1, out=tmp_path / "none" / "run.h5")

@@ -1,0 +1,156 @@
+"""Quasi-static shear: a closed form, the linear branch, independence of the step, events, flips of the box."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.flow.quasistatic_shear import quasistatic_shear
+from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.packing.deformation import sheared
+
+
+def crystal(distance=0.9):
+    """Hexagonal crystal of unit disks, 4 x 4, in units "k"."""
+    i, j = np.divmod(np.arange(16), 4)
+    x = distance * np.column_stack([i + 0.5 * (j % 2), np.sqrt(0.75) * j])
+    return jamlab.Packing("sp", distance * np.diag([4.0, 4 * np.sqrt(0.75)]), x, {"k": 2.0}, "k", np.ones(16))
+
+
+def meetings(packing):
+    """Disks that touch; vertices with the edges, or with the corners, that they touch."""
+    if packing.model == "sp":
+        return set(map(tuple, jamlab.contacts(packing).pairs))
+    found = vertex_contacts(packing)
+    corner = np.where(found.place == 1, packing.successor[found.tail], found.tail)
+    inside = (found.place > 0) & (found.place < 1)
+    return set(zip(found.vertex, np.where(inside, found.tail, -1 - corner), strict=True))
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=24, pressure=1e-2, seed=4)
+
+
+@pytest.fixture(scope="module")
+def run(packing):
+    return quasistatic_shear(packing, strain=0.024, step=2e-3)
+
+
+def test_a_crystal_is_sheared_affinely():
+    """Until it gives way: springs of three directions, whose lengths follow from the strain; 3 contacts a disk."""
+    a, k = 0.9, 2.0
+    found = quasistatic_shear(crystal(a), strain=0.12, step=0.01)
+    r = a * np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)], [-0.5, np.sqrt(0.75)]])
+    r = r + found.strain[:, None, None] * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]) * r[:, [1]]
+    length = np.hypot(r[..., 0], r[..., 1])
+    overlap = np.maximum(0.0, 1.0 - length)
+    area = a * a * np.sqrt(0.75)  # of a disk
+    assert found.stress == pytest.approx(-(k * overlap * r[..., 0] * r[..., 1] / length).sum(axis=1) / area, abs=1e-12)
+    assert found.energy == pytest.approx(0.5 * k * (overlap**2).sum(axis=1) / area, rel=1e-11)
+    n1 = (-k * overlap * (r[..., 0] ** 2 - r[..., 1] ** 2) / length).sum(axis=1) / area
+    assert found.normal_stress_difference == pytest.approx(n1, abs=1e-12)
+    assert found.converged.all() and not len(found.events)
+
+
+@pytest.mark.parametrize(("model", "step"), [("sp", 1e-4), ("dp", 2e-6)])
+def test_stress_between_events_rises_with_the_shear_modulus(request, packing, model, step):
+    """By the mean of G at both ends, in every step in which no contact changes; vertices of droplets slide along."""
+    start = packing if model == "sp" else request.getfixturevalue("dp_dense")
+    found = quasistatic_shear(start, strain=4 * step, step=step, every=step, tolerance=1e-13)
+    states = found.frames
+    assert found.converged.all() and len(states) == len(found.strain) == 5
+    modulus = np.array([jamlab.shear_modulus(state) for state in states])
+    who = [meetings(state) for state in states]
+    same = [one == two for one, two in pairwise(who)]
+    assert sum(same) >= 2
+    slope = np.diff(found.stress) / np.diff(found.strain)
+    assert slope[same] == pytest.approx(0.5 * (modulus[1:] + modulus[:-1])[same], rel=1e-3)
+
+
+@pytest.mark.parametrize("times", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_states_up_to_the_first_event_do_not_depend_on_the_step(packing, run, times):
+    """Nor does the place of the event, within a step."""
+    fine = quasistatic_shear(packing, strain=run.events.strain[0], step=2e-3 / times)
+    until = run.strain < run.events.strain[0] - 1e-9
+    assert until.sum() > 5
+    assert fine.stress[::times][: until.sum()] == pytest.approx(run.stress[until], rel=1e-6)
+    assert 0 <= run.events.strain[0] - fine.events.strain[0] < 2e-3
+
+
+def test_work_is_stored_but_for_what_events_release(run):
+    work = np.sum(0.5 * (run.stress[1:] + run.stress[:-1]) * np.diff(run.strain))
+    released = run.events.released.sum()
+    assert len(run.events) and np.all(run.events.released > 0) and np.all(run.events.stress_drop > 0)
+    assert work - released == pytest.approx(run.energy[-1] - run.energy[0], rel=0.05, abs=0.05 * released)
+
+
+def test_resolution_finds_where_an_event_is(packing, run):
+    """Steps are halved at the first event only, down to the width asked for, and go on from behind it."""
+    first = run.events.strain[0]
+    found = quasistatic_shear(packing, strain=first, step=2e-3, resolution=1e-4)
+    assert np.all(found.events.width <= 1e-4 * (1 + 1e-9))
+    assert first - 2e-3 < found.events.strain[0] <= first + 1e-12
+    assert np.diff(found.strain).max() == pytest.approx(2e-3)
+    assert found.strain[-1] == pytest.approx(first, abs=1e-12)
+
+
+def test_the_box_flips_and_energy_goes_on(packing):
+    """The same lattice: a packing that leans too far is one that leans back, of the same energy and stress."""
+    found = quasistatic_shear(packing, strain=0.6, step=0.05, every=0.1)
+    assert [round(frame.provenance["flow_strain"], 12) for frame in found.frames] == [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    assert found.packing.box[1, 0] == pytest.approx(-0.4 * packing.box[0, 0])
+    last = jamlab.evaluate(found.packing)
+    assert last.energy / packing.area == pytest.approx(found.energy[-1], rel=1e-12)
+    assert -last.stress[0, 1] == pytest.approx(found.stress[-1], abs=1e-14)
+    before = found.frames[-2]
+    ahead = sheared(before, 0.08)
+    assert quasistatic_shear(ahead, strain=1e-9, step=1e-9).energy[0] == pytest.approx(
+        quasistatic_shear(before, strain=0.08, step=0.08).energy[-1], rel=1e-9
+    )
+
+
+def test_shear_at_rate_0_is_quasistatic_and_goes_on_from_its_file(packing, run, tmp_path):
+    """Up to the step that an interrupted run had reached, and on to the same end."""
+    file = tmp_path / "run.h5"
+
+    def stop(words, share):
+        if share > 0.6:
+            raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("jamlab.flow.run_file._EVERY", 0.0)
+        jamlab.shear(packing, rate=0, strain=0.1, step=2e-3, out=file, progress=stop)
+    part = jamlab.read_flow(file)
+    assert not part.finished and "interrupted at strain 0.06" in part.verdict
+    seen = []
+    found = jamlab.shear(packing, 0, 0.1, step=2e-3, out=file, progress=lambda words, share: seen.append(share))
+    assert min(seen) > 0.6 and found.finished
+    assert found.stress == pytest.approx(run.stress, abs=1e-9)
+    assert found.plastic_events == len(run.events) == len(jamlab.read_flow(file).events)
+    assert found.work[-1] - found.dissipated[-1] == pytest.approx(found.energy[-1] - found.energy[0])
+    assert found.contacts[0] == jamlab.contacts(packing).count
+    assert found.packing.difference(jamlab.read(file)) is None
+
+
+def test_states_that_miss_the_tolerance_say_so(packing):
+    found = quasistatic_shear(packing, strain=1e-3, step=5e-4, tolerance=1e-15)
+    assert np.array_equal(found.converged, found.max_force <= 1e-15)
+    assert found.packing.converged is bool(found.converged[-1])
+    assert found.packing.max_force == found.max_force[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"strain": 0.0}, "strain = 0.0: must be a number above 0"),
+        ({"strain": 0.5, "step": 0.2}, "step = 0.2: must be a number above 0 and at most 0.1"),
+        ({"strain": 0.1, "step": 0.01, "resolution": 0.02}, "resolution = 0.02: .* at most 0.01"),
+        ({"strain": 0.1, "step": 0.01, "every": 0.001}, "every = 0.001: frames cannot be closer than the step"),
+        ({"strain": 0.1, "tolerance": 1e-20}, "tolerance = 1e-20: rounding leaves larger forces"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(packing, arguments, message):
+    with pytest.raises(jamlab.InputError, match=message):
+        quasistatic_shear(packing, **arguments)

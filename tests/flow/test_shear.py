@@ -1,0 +1,148 @@
+"""Start-up of shear: balances, packings on the way, files, refusals."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.flow.stress_drops import stress_drops
+
+
+@pytest.fixture(scope="module")
+def run(disks):
+    return jamlab.shear(disks, 0.1, 5.0, rows=250, frames=0.5)
+
+
+def test_rows_add_up_and_end_where_asked(run, disks):
+    assert run.strain == pytest.approx(np.linspace(0, 5, 251), rel=1e-9)
+    assert run.time == pytest.approx(10 * run.strain, rel=1e-9)
+    assert run.stress == pytest.approx(run.elastic_stress + run.viscous_stress)
+    assert run.elastic_stress[0] == pytest.approx(-jamlab.evaluate(disks).stress[0, 1])
+    assert run.viscous_stress[0] == pytest.approx(0.1 * jamlab.complex_modulus(disks, [1.0]).eta_inf, rel=1e-3)
+
+
+def test_work_is_stored_or_lost_and_steady_flow_loses_stress_times_rate(run):
+    stored = run.energy - run.energy[0]
+    assert run.work[-1] == pytest.approx(run.dissipated[-1] + stored[-1], rel=0.02)
+    kept = run.strain >= 1.0
+    lost = np.ptp(run.dissipated[kept]) / np.ptp(run.time[kept])
+    change = np.ptp(stored[kept][[0, -1]]) / np.ptp(run.time[kept])
+    assert abs(lost - 0.1 * run.steady().value) <= change + 0.02 * lost
+
+
+def test_units_of_energy(disks):
+    """Stiffness eps over the squared distance of contact; the same as LAMMPS' own disks, before and after."""
+    packing = jamlab.Packing("sp", disks.box, disks.positions, {"eps": 2.0}, "eps", disks.diameters)
+    found = jamlab.shear(packing, 0.1, 0.1, jamlab.ContactDamping(beta=0.5, tau=0.5), rows=2)
+    for k, state in ((0, packing), (-1, found.packing)):
+        own = jamlab.evaluate(state)
+        assert found.elastic_stress[k] == pytest.approx(-own.stress[0, 1], abs=1e-12)
+        assert found.energy[k] * state.area == pytest.approx(own.energy, rel=1e-9)
+    assert found.unit == "ε/σ²"
+
+
+@pytest.mark.parametrize("k", [1, 10])
+def test_packings_on_the_way_are_whole_and_their_forces_those_of_plain_loops(run, touching, tmp_path, k):
+    """Past flips of the box, at strain 0.5 and 5."""
+    packing = run.frames[k]
+    assert packing.provenance["flow_strain"] == pytest.approx(0.5 * k, rel=1e-9)
+    assert not packing.converged and abs(packing.box[1, 0]) < 0.56 * packing.box[0, 0]
+    packing.write(tmp_path / "p.h5")
+    forces, energy = np.zeros((packing.n, 2)), 0.0
+    inside = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
+    for i, j, r in touching(packing.with_state(positions=inside)):
+        distance = np.hypot(*r)
+        overlap = packing.diameters[[i, j]].mean() - distance
+        energy += 0.5 * packing.params["k"] * overlap**2
+        forces[i] -= packing.params["k"] * overlap * r / distance
+        forces[j] += packing.params["k"] * overlap * r / distance
+    found = jamlab.evaluate(jamlab.read(tmp_path / "p.h5"))
+    assert found.forces == pytest.approx(forces, abs=1e-12)
+    row = np.argmin(np.abs(run.strain - 0.5 * k))
+    assert energy / packing.area == pytest.approx(run.energy[row], rel=1e-9)
+    assert -found.stress[0, 1] == pytest.approx(run.elastic_stress[row], abs=1e-12)
+
+
+def test_a_run_goes_on_from_its_file(disks, tmp_path):
+    """Interrupted at half its strain; the same call again gives what one run does, and once more the same at once."""
+    how = {"frames": 0.1, "tolerance": 1e-4}
+    whole = jamlab.shear(disks, 0.01, 0.4, rows=20, **how)
+    path = tmp_path / "run.h5"
+    half = jamlab.shear(disks, 0.01, 0.2, rows=10, out=path, **how)
+    assert jamlab.read_flow(path).stress == pytest.approx(half.stress, abs=0)
+    rest = jamlab.shear(disks, 0.01, 0.4, rows=20, out=path, **how)
+    for name in ("time", "strain", "stress", "work", "dissipated"):
+        assert getattr(rest, name) == pytest.approx(getattr(whole, name), rel=2e-3), name
+    assert [p.provenance["flow_strain"] for p in rest.frames] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4], abs=1e-9)
+    assert rest.steps > half.steps
+    again = jamlab.shear(disks, 0.01, 0.4, rows=20, out=path, **how)
+    assert again.steps == rest.steps and np.array_equal(again.stress, rest.stress)
+    other = jamlab.shear(disks, 0.02, 0.04, rows=2, out=path)  # another rate: another run
+    assert other.strain[-1] == pytest.approx(0.04) and len(jamlab.read_flow(path).time) == 3
+    assert jamlab.read(path).n == disks.n
+
+
+def test_what_it_has_reached_stands_in_its_repr(run, disks):
+    assert "peak" in repr(run) and "steady, stress" in repr(run) and len(repr(run)) < 250
+    short = jamlab.shear(disks, 0.01, 0.05, rows=5)
+    assert "no overshoot, no steady state yet" in repr(short) and short.peak is None
+    with pytest.raises(jamlab.InputError, match="0 rows lie beyond strain 1, 17 are needed"):
+        short.steady()
+    with pytest.raises(jamlab.InputError, match="name = 'tempo'"):
+        run.steady("tempo")
+
+
+def test_stokes_drag_adds_the_stress_of_the_fluid(disks):
+    thin, thick = (jamlab.shear(disks, 0.01, 0.1, jamlab.StokesDrag(eta_f=eta), rows=4) for eta in (0.0, 3.0))
+    assert thick.stress - thin.stress == pytest.approx(0.03)
+    assert thick.dissipated - thin.dissipated == pytest.approx(3e-4 * thin.time)
+    stored = thick.energy - thick.energy[0]
+    assert thick.work[-1] == pytest.approx(thick.dissipated[-1] + stored[-1], rel=0.02)
+    assert thick.dissipation[0] == pytest.approx(3e-4, rel=1e-6)  # at a minimum no disk drifts
+
+
+def test_linear_drag_is_the_limit_of_the_power_law(disks):
+    """Another way through the solver, which finds drag coefficients again in every step."""
+    runs = [
+        jamlab.shear(disks, 0.01, 0.02, jamlab.ContactDamping(alpha=a), rows=4, tolerance=1e-7)
+        for a in (1.0, 1 - 1e-12)
+    ]
+    assert runs[0].stress == pytest.approx(runs[1].stress, rel=1e-8)
+
+
+def test_tolerance_is_that_of_the_stress(disks):
+    """While flow is smooth: up to a strain where no contact has changed."""
+
+    def stress(tolerance):
+        found = jamlab.shear(disks, 1e-4, 1e-4, rows=1, tolerance=tolerance)
+        assert np.ptp(found.contacts) == 0
+        return found.stress[-1] - found.stress[0], found.steps
+
+    (coarse, few), (fine, more), (exact, most) = map(stress, (1e-2, 1e-4, 1e-6))
+    assert few <= more < most
+    assert abs(coarse / exact - 1) < 1e-2 and abs(fine / exact - 1) < 2e-4
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"rate": -1.0}, "rate = -1.0: must be a number from 0 to 1000"),
+        ({"rate": 1e9}, "rate = 1000000000.0: must be a number from 0"),
+        ({"strain": 0.0}, "strain = 0.0: must be a number above 0"),
+        ({"rows": 0}, "rows = 0: must lie between 1"),
+        ({"frames": 0.3}, "frames = 0.3 must divide strain = 1"),
+        ({"tolerance": 0.5}, "tolerance = 0.5: must lie between 1e-09 and 0.1"),
+        ({"background": -1.0}, "background = -1.0: must be a drag"),
+        ({"background": 0.1, "damping": jamlab.StokesDrag()}, "Stokes drag is itself a background"),
+    ],
+)
+def test_refused(disks, changes, message):
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.shear(**{"packing": disks, "rate": 1.0} | changes)
+
+
+def test_drops_of_a_stress():
+    strain = np.arange(8.0)
+    found = stress_drops(strain, np.array([0.0, 2.0, 1.0, 0.5, 3.0, 2.9, 3.5, 3.0]), least=0.2)
+    assert found.strain.tolist() == [1.0, 6.0] and found.size.tolist() == [1.5, 0.5]
+    assert len(stress_drops(strain, strain).size) == 0
+    assert stress_drops(strain, -strain).size.tolist() == [7.0]

@@ -1,0 +1,99 @@
+"""Oscillation, creep and relaxation by small strains are what the frequency domain says of the same packing."""
+
+import numpy as np
+import pytest
+from creep_of_elements import compliance
+
+import jamlab
+
+
+@pytest.fixture(scope="module")
+def spectrum(backbone):
+    return jamlab.complex_modulus(backbone, [0.1], method="dense").spectrum
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [jamlab.ContactDamping(), jamlab.ContactDamping(beta=0.1, tau=2.0), jamlab.StokesDrag(eta_f=0.5)],
+    ids=str,
+)
+def test_oscillation(backbone, damping):
+    expected = jamlab.complex_modulus(backbone, [0.3], damping)
+    found = jamlab.oscillate(backbone, 0.3, 1e-5, damping, tolerance=3e-4)
+    wanted = complex(expected.storage[0], expected.loss[0])
+    assert found.converged and "periodic" in repr(found) and "NOT" not in repr(found)
+    assert abs(complex(found.storage, found.loss) - wanted) < 1e-3 * abs(wanted)
+    assert found.third_over_first < 1e-3 and "contacts open" not in repr(found)
+    lost = np.diff(found.dissipated[[-1 - found.points, -1]])[0]
+    assert lost == pytest.approx(np.pi * found.loss * 1e-10, rel=2e-3)
+
+
+def test_relaxation(backbone, spectrum):
+    """G(t) = G_0 + sum g_i exp(-lambda_i t), over four decades of time."""
+    found = jamlab.relax_stress(backbone, 1e-5, 100.0)
+    wanted = spectrum.g0 + np.exp(-np.outer(found.time, spectrum.rates)) @ spectrum.strengths
+    assert found.time[0] <= 0.01 and found.time[-1] == pytest.approx(100.0)
+    assert np.max(np.abs(found.modulus / wanted - 1)) < 1e-3
+    assert found.residual == pytest.approx(-jamlab.evaluate(backbone).stress[0, 1])
+    assert "NOT RELAXED" in repr(found) and not found.packing.converged
+
+
+def test_creep(backbone, spectrum):
+    found = jamlab.creep(backbone, 1e-7, 100.0, tolerance=1e-4)
+    wanted = compliance(spectrum, found.time[1:])
+    late = found.time[1:] > 1.0
+    assert np.max(np.abs(found.compliance[1:] / wanted - 1)[late]) < 3e-4
+    assert found.stress == pytest.approx(found.residual + 1e-7, abs=1e-12)
+    assert (found.time[-1] == 100.0 and "rest" in repr(found)) or "CREEPS" in repr(found)
+
+
+def test_they_go_on_from_their_files(backbone, tmp_path):
+    for name, call in {
+        "creep.h5": lambda time, out: jamlab.creep(backbone, 1e-5, time, out=out),
+        "relax.h5": lambda time, out: jamlab.relax_stress(backbone, 1e-4, time, out=out),
+    }.items():
+        whole = call(20.0, None)
+        half = call(7.0, tmp_path / name)
+        rest = call(20.0, tmp_path / name)
+        assert rest.time[-1] == pytest.approx(20.0) and rest.steps > half.steps
+        assert np.array_equal(rest.stress[: len(half.time)], half.stress)
+        assert rest.strain[-1] == pytest.approx(whole.strain[-1], rel=2e-3)
+        assert rest.stress[-1] == pytest.approx(whole.stress[-1], rel=2e-3)
+    first = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=2, tolerance=1e-6, out=tmp_path / "o.h5")
+    more = jamlab.oscillate(backbone, 0.5, 1e-3, cycles=3, tolerance=1e-6, out=tmp_path / "o.h5")
+    assert (first.cycles, more.cycles) == (2, 3) and not more.converged and "NOT PERIODIC" in repr(more)
+    assert np.array_equal(more.cycle_harmonics[:2], first.cycle_harmonics)
+    read = jamlab.read_flow(tmp_path / "o.h5")
+    assert read.storage == more.storage and read.damping == more.damping and read.omega == 0.5
+
+
+def test_large_amplitudes_are_not_linear(backbone):
+    found = jamlab.oscillate(backbone, 0.1, 0.3, cycles=2, tolerance=1e-2)
+    assert "contacts open or close" in repr(found)
+    assert found.third_over_first > 0.01 and found.harmonics.shape == (7,)
+    assert found.storage < 0.5 * jamlab.complex_modulus(backbone, [0.1]).storage[0]
+
+
+def test_refused(backbone, disks):
+    loose = disks.with_state(box=3 * disks.box, positions=3 * disks.positions)
+    for call in (
+        lambda: jamlab.oscillate(loose, 0.1, 0.1),
+        lambda: jamlab.creep(loose, 1e-3, 1.0),
+        lambda: jamlab.relax_stress(loose, 1e-3, 1.0),
+    ):
+        with pytest.raises(jamlab.InputError, match=r"no disks touch at phi = 0\.\d+, so nothing holds"):
+            call()
+    for message, call in {
+        "omega = 0.0: must lie": lambda: jamlab.oscillate(backbone, 0.0, 0.1),
+        "cycles = 1: must lie between 2": lambda: jamlab.oscillate(backbone, 1.0, 0.1, cycles=1),
+        "points = 4: must lie between 16": lambda: jamlab.oscillate(backbone, 1.0, 0.1, points=4),
+        "stress = -1.0": lambda: jamlab.creep(backbone, -1.0, 1.0),
+        "leaves the rate of the fluid open": lambda: jamlab.creep(backbone, 1.0, 1.0, jamlab.StokesDrag()),
+        "duration = 0.01: must be longer than step_time": lambda: jamlab.relax_stress(backbone, 1e-3, 0.01),
+        "only linear drag, alpha = 1, has a damping matrix": lambda: jamlab.complex_modulus(
+            backbone, [1.0], jamlab.ContactDamping(alpha=0.5)
+        ),
+        "alpha = 0.3: must be a number from 0.4 to 1": lambda: jamlab.ContactDamping(alpha=0.3),
+    }.items():
+        with pytest.raises(jamlab.InputError, match=message):
+            call()
