@@ -39,7 +39,7 @@ GROUPS = (
     Group("structure", "Structure", "Contacts, areas, shapes, cells, order and voids.", ("geometry", "packing.")),
     Group("elasticity", "Elasticity and modes", "What a small strain costs.", ("mechanics", "protocols.moduli")),
     Group("oscillation", "Oscillation", "G*(omega), drag laws, spectra, scaling.", ("rheology",)),
-    Group("time", "Rheology in time", "Start-up, flow, oscillation, creep and relaxation.", ("flow", "statistics.herschel")),
+    Group("time", "Rheology in time", "Start-up, flow, creep, relaxation.", ("flow", "statistics.herschel")),
     Group(
         "files",
         "Files and other programs",
