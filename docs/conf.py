@@ -30,7 +30,10 @@ extensions = [
 exclude_patterns = ["gallery_scripts", "examples", "gallery/**/*.ipynb", "gallery/**/*.py", "README.md"]
 templates_path: list[str] = []
 default_role = "py:obj"  # `names` in docstrings are links where they name something public
-suppress_warnings = ["config.cache"]
+suppress_warnings = [
+    "config.cache",  # functions in the settings of the gallery
+    "ref.python",  # attributes of several results have one name, such as `storage`
+]
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3

@@ -39,7 +39,7 @@ GROUPS = (
     Group("structure", "Structure", "Contacts, areas, shapes, cells, order and voids.", ("geometry", "packing.")),
     Group("elasticity", "Elasticity and modes", "What a small strain costs.", ("mechanics", "protocols.moduli")),
     Group("oscillation", "Oscillation", "G*(omega), drag laws, spectra, scaling.", ("rheology",)),
-    Group("time", "Rheology in time", "Start-up, flow, oscillation, creep and relaxation.", ("flow", "dynamics")),
+    Group("time", "Rheology in time", "Start-up, flow, creep, relaxation.", ("flow", "statistics.herschel")),
     Group(
         "files",
         "Files and other programs",
@@ -51,7 +51,6 @@ GROUPS = (
     Group("micrographs", "Micrographs", "Droplets of a photograph, and rendered photographs.", ("micrographs",)),
     Group("errors", "Errors", "Every error that a user can cause names the value and the remedy.", ("errors",)),
 )
-IN_TIME = {"shear", "flow_curve", "oscillate", "creep", "relax_stress"}
 
 
 def public_names() -> dict[str, str]:
@@ -66,14 +65,10 @@ def public_names() -> dict[str, str]:
 def grouped() -> dict[Group, list[str]]:
     """Names of every group that has some: the group whose beginning fits a module longest; functions first."""
     names = public_names()
-    in_time = {module for name, module in names.items() if name in IN_TIME}
-    (time,) = (group for group in GROUPS if group.page == "time")
     found: dict[Group, list[str]] = {group: [] for group in GROUPS}
     for name, module in sorted(names.items(), key=lambda item: (item[0][0].isupper(), item[0].lower())):
         fits = [(len(start), group) for group in GROUPS for start in group.modules if module.startswith(start)]
-        if module in in_time:
-            found[time].append(name)
-        elif fits:
+        if fits:
             found[max(fits, key=lambda fit: fit[0])[1]].append(name)
         else:
             raise ValueError(f"jamlab.{name} of jamlab.{module} belongs to no group of {__file__}")

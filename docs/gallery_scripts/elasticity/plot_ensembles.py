@@ -24,6 +24,7 @@ for ensemble in ("fixed-box", "shear-stabilized"):
 # %%
 # Six packings of each.
 
+angle = np.linspace(0, np.pi, 91)
 figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained", sharey=True)
 for ax, ensemble in zip(axes, ("fixed-box", "shear-stabilized"), strict=True):
     for seed in range(1, 7):
