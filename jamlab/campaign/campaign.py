@@ -246,10 +246,10 @@ class Campaign:
         ax: Any = None,
         **style: Any,
     ) -> Axes:
-        """Draw means over packings with their standard errors, one curve per model, and per n, ensemble and units.
+        """Draw means over packings with their 68 % intervals, one curve per model, and per n, ensemble and units.
 
-        The legend counts states that are not drawn. Standard errors are of whole packings, by bootstrap; a point of one
-        packing has none.
+        The legend counts states that are not drawn. Intervals are of whole packings, by bootstrap, and wider for few
+        packings (Student's t); a point of one packing has none.
 
         >>> from pathlib import Path
         >>> sweep = 'model = "sp"\\nn = 16\\nseeds = 4\\ncompress = { to = 0.9, step = 0.02 }\\n'

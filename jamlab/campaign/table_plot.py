@@ -1,4 +1,4 @@
-"""Draw a column of a campaign's table along another: means over packings with their standard errors."""
+"""Draw a column of a campaign's table along another: means over packings with their 68 % intervals."""
 
 from __future__ import annotations
 

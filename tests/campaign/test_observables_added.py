@@ -73,7 +73,13 @@ def run(path):
 def assert_same_tables(one, other):
     for name in TABLES:
         first, second = (c.table(name).drop(columns=["wall_time", "seconds"], errors="ignore") for c in (one, other))
-        assert len(first) or name in ("onset", "spectra", "quasistatic", "correlation")  # not every campaign has these
+        assert len(first) or name in (
+            "onset",
+            "spectra",
+            "quasistatic",
+            "correlation",
+            "flow",
+        )  # not every campaign has these
         pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 

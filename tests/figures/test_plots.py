@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
@@ -15,13 +16,14 @@ from matplotlib.legend import Legend
 
 import jamlab
 from jamlab.campaign.table_plot import draw_means
-from jamlab.flow.quasistatic_shear import PlasticEvents, QuasistaticShear
+from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
 
 OMEGA = np.geomspace(1e-4, 1e2, 25)
 LIGHT = """
 import sys
+from dataclasses import fields
 import jamlab
 p = jamlab.Packing("sp", [[2.0, 0.0], [0.0, 2.0]], [[0.5, 0.5], [1.4, 0.5]], {"k": 1.0}, "k", [1.0, 1.0])
 network, voids = jamlab.contacts(p), jamlab.voids(p)
@@ -74,9 +76,13 @@ def sheared():
     """Two stress drops, and a state that missed its tolerance."""
     strain = np.linspace(0, 0.1, 11)
     stress = np.array([0, 2, 4, 5, 3, 4, 6, 7, 6, 7, 8]) * 1e-3
-    events = PlasticEvents(strain[[4, 8]], np.array([2e-3, 1e-3]), np.full(2, 1e-5), np.full(2, 0.01))
     none, good = np.zeros(11), np.arange(11) != 6
-    return QuasistaticShear(strain, stress, none, none, none, good, none, events, (), state("disks"), "k")
+    rows = dict.fromkeys((f.name for f in fields(QuasistaticShear) if f.type == "Array"), none)
+    rows |= {"strain": strain, "stress": stress, "converged": good}
+    rows |= {"event_strain": strain[[4, 8]], "event_drop": np.array([2e-3, 1e-3])}
+    rest = {"frames": (state("disks"),), "damping": None, "background": 0.0, "tolerance": 1e-12, "unit": "k"}
+    counts = {"steps": 11, "iterations": 0, "seconds": 0.1, "shear_rate": 0.0, "strain_asked": 0.1}
+    return QuasistaticShear(**rows, **rest, **counts)
 
 
 RESULTS = {  # all that is made without LAMMPS, with the labels of its axes

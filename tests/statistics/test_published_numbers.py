@@ -19,4 +19,5 @@ def test_fits_of_the_tables(series):
 
 @pytest.mark.parametrize(("value", "margin"), [(3.7, 0.05), (0.42, 0.005), (1.7, 0.05), (0.07, 0.005)])
 def test_margins_are_half_a_unit_of_the_last_digit(value, margin):
-    assert table_entry(value)[:3] == (value, pytest.approx(margin), "=")
+    found = table_entry(value)
+    assert (found.value, found.margin, found.relation) == (value, pytest.approx(margin), "=")

@@ -82,7 +82,7 @@ def _exponent_at_onset(table: pd.DataFrame) -> Claim:
         found = bootstrap([curves.to_numpy()], _slope(np.log(curves.columns.to_numpy(dtype=float))))
     how = f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}"
     quantity = "exponent of stress over rate near onset"
-    return claim("dynamics-flow-curves", quantity, found, FLOW_AT_ONSET, how=how, reason="beside onset, not at it")
+    return claim("dynamics-flow-curves", quantity, found, FLOW_AT_ONSET, how=how, cause="beside onset, not at it")
 
 
 def _slope(log_rate: Array) -> Callable[[list[Array]], float]:
