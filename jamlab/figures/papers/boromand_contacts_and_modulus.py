@@ -20,7 +20,7 @@ from jamlab.figures.papers.ensembles import (
     nearest_size,
     sizes,
 )
-from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.figures.papers.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import GREEN, MODEL_STYLE
 from jamlab.statistics import published_numbers as published
@@ -58,7 +58,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         _draw_table_lines(out, axes, column)
         axes.axvline(published.MODELS_PART.value, color="#777777", linestyle="-.", linewidth=0.9)
         # far beyond confluence phi says little, and the paper's panel ends near there
-        label(axes, r"packing fraction $\rho$ or $\phi$", name)
+        label(axes, r"packing fraction $\rho$ or $\phi$", name, legend=axes is bottom, **BESIDE)
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
     out.claims = _departure_claims(states, out.name)
