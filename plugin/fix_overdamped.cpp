@@ -74,9 +74,12 @@ void FixOverdamped::setup(int /*vflag*/)
     start_droplets();
   else if (const DragSolver::Result result = find_velocities(); !result.converged)
     refuse(result);
-  const double power = state.power;
+  const double power = state.power, dissipation = state.dissipation;
   add_up();
-  if (droplets && state.step > 0.0) state.power = power;    // by forces that followed the velocities
+  if (droplets && state.step > 0.0) {    // those of contacts before the positions were corrected
+    state.power = power;
+    state.dissipation = dissipation;
+  }
   if (state.step == 0.0) state.step = (droplets ? DROPLET_FIRST : FIRST) * longest_step();
   set_step();
 }
