@@ -15,7 +15,7 @@ from jamlab.figures.papers.panels import Drawing, drawing, label, model_style, s
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import MODEL_STYLE
 
-_COLUMNS = {"stress": "-", "elastic_stress": ":"}
+_RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 
 
 def read_droplet_flow() -> pd.DataFrame:
@@ -31,25 +31,25 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
     out, axes = drawing("dynamics-droplets", 1, len(fractions) + 1, 4.6, 3.9)
     for part, rho in zip(axes, fractions, strict=False):
         scale(part)
-        for model, rows in ((m, table[(table["rho"] == rho) & (table["model"] == m)]) for m in MODEL_STYLE):
-            name = MODEL_STYLE[model]["label"]
-            for column, line in _COLUMNS.items():
-                text = name if column == "stress" else f"{name}, elastic part"
-                _draw_means(out, part, rows, column, text, model_style(model, linestyle=line))
-        label(part, r"rate of shear $\dot\gamma\,\tau_1$", rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]")
+        for model in MODEL_STYLE:
+            rows = table[(table["rho"] == rho) & (table["model"] == model)]
+            _draw_means(out, part, rows, "stress", MODEL_STYLE[model]["label"], model_style(model, linestyle="-"))
+        text = rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]"
+        label(part, _RATE, text, legend=False)
     last = axes[-1]
     scale(last)
-    for model, rho in product(MODEL_STYLE, fractions):
+    for model, (rho, line) in product(MODEL_STYLE, zip(fractions, ("-", "--"), strict=True)):
         rows = table[(table["rho"] == rho) & (table["model"] == model)]
-        line = "-" if rho == fractions[0] else "--"
         text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
         _draw_means(out, last, rows, "pressure", text, model_style(model, linestyle=line))
-    label(last, r"rate of shear $\dot\gamma\,\tau_1$", "pressure $p$  [ε/l²]")
+    label(last, _RATE, "pressure $p$  [ε/l²]", legend=False)
+    handles, names = last.get_legend_handles_labels()
+    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
         f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with standard "
-        "errors. Dotted: the elastic part of the stress. Units of length: of disks their mean diameter, of droplets "
-        "the mean of the square roots of their areas at rest."
+        "errors. (a), (b) Stress. (c) Pressure. Units of length: of disks their mean diameter, of "
+        "droplets the mean of the square roots of their areas at rest."
     )
     return out
 

@@ -24,6 +24,7 @@ from jamlab.figures.papers import (
     boromand_tables,
     boromand_voids,
     dynamics,
+    dynamics_droplets,
     micrograph_errors,
 )
 from jamlab.figures.papers.claims import Claim
@@ -59,6 +60,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-7": baumgarten_correlation.figure_7,
     "baumgarten-8": baumgarten_motion.figure_8,
     "dynamics-flow-curves": dynamics.flow_curves,
+    "dynamics-droplets": dynamics_droplets.droplets_beside_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 PAGE = "figures.html"
