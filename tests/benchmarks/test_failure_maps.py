@@ -34,6 +34,7 @@ def test_verdicts_of_minimisations():
     assert judge(np.nan, 1e-12, 1.0, 1.1, 1.0) == "blew up" == judge(1.0, 1e-12, 50.0, 1.1, 1.0)
 
 
+@pytest.mark.slow
 def test_fire_with_the_default_step_and_with_one_too_long(jolted):
     start, minimum = jolted
     assert disks.try_fire(start, minimum, 0.1, 0.1)[0] == "converged"
@@ -114,6 +115,7 @@ def test_broken_shapes(name, verdict, said):
     assert (run.verdict, said in run.note) == (verdict, True)
 
 
+@pytest.mark.slow
 def test_spectra_of_packings_that_are_not_at_rest():
     states = spectra.states()
     assert jamlab.contacts(states["with rattlers"]).rattlers.any()

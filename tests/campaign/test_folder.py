@@ -52,6 +52,7 @@ def test_damaged_files_are_found(full, harm, tmp_path):
     assert damage(full.folder.task_file(name), name) is None
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_moved_aside_and_done_again(full, tmp_path):
     shutil.copytree(full.folder.path, tmp_path / "c")
     campaign = jamlab.open_campaign(tmp_path / "c")

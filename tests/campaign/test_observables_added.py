@@ -107,6 +107,7 @@ def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimizat
             assert kept.box.tobytes() == made.box.tobytes()
 
 
+@pytest.mark.slow
 def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid_minimization):
     path = written(
         tmp_path / "c.toml", "full", model="dp", n=8, seeds=[1], compress=None, onset=True, force_law={"gamma": 0.12},
@@ -125,6 +126,7 @@ def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid
     )
 
 
+@pytest.mark.slow
 def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
     path = tmp_path / "c.toml"
     spectra = {"observables": ["spectra"], "omega": [1.0]}
@@ -136,6 +138,7 @@ def test_tables_measured_already_are_copied(tmp_path, monkeypatch):
         run_here(campaign)
 
 
+@pytest.mark.slow
 def test_damaged_sources_are_made_anew(tmp_path):
     path = written(tmp_path / "c.toml", **SHORT, seeds=1)
     (name,) = run(path).finished()

@@ -213,7 +213,12 @@ thermo_modify norm no press virial
 
 
 @pytest.mark.parametrize(
-    "kinds", [(1, 6, 2, 5), (3, 1, 4, 2), (5, 6, 5, 3)], ids=["disk-edge", "wall-edge", "disk-disk"]
+    "kinds",
+    [
+        pytest.param((1, 6, 2, 5), id="disk-edge"),
+        pytest.param((3, 1, 4, 2), id="wall-edge", marks=pytest.mark.slow),
+        pytest.param((5, 6, 5, 3), id="disk-disk"),
+    ],
 )
 def test_forces_and_virial_are_slopes_of_the_energy(tmp_path, kinds):
     """fix numdiff and fix numdiff/virial of LAMMPS; on two ranks, where it is slow, in one form."""

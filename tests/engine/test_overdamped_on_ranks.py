@@ -43,7 +43,7 @@ def packing():
     ("ranks", "newton", "steps"),
     [
         (2, "on", 80),
-        (2, "off", 80),
+        pytest.param(2, "off", 80, marks=pytest.mark.slow),
         pytest.param(4, "on", 4, marks=pytest.mark.slow),
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
     ],

@@ -165,7 +165,7 @@ def per_pair(i, j, force, separation):
     return names, sums
 
 
-@pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ranks", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 4))])
 def test_contacts_are_those_of_the_energy(states, tmp_path, ranks):
     """compute polygon/contact against jamlab's contacts, energy, forces and the virial of the pair style."""
     deck = ""
@@ -203,7 +203,7 @@ def test_contacts_are_those_of_the_energy(states, tmp_path, ranks):
         assert virial / np.linalg.det(p.box) == pytest.approx(pressure, rel=1e-10, abs=1e-12), kind
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("way", ["restart", "data"])
 def test_files_of_lammps_give_the_same_bits(states, dp_dense, spanning, tmp_path, ranks, way):
     """Energy, virial and forces of all three terms, after write_restart/read_restart or write_data/read_data.

@@ -101,7 +101,7 @@ def test_a_packing_driven_to_collapse_is_found(random_polygons):
                     session.packing()
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("through", [False, True])
 def test_the_decks_stop_at_a_polygon_that_crosses_itself(random_polygons, tmp_path, ranks, through):
     """One vertex pushed out through the opposite side; the polygon lies across the boundaries of box and ranks."""

@@ -113,7 +113,7 @@ def test_every_figure_keeps_what_it_draws(name):
     table = drawing.table
     assert list(table.columns) == ["panel", "series", "x", "y", "low", "high"]
     assert np.isfinite(table[["x", "y"]].to_numpy()).all() and len(table) > 10
-    pictures = name in (*PICTURES, "micrograph-errors")
+    pictures = name in (*PICTURES, "micrograph-errors", "dynamics-droplets")
     assert drawing.caption and bool(drawing.claims) is not pictures  # of which no paper has numbers
     for (panel, series), points in table.groupby(["panel", "series"]):
         (axes,) = (axes for axes in drawing.figure.findobj(Axes) if axes.get_gid() == panel)  # insets too

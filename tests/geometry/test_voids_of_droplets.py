@@ -103,7 +103,10 @@ def test_edge_that_has_shrunk_to_a_point(length, direction):
     assert found.sides.tolist() == [4] and np.isfinite(found.shape).all()
 
 
-@pytest.mark.parametrize(("seed", "tilt", "delta"), [(0, 0.0, 0.25), (1, 0.3, 0.1), (2, 0.0, 0.45), (5, 0.7, 0.25)])
+@pytest.mark.parametrize(
+    ("seed", "tilt", "delta"),
+    [pytest.param(0, 0.0, 0.25, marks=pytest.mark.slow), (1, 0.3, 0.1), (2, 0.0, 0.45), (5, 0.7, 0.25)],
+)
 def test_random_polygons_against_unions_of_capsules(random_polygons, seed, tilt, delta):
     packing = random_polygons(tilt, seed=seed, delta=delta)
     expected = (4 * uncovered(packing, 192) - uncovered(packing, 96)) / 3  # corners err as 1/steps^2

@@ -47,7 +47,7 @@ def shown(browser, selector):
 
 
 @pytest.mark.parametrize("width", [375, 1280])
-@pytest.mark.parametrize("page", ["figures_page", "charts_page", "campaign_page"])
+@pytest.mark.parametrize("page", ["figures_page", "charts_page", pytest.param("campaign_page", marks=pytest.mark.slow)])
 def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
     browser.open(request.getfixturevalue(page), width, 812, touch=width == 375)
     assert browser.overhang() == 0
