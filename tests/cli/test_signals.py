@@ -77,6 +77,7 @@ def check_end(folder, name, number, *, group=False):
     assert SAID.get(name, "nothing was written") in err.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_no_process_is_left(tmp_path):
     check_end(tmp_path, "demo", signal.SIGTERM)
 

@@ -150,7 +150,7 @@ def test_ka_and_rest_area_from_every_source(lmp, tmp_path, define, ka, rest):
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_ka_that_changes_during_a_run(tmp_path, ranks):
     """By an equal-style variable of the step, and by one for each polygon; nothing moves."""
     state = outlines.scene(5)

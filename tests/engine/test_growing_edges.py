@@ -49,7 +49,7 @@ def growing():
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", CONTACT_FORMS)
 def test_contacts_of_edges_that_grew(tmp_path, form, ranks):
     """0.4 long at the start, 2.3 at the end of the run: energy and forces as in a run that starts there."""

@@ -54,7 +54,7 @@ def test_pairs_of_types_by_hand(lmp, tmp_path):
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state), rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_contact_forms_by_type(tmp_path, ranks):
     """Two types of droplets: energy of three forms at once is the sum of each alone, the others without strength."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(23, foreign=False)))
@@ -142,7 +142,7 @@ thermo_modify norm no
 """
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_files_keep_every_law(tmp_path, ranks):
     """The same bits after write_restart and read_restart, write_data with pair ij, and with mixed pairs alone."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(27)))
@@ -189,7 +189,7 @@ def test_rerun_gives_the_energies_of_the_run(tmp_path):
         assert after == pytest.approx(before, rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_run_that_goes_on(tmp_path, ranks):
     """`run N pre no` after a run is the same run, to the last digit; `run every` almost."""
     (tmp_path / "data").write_text(outlines.data(outlines.scene(29)))

@@ -9,7 +9,7 @@ import pytest
 from engine.test_plugin_on_ranks import launch, run
 from outlines import DISK, RING, WALL
 
-RANKS = pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+RANKS = pytest.mark.parametrize("ranks", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 4))])
 
 
 def numberings(state, rng):
@@ -191,7 +191,7 @@ def test_bonds_between_molecules_are_no_edges(lmp, tmp_path):
     assert lmp.get_thermo("pe") == pytest.approx(outlines.energy(state) + outlines.GAMMA * bond, rel=1e-12)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_self_crossing_ring_warns(tmp_path, ranks):
     """One warning, with the molecule."""
     state = outlines.scene(6)

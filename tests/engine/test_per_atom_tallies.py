@@ -24,7 +24,7 @@ print "state-{0} $(pe:%.17g) $(c_p[1]*v_v:%.17g) $(c_p[2]*v_v:%.17g) $(c_p[4]*v_
  $(c_sum[1]:%.17g) $(c_sum[2]:%.17g) $(c_sum[3]:%.17g) $(c_sum[4]:%.17g)"
 """
 DUMP = "write_dump all custom {0}.dump id c_e c_s[1] c_s[2] c_s[4] modify sort id format float %.17g\n"
-RANKS = pytest.mark.parametrize("ranks", [1, 2, pytest.param(4, marks=pytest.mark.slow)])
+RANKS = pytest.mark.parametrize("ranks", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 4))])
 
 
 def parts(vectors, forces):
