@@ -66,7 +66,8 @@ def droplets():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "off", 45),
+        (2, "off", 8),
+        pytest.param(2, "off", 45, marks=pytest.mark.slow),
         pytest.param(2, "on", 45, marks=pytest.mark.slow),
         pytest.param(1, "off", 45, marks=pytest.mark.slow),
         pytest.param(4, "on", 6, marks=pytest.mark.slow),
