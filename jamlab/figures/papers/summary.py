@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from jamlab.figures.papers.claims import Claim, Verdict
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
+_BESIDE = "dynamics-"  # figures whose numbers neither paper has
 
 
 def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
@@ -16,8 +17,9 @@ def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
 
 def first_line(claims: Sequence[Claim]) -> str:
     """How many numbers of the papers agree, differ, and so on."""
-    numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(claims).items() if number)
-    return f"{len(claims)} numbers of both papers: {numbers}."
+    theirs = [c for c in claims if not c.figure.startswith(_BESIDE)]
+    numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(theirs).items() if number)
+    return f"{len(theirs)} numbers of both papers: {numbers}."
 
 
 def summary(claims: Sequence[Claim]) -> list[str]:
