@@ -85,9 +85,8 @@ def relax_stress(
             flow.drive("rate 0", duration - done)
             if packing.model == "dp" and file.before is None:
                 flow.advance(1)
-                del flow.rows[
-                    0
-                ]  # velocities of droplets, and with them viscous stress, are known from the first step on
+                # velocities of droplets, and with them viscous stress, are known from the first step on
+                del flow.rows[0]
         for state in flow.advance_log_spaced(duration):
             file.save(result)
             if progress is not None:

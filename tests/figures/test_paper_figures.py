@@ -19,7 +19,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers import conventions, gallery
 from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.figures.papers.ensembles import add_distances, ensemble, from_onset, interpolate, log_places, select_usual
-from jamlab.figures.papers.summary import SUMMARY
+from jamlab.figures.papers.summary import SUMMARY, first_line
 from jamlab.figures.papers.tables import EnsembleTables, combine, count_voids, read_folder, reference_tables, save
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
@@ -321,6 +321,12 @@ def test_the_reference_data_are_packed_whole_and_small():
         assert len(getattr(packed, name)) == count > 0
     assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
     assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
+
+
+def test_the_summary_counts_numbers_of_the_papers_alone():
+    theirs, beside = drawn("boromand-6").claims, drawn("dynamics-flow-curves").claims
+    assert beside and first_line([*theirs, *beside]) == first_line(theirs)
+    assert first_line(theirs).startswith(f"{len(theirs)} numbers of both papers: ")
 
 
 def test_the_readme_repeats_how_many_numbers_agree():

@@ -52,6 +52,9 @@ def test_a_crystal_is_sheared_affinely():
     n1 = (-k * overlap * (r[..., 0] ** 2 - r[..., 1] ** 2) / length).sum(axis=1) / area
     assert found.normal_stress_difference == pytest.approx(n1, abs=1e-12)
     assert found.converged.all() and not len(found.events)
+    stored = found.energy - found.energy[0]  # all of the work, to the error of the trapezoidal rule
+    assert found.work == pytest.approx(stored, rel=0.01, abs=1e-12)
+    assert abs(found.dissipated).max() < 0.01 * stored.max()
 
 
 @pytest.mark.parametrize(("model", "step"), [("sp", 1e-4), ("dp", 2e-6)])
