@@ -1,5 +1,7 @@
 """Outlines of polygons as shapely geometries, and those that cross themselves."""
 
+from __future__ import annotations
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
