@@ -87,7 +87,7 @@ def compare(
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
 
     Args:
-        n: even number of disks; each peer searches neighbours as it does by default, some over all n^2 pairs.
+        n: even number of disks; each peer searches neighbours in its own way.
         seed: of the start.
         phi: nominal packing fraction, above onset.
         peers: which codes.

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.benchmarks.other_codes.peer import Analyst
+from jamlab.benchmarks.other_codes.peer import Analyst, mean_diameters
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
@@ -20,16 +20,7 @@ class Matscipy(Analyst):
 
     def measure(self, packing: Packing) -> dict[str, Any]:
         """Energy, pressure and shear modulus along x of a backbone: rattlers leave its Hessian singular."""
-        import ase
-        from matscipy.calculators.polydisperse import Polydisperse
-
-        cell = np.diag([0.0, 0.0, HEIGHT])
-        cell[:2, :2] = packing.box
-        positions = np.column_stack([packing.positions, np.zeros(packing.n)])
-        atoms = ase.Atoms(numbers=np.ones(packing.n), positions=positions, cell=cell, pbc=True)
-        assert packing.diameters is not None
-        atoms.set_array("size", packing.diameters.copy())
-        atoms.calc = Polydisperse(SoftDisks(packing.params["eps"], float(packing.diameters.max())))
+        atoms = disks_in_ase(packing)
         born = atoms.calc.get_property("born_constants", atoms)
         relaxation = atoms.calc.get_property("nonaffine_elastic_contribution", atoms)
         # Born's constants are of symmetric strain; simple shear x -> x + gamma y has a term of the stress as well
@@ -39,6 +30,26 @@ class Matscipy(Analyst):
             "pressure": 0.5 * (stress[0, 0] + stress[1, 1]),
             "shear modulus": HEIGHT * (born[0, 1, 0, 1] + relaxation[0, 1, 0, 1]) - stress[1, 1],
         }
+
+
+def disks_in_ase(packing: Packing) -> Any:
+    """Atoms of ASE with matscipy's calculator.
+
+    Raises:
+        InputError: another model, other units or a tilted box.
+    """
+    import ase
+    from matscipy.calculators.polydisperse import Polydisperse
+
+    mean_diameters(packing)
+    assert packing.diameters is not None
+    cell = np.diag([0.0, 0.0, HEIGHT])
+    cell[:2, :2] = packing.box
+    positions = np.column_stack([packing.positions, np.zeros(packing.n)])
+    atoms = ase.Atoms(numbers=np.ones(packing.n), positions=positions, cell=cell, pbc=True)
+    atoms.set_array("size", packing.diameters.copy())
+    atoms.calc = Polydisperse(SoftDisks(packing.params["eps"], float(packing.diameters.max())))
+    return atoms
 
 
 class SoftDisks:
