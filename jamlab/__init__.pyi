@@ -67,8 +67,8 @@ from .packing.hdf5 import read_observables as read_observables
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data
 from .packing.lammps_files import write_dump as write_dump
+from .packing.outlines import self_crossings as self_crossings
 from .packing.packing import Packing as Packing
-from .packing.packing import self_crossings as self_crossings
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import to_polygons as to_polygons
 from .protocols.model_choice import Choice as Choice
