@@ -115,7 +115,7 @@ def compare(
 def _jamlab_row(start: Packing) -> Row:
     """jamlab itself: its point beside all pairs in numpy, its time."""
     reference = all_pairs(start)
-    cold, warm, positions = _time_descent(partial(_jamlab_descent, start))
+    cold, warm, positions = time_descent(partial(jamlab_descent, start))
     return Row(
         "jamlab",
         "relax",
@@ -145,7 +145,7 @@ def _peer_row(peer: Peer, start: Packing, target: dict[str, float], jamlab: Row)
     assert jamlab.cold is not None and jamlab.warm is not None
     tolerance = force_tolerance("sp")
     differences = _differences(peer.evaluate(start), _jamlab_point(start))
-    cold, warm, positions = _time_descent(partial(peer.descent, start, tolerance))
+    cold, warm, positions = time_descent(partial(peer.descent, start, tolerance))
     point = all_pairs(start)(positions)
     left, end = _largest_force(point), measure(start.with_state(positions=positions))
     notes = []
@@ -202,18 +202,19 @@ def _jamlab_point(start: Packing) -> Point:
     return Point(found.energy, found.forces, found.stress, found.pressure)
 
 
-def _jamlab_descent(start: Packing) -> Descent:
+def jamlab_descent(start: Packing, force: float | None = None) -> Descent:
+    """Prepare `relax`, to jamlab's own tolerance unless told otherwise."""
     session = Session(start)
 
     def run() -> Array:
         session.load(start)
-        relax(session)
+        relax(session, force)
         return session.positions()
 
     return run
 
 
-def _time_descent(make: Callable[[], Descent]) -> tuple[float, float, Array]:
+def time_descent(make: Callable[[], Descent]) -> tuple[float, float, Array]:
     """Time the first run, preparation included, and the shortest of the next; also returns the positions reached."""
     began = time.process_time()
     run = make()
