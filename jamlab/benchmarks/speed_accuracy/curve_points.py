@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -56,7 +57,8 @@ class Point:
 def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
     """Average trials (columns of `Trial`) over packings, in their order; the floor is `better` times the median error
     of the reference in each panel."""
-    floors = better * trials.groupby("panel")["reference_error"].median()
+    errors = trials.groupby("panel")["reference_error"].median()
+    floors = {str(panel): better * float(error) for panel, error in errors.items()}
     points = []
     for (panel, method, setting), rows in trials.groupby(["panel", "method", "setting"], sort=False):
         good = rows[np.isfinite(rows["error"]) & np.isfinite(rows["seconds"])]
@@ -64,12 +66,10 @@ def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
         low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
         mean, seconds = (float(np.mean(v)) if len(size) else float("nan") for v in (size, good["seconds"]))
         notes = [note for note in rows["note"].fillna("") if note]
-        points.append(
-            Point(
-                *(str(panel), str(method), str(setting), seconds, mean, float(low), float(high), float(floors[panel])),
-                *(len(good), len(rows) - len(good), bool(rows["default"].any()), str(notes[0]) if notes else ""),
-            )
-        )
+        names: Any = (str(panel), str(method), str(setting))
+        numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
+        rest: Any = (bool(rows["default"].any()), str(notes[0]) if notes else "")
+        points.append(Point(*names, *numbers, *rest))
     return points
 
 
