@@ -20,14 +20,15 @@ _GREY = "#D9D9D9"
 _COLUMNS = 3  # of panels, four where that fills two rows
 _MOST_TICKS = 6
 _APART = (0.16, 0.05)  # parts of the axes that a label needs
+_RIGHT = 0.75  # part of the axes beyond which a label stands left of its mark
 _EXACT = 1.3  # decades between the break and the line of what is exact
 
 
 def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequence[str] = ()) -> Figure:
     """Draw one panel for each `Point.panel`, or for those given.
 
-    Lines are means over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference stands
-    on a line of its own below a break of the axis. Open marks: some packings gave no number.
+    Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
+    stands on a line of its own below a break of the axis. Open marks: some packings gave no number.
 
     Args:
         title: above all panels.
@@ -102,7 +103,9 @@ def _label(axes: Axes, labels: list[tuple[Point, float, float, str]]) -> None:
         place = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
         if all(abs(place[0] - u) > _APART[0] or abs(place[1] - v) > _APART[1] for u, v in taken):
             taken.append((float(place[0]), float(place[1])))
-            axes.annotate(point.setting, (x, y), (7, 6), textcoords="offset points", fontsize=9, color=colour)
+            right = place[0] > _RIGHT
+            style: dict[str, Any] = {"ha": "right" if right else "left", "fontsize": 9, "color": colour}
+            axes.annotate(point.setting, (x, y), (-8 if right else 7, 6), textcoords="offset points", **style)
 
 
 def _tick(axes: Axes, bottom: float, top: float, exact: float | None) -> None:

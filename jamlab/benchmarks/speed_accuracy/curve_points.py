@@ -20,7 +20,7 @@ class Point:
 
     Attributes:
         panel, method, setting: as in `Trial`.
-        seconds: mean CPU time on one core.
+        seconds: median CPU time on one core: what other programs do to a busy machine would carry a mean.
         error: mean of the magnitudes.
         low, high: 10 and 90 % quantiles of the magnitudes.
         floor: errors below are not told from 0: 100 times the error of the reference.
@@ -64,7 +64,7 @@ def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
         good = rows[np.isfinite(rows["error"]) & np.isfinite(rows["seconds"])]
         size = np.abs(good["error"].to_numpy(dtype=np.float64))
         low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
-        mean, seconds = (float(np.mean(v)) if len(size) else float("nan") for v in (size, good["seconds"]))
+        mean, seconds = (float(size.mean()), float(good["seconds"].median())) if len(size) else (np.nan, np.nan)
         notes = [note for note in rows["note"].fillna("") if note]
         names: Any = (str(panel), str(method), str(setting))
         numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))

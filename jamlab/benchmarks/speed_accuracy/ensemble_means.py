@@ -42,7 +42,7 @@ def points(trials: pd.DataFrame) -> list[Point]:
         largest = sizes.pop(_REFERENCE)["error"].to_numpy()
         reference, floor = float(largest.mean()), float(largest.std(ddof=1) / np.sqrt(len(largest)))
         for n, rows in sizes.items():
-            values, cost = rows["error"].to_numpy(), float(rows["seconds"].mean())
+            values, cost = rows["error"].to_numpy(), float(rows["seconds"].median())
             for count in _PACKINGS:
                 off = np.abs(rng.choice(values, (_DRAWS, count)).mean(axis=1) - reference)
                 low, high = map(float, np.quantile(off, BAND))
