@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,7 +20,7 @@ class Point:
 
     Attributes:
         panel, method, setting: as in `Trial`.
-        seconds: mean CPU time on one core.
+        seconds: median CPU time on one core: what other programs do to a busy machine would carry a mean.
         error: mean of the magnitudes.
         low, high: 10 and 90 % quantiles of the magnitudes.
         floor: errors below are not told from 0: 100 times the error of the reference.
@@ -56,20 +57,19 @@ class Point:
 def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
     """Average trials (columns of `Trial`) over packings, in their order; the floor is `better` times the median error
     of the reference in each panel."""
-    floors = better * trials.groupby("panel")["reference_error"].median()
+    errors = trials.groupby("panel")["reference_error"].median()
+    floors = {str(panel): better * float(error) for panel, error in errors.items()}
     points = []
     for (panel, method, setting), rows in trials.groupby(["panel", "method", "setting"], sort=False):
         good = rows[np.isfinite(rows["error"]) & np.isfinite(rows["seconds"])]
         size = np.abs(good["error"].to_numpy(dtype=np.float64))
         low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
-        mean, seconds = (float(np.mean(v)) if len(size) else float("nan") for v in (size, good["seconds"]))
+        mean, seconds = (float(size.mean()), float(good["seconds"].median())) if len(size) else (np.nan, np.nan)
         notes = [note for note in rows["note"].fillna("") if note]
-        points.append(
-            Point(
-                *(str(panel), str(method), str(setting), seconds, mean, float(low), float(high), float(floors[panel])),
-                *(len(good), len(rows) - len(good), bool(rows["default"].any()), str(notes[0]) if notes else ""),
-            )
-        )
+        names: Any = (str(panel), str(method), str(setting))
+        numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
+        rest: Any = (bool(rows["default"].any()), str(notes[0]) if notes else "")
+        points.append(Point(*names, *numbers, *rest))
     return points
 
 

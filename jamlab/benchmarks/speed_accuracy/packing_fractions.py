@@ -35,6 +35,7 @@ def measure(seed: int) -> Iterator[Trial]:
 
 def covered(packing: Packing, count: int, seed: int) -> float:
     """Share of random points that lie inside a disk, in a box with right angles: error sqrt(rho (1 - rho)/count)."""
+    assert packing.diameters is not None
     sides = packing.box.diagonal()
     points = np.random.default_rng(seed).uniform(size=(count, 2)) * sides
     inside = np.zeros(count, dtype=bool)

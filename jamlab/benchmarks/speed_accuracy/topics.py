@@ -1,20 +1,19 @@
 """List the topics of `jamlab chart speed-accuracy`."""
 
 from jamlab.benchmarks.speed_accuracy import (
-    droplet_models,
-    minimisers,
+    disk_minimisers,
+    droplet_minimisers,
+    moduli,
+    onset_search,
     packing_fractions,
-    shear_modulus,
     spectra,
-    sweep_steps,
 )
 
 TOPICS = {
-    "minimisers": minimisers.TOPIC,
-    "steps": sweep_steps.TOPIC,
+    "disk-minimisers": disk_minimisers.TOPIC,
+    "droplet-minimisers": droplet_minimisers.TOPIC,
+    "onset": onset_search.TOPIC,
     "packing-fraction": packing_fractions.TOPIC,
-    "shear-modulus": shear_modulus.TOPIC,
+    "shear-modulus": moduli.TOPIC,
     "spectrum": spectra.TOPIC,
-    "droplets": droplet_models.TOPIC,
-    "models": droplet_models.MODELS,
 }
