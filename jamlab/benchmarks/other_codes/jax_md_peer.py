@@ -9,7 +9,7 @@ from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point,
 from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
 
-_SKIN = 0.3  # mean diameters beyond the cutoff of its neighbour list
+_SKIN = 0.5  # mean diameters beyond the cutoff of its neighbour list
 
 
 class JaxMD(Peer):
@@ -56,7 +56,7 @@ class JaxMD(Peer):
             positions = np.asarray(compiled(x).block_until_ready())
             moved = positions - packing.positions
             moved -= np.diag(packing.box) * np.round(moved / np.diag(packing.box))
-            if np.abs(moved).max() > 0.3 * _SKIN:
+            if np.abs(moved).max() > 0.5 * _SKIN:
                 raise EngineError("jax-md: disks left the neighbour list of the start: start nearer to the minimum")
             return positions
 
