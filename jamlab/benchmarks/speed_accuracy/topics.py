@@ -1,5 +1,6 @@
 """List the topics of `jamlab chart speed-accuracy`."""
 
+from jamlab.benchmarks.other_codes import descents
 from jamlab.benchmarks.speed_accuracy import (
     disk_minimisers,
     droplet_minimisers,
@@ -16,4 +17,5 @@ TOPICS = {
     "packing-fraction": packing_fractions.TOPIC,
     "shear-modulus": moduli.TOPIC,
     "spectrum": spectra.TOPIC,
+    "other-codes": descents.TOPIC,
 }
