@@ -11,7 +11,7 @@ from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
 if TYPE_CHECKING:
-    from jamlab.flow.quasistatic_shear import QuasistaticShear
+    from jamlab.flow.quasistatic_run import QuasistaticShear
 
 
 def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
