@@ -11,20 +11,26 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LIMIT = 0.02  # imbalance from which on a result is doubtful: that of the averages of a flow
+LEAST_SHOWN = 1e-4
 FINER = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
 
 
-def energy_imbalance(work: Array, lost: Array, energy: Array) -> float:
-    """Largest gap between work and what is lost and stored since the first row, over the larger of work and loss.
+def energy_gap(work: Array, lost: Array, energy: Array) -> Array:
+    """(m,) work less what is lost and stored, since the first row: 0 but for errors of the steps.
 
     Args:
         work: (m,) done since the start.
         lost: (m,) energy lost since the start.
         energy: (m,) elastic.
     """
-    work, lost, stored = (values - values[0] for values in (work, lost, energy))
-    scale = float(np.maximum(np.abs(work), np.abs(lost)).max())
-    return float(np.abs(work - lost - stored).max()) / scale if scale > 0 else 0.0
+    gap = work - lost - energy
+    return np.asarray(gap - gap[0])
+
+
+def energy_imbalance(gap: Array, work: Array, lost: Array) -> float:
+    """Largest gap (m,) over the larger of work (m,) and loss (m,); 0 where nothing is done."""
+    scale = max(float(np.abs(values - values[0]).max()) for values in (work, lost))
+    return float(np.abs(gap).max()) / scale if scale > 0 else 0.0
 
 
 def describe_balance(imbalance: float) -> str:
@@ -48,8 +54,8 @@ def warn_of_imbalance(imbalance: float, remedy: str, where: Sequence[str] = ()) 
 
 def finer_steps(tolerance: float) -> str:
     """The remedy of flow at a rate, in words."""
-    return f"stresses err by as much; give tolerance = {FINER * tolerance:g}"
+    return f"doubt the stresses; give tolerance = {FINER * tolerance:g}, or a lower rate"
 
 
 def _percent(imbalance: float) -> str:
-    return f"{100 * imbalance:.2g} %"
+    return f"{100 * imbalance:.2g} %" if imbalance > LEAST_SHOWN else f"better than {100 * LEAST_SHOWN:g} %"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.flow.energy_balance import describe_balance, energy_imbalance, finer_steps, warn_of_imbalance
+from jamlab.flow.energy_balance import describe_balance, energy_gap, energy_imbalance, finer_steps, warn_of_imbalance
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import Damping
@@ -72,9 +72,14 @@ class FlowRun:
         return self.frames[-1]
 
     @property
+    def energy_gap(self) -> Array:
+        """(m,) work less what is dissipated and stored, since the first row; 0 but for errors of the steps."""
+        return energy_gap(self.work, self.dissipated, self.energy)
+
+    @property
     def imbalance(self) -> float:
         """Largest part of the work that is neither stored nor lost: work less dissipated less change of energy."""
-        return energy_imbalance(self.work, self.dissipated, self.energy)
+        return energy_imbalance(self.energy_gap, self.work, self.dissipated)
 
     @property
     def reached(self) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.flow.energy_balance import describe_balance, energy_imbalance
+from jamlab.flow.energy_balance import describe_balance, energy_gap
 from jamlab.flow.shear_run import ShearRun
 from jamlab.flow.stress_drops import StressDrops
 from jamlab.packing.short_repr import short_repr
@@ -79,11 +79,11 @@ class QuasistaticShear(ShearRun):
         return super().reached + (f"; {missed} of {len(self.converged)} states NOT CONVERGED" if missed else "")
 
     @property
-    def imbalance(self) -> float:
-        """Part of the work that is neither stored nor released by an event that was seen: error of too long steps."""
+    def energy_gap(self) -> Array:
+        """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
         released = np.zeros(len(self.strain))
         released[self.strain.searchsorted(self.event_strain)] = self.event_released
-        return energy_imbalance(self.work, np.cumsum(released), self.energy)
+        return energy_gap(self.work, np.cumsum(released), self.energy)
 
     def _remedy(self) -> str:
         return "steps are too long to tell what events release; give half the step"

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from creep_of_elements import compliance
 
 import jamlab
 
@@ -26,6 +27,17 @@ def test_a_small_step_relaxes_to_the_modulus_at_rest(droplets):
     found = jamlab.relax_stress(droplets, strain=1e-5, duration=1e5)
     assert found.modulus[-1] == pytest.approx(jamlab.shear_modulus(droplets), rel=1e-3)
     assert np.all(np.diff(found.modulus) < 1e-3 * found.modulus[:-1])  # its tolerance
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3)], ids=str)
+def test_creep_has_the_compliance_of_the_frequency_domain(droplets, law):
+    found = jamlab.creep(droplets, 1e-6, 100.0, law, tolerance=1e-4)
+    spectrum = jamlab.complex_modulus(droplets, [0.1], law, method="dense").spectrum
+    for wanted in (0.1, 1.0, 10.0, 100.0):
+        k = np.argmin(np.abs(found.time - wanted))
+        assert abs(found.compliance[k] / compliance(spectrum, found.time[[k]])[0] - 1) < 1e-4
+    assert found.imbalance < 0.01
 
 
 @pytest.mark.parametrize(
