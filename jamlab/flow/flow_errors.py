@@ -73,8 +73,8 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
     """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
     Student's prediction interval at each condition of the table, of the logarithm of the errors of G*, and of the
-    errors of a stress, which are mostly noise; its scatter is pooled over conditions of one amplitude. Interpolated
-    between. Less drag or amplitude than in the table counts as its least where errors tend to a limit.
+    errors of a stress, which are mostly noise; scatter is pooled over drag. Interpolated between. Less drag or strain
+    than in the table counts as its least where errors tend to a limit.
 
     Args:
         kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
@@ -88,7 +88,9 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
     axes, upper = _shipped_upper_errors(kind, stokes) if table is None else _upper_errors(kind, stokes, table)
     alphas, drags, amplitudes = axes
     x, y = float(np.log(drag)), float(np.log(amplitude))
-    if kind == "oscillation":  # linear drag tends to the limit of slow shear, and all drag to that of small strains
+    if kind == "flow":
+        alpha = min(alpha, alphas[-1])
+    else:  # linear drag tends to the limit of slow shear, and all drag to that of small strains
         x = max(x, drags[0]) if alpha in (STOKES, 1.0) else x
         x, y = min(x, drags[-1]), max(y, amplitudes[0])
     if any(not axis[0] - 1e-4 <= at <= axis[-1] + 1e-4 for at, axis in ((alpha, alphas), (x, drags), (y, amplitudes))):
@@ -130,6 +132,8 @@ def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
 def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:
     """Axes (alpha, ln drag, ln amplitude) of a table, and on them the logarithm of the error that is promised."""
     rows = table[(table["part"] == "calibrate") & (table["kind"] == kind) & ((table["alpha"] == STOKES) == stokes)]
+    if kind == "flow":  # linear drag beside itself has no error, not even noise
+        rows = rows[rows["alpha"] < 1.0]
     names = ["alpha", "drag", "amplitude"]
     axes = [np.unique(rows[name].to_numpy(dtype=np.float64)) for name in names]
     shape = [len(axis) for axis in axes]
@@ -141,8 +145,8 @@ def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Ar
         if len(errors) > 1:
             count[spot], mean[spot], spread[spot] = len(errors), errors.mean(), errors.var(ddof=1)
     freedom = (count - 1) * (spread > 0)  # conditions where all errors are at the floor say nothing of scatter
-    total = np.maximum(freedom.sum(axis=(0, 1)), 1)
-    width = stats.t.ppf(CONFIDENCE, total) * np.sqrt((freedom * spread).sum(axis=(0, 1)) / total)
+    total = np.maximum(freedom.sum(axis=1, keepdims=True), 1)
+    width = stats.t.ppf(CONFIDENCE, total) * np.sqrt((freedom * spread).sum(axis=1, keepdims=True) / total)
     upper = mean + np.where(spread > 0, width * np.sqrt(1 + 1 / np.maximum(count, 1)), 0.0)
     upper = upper if kind == "oscillation" else np.log(upper)
     for k in range(upper.shape[2] - 2, -1, -1):  # a frequency that no run reaches: errors grow with amplitude
