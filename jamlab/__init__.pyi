@@ -16,6 +16,8 @@ from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep
 from .flow.creep_run import CreepRun as CreepRun
+from .flow.flow_choice import FlowChoice as FlowChoice
+from .flow.flow_choice import choose_flow as choose_flow
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.flow_plan import FlowPlan as FlowPlan
 from .flow.flow_plan import plan_flow as plan_flow

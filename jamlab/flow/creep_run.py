@@ -56,7 +56,7 @@ class CreepRun(FlowRun):
         return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
 
     @property
-    def verdict(self) -> str:
+    def reached(self) -> str:
         """What the run has reached, in words."""
         early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
         if self.slope < _RESTS:

@@ -36,12 +36,18 @@ def test_command(folder, words):
     picture = ["--plot", f"{name}.png"] if name in ("shear", "flow-curve") else []
     done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", *picture)
     assert done.exit_code == 0, done.stderr
-    assert column in done.stdout and note in done.stdout and f"wrote {name}.h5" in done.stdout
+    assert (
+        column in done.stdout
+        and note in done.stdout
+        and "energy balance to" in done.stdout
+        and f"wrote {name}.h5" in done.stdout
+    )
     assert not picture or (folder / f"{name}.png").stat().st_size > 5000
     found = jamlab.read_flow(folder / f"{name}.h5")
     again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")
     printed = json.loads(again.stdout)
     assert printed["stress"] == pytest.approx(found.stress.tolist()) and printed["verdict"] == found.verdict
+    assert np.max(printed["imbalance"]) == np.max(found.imbalance) < 0.02
     table = pd.read_csv(folder / f"{name}.csv")
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 
