@@ -32,7 +32,7 @@ def speed_accuracy(
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
-    from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front
+    from jamlab.benchmarks.speed_accuracy.page import OFF_COLUMNS, defaults_off_the_front
     from jamlab.benchmarks.speed_accuracy.page import plan as plan_topics
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
@@ -47,8 +47,9 @@ def speed_accuracy(
         print_json({"out": str(out), "defaults_off_the_front": beaten, "topics": points})
         return
     if beaten:
-        columns = ["topic: panel", "default", "cost", "error", "times the cheapest", "reason"]
-        print_table("defaults off their front", columns, beaten)
+        print_table("defaults off their front", OFF_COLUMNS[:-1], [row[:-1] for row in beaten])
+        for reason, name in {row[-1]: row[0].partition(":")[0] for row in beaten}.items():
+            out_console.print(f"{name}: {reason}", soft_wrap=True, highlight=False)
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
