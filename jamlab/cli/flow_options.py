@@ -33,7 +33,9 @@ class FlowOptions:
     tolerance: Annotated[float, typer.Option(help="Relative error of velocities in a step.")] = 1e-3
     background: Annotated[
         float | None,
-        typer.Option(help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4."),
+        typer.Option(
+            help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2."
+        ),
     ] = None
     frame: Frame = -1
     out: Out = Path("flow.h5")

@@ -63,3 +63,10 @@ def test_refusals(folder, monkeypatch):
         done = call(folder, *words)
         assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
     assert not (folder / "slow.h5").exists()
+
+
+def test_a_name_of_another_format_is_refused(folder):
+    for words in (["creep", "p.h5", "--stress", "1e-4", "--duration", "5"], ["pack", "--n", "8"]):
+        done = call(folder, *words, "--out", "x.csv")
+        assert done.exit_code == 1 and "x.csv" in done.stderr and ".h5" in done.stderr
+        assert not (folder / "x.csv").exists()
