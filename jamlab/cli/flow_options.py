@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -76,27 +76,26 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
 
     def decorate(run: Run) -> Callable[..., None]:
         _, *own = inspect.signature(run).parameters.values()
-        shared = {
-            f.name: inspect.Parameter(
+        file, *shared = (
+            inspect.Parameter(
                 f.name,
                 inspect.Parameter.POSITIONAL_OR_KEYWORD,
-                default=other.get(f.name, inspect.Parameter.empty if f.name == "file" else f.default),
+                default=inspect.Parameter.empty if f.default is MISSING else other.get(f.name, f.default),
                 annotation=f.type,
             )
             for f in fields(FlowOptions)
-        }
+        )
+        parameters = [file, *own, *shared]
 
         @wraps(run)
         def command(**values: Any) -> None:
-            options = FlowOptions(**{name: values.pop(name) for name in shared})
+            options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
             expect_files(options.file, options.out, options.plot, options.csv)
             found, notes = run(options, **values)
             give(found, columns, notes, options.out, options.plot, options.csv, options.as_json)
 
-        parameters = [shared.pop("file"), *own, *shared.values()]
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         command.__annotations__ = {each.name: each.annotation for each in parameters}
-        shared["file"] = parameters[0]
         return command
 
     return decorate
