@@ -202,8 +202,7 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
 
 def _above_a_hundredth(e: Ensemble) -> Ensemble:
     """Places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
-    kept = average(e.x) >= DISTANT
-    return Ensemble(e.x[:, kept], e.y[:, kept])
+    return _between(e, DISTANT, np.inf)
 
 
 def _exponent_of_size(states: pd.DataFrame, series: str, n: int, column: str) -> float:
@@ -296,4 +295,23 @@ def _confluence_claims(name: str, model: str, curves: dict[int, Ensemble]) -> li
     if model == "sp":
         return [limit]
     text = "exponent of z_conf - z in rho* - rho, DP"
-    return [limit, claim(name, text, slope, exponent, how=ending, cause="", shown_by="boromand-7 c")]
+    cause = _exponents_of_sizes(curves)
+    return [limit, claim(name, text, slope, exponent, how=ending, cause=cause, shown_by="boromand-7 c and d")]
+
+
+def _exponents_of_sizes(curves: dict[int, Ensemble]) -> str:
+    """Exponents in each size, and of the largest where five contacts or more are missing."""
+    if not curves:
+        return ""
+    each = {n: conventions.fit_exponent(*_between(e, *CONFLUENT).mean) for n, e in curves.items()}
+    x, y = curves[max(curves)].mean
+    many = (y * max(curves) > 10) & (x < CONFLUENT[1])
+    beyond = f"; {conventions.fit_exponent(x[many], y[many]):.3g} where five or more are missing" if many.sum() > 2 else ""
+    found, names = ", ".join(f"{v:.3g}" for v in each.values()), ", ".join(str(n) for n in each)
+    return f"the last contact holds z at 6 - 2/N': the exponent is {found} at N = {names}{beyond}"
+
+
+def _between(e: Ensemble, low: float, high: float) -> Ensemble:
+    x = average(e.x)
+    kept = (x > low) & (x < high)
+    return Ensemble(e.x[:, kept], e.y[:, kept])
