@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
+from scipy.optimize import least_squares
 
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
@@ -92,22 +92,22 @@ def collapse_through(
         raise InputError("a collapse is measured in logarithms: s and y must be positive")
     width, middle = float(np.ptp(place)) or 1.0, float(np.median(log_s))
 
-    def misfit(at: float, q: float, w: float) -> tuple[float, Array]:
+    def misfit(at: float, q: float, w: float) -> tuple[Array, Array]:
+        """Distances (m,) of ln y from the polynomial that is best for these numbers, and its coefficients."""
         z = (place - at) * np.exp(-w * log_s)
         powers = np.vander(z / np.exp(-w * middle) / width, order + 1)
         found, *_ = np.linalg.lstsq(powers, log_y - q * log_s, rcond=None)
-        rest = float(np.sqrt(np.mean((powers @ found - log_y + q * log_s) ** 2)))
-        return rest, found / (np.exp(-w * middle) * width) ** np.arange(order, -1, -1)
+        return powers @ found - log_y + q * log_s, found / (np.exp(-w * middle) * width) ** np.arange(order, -1, -1)
 
     first, steps = np.array(start, dtype=np.float64), np.array([0.1 * width, 0.1, 0.1])
     if critical is not None:
-        first[0], steps[0] = critical, 0.0
-    found = minimize(
-        lambda v: misfit(*(first + steps * v))[0] ** 2,
-        np.zeros(3),
-        method="Nelder-Mead",
-        options={"xatol": 1e-3, "fatol": 1e-10, "initial_simplex": np.vstack([np.zeros(3), np.eye(3)])},
-    )
-    at, q, w = (first + steps * found.x).tolist()
-    spread, coefficients = misfit(at, q, w)
-    return CriticalCollapse(at, q, w, coefficients, spread, misfit(at, 0.0, 0.0)[0])
+        first[0] = critical
+    fixed = 0 if critical is None else 1  # leading unknowns that stay
+
+    def unknowns(move: Array) -> list[float]:
+        return [*first[:fixed].tolist(), *(first[fixed:] + steps[fixed:] * move).tolist()]
+
+    at, q, w = unknowns(least_squares(lambda move: misfit(*unknowns(move))[0], np.zeros(3 - fixed)).x)
+    rest, coefficients = misfit(at, q, w)
+    spread, before = (float(np.sqrt(np.mean(part**2))) for part in (rest, misfit(at, 0.0, 0.0)[0]))
+    return CriticalCollapse(at, q, w, coefficients, spread, before)

@@ -49,7 +49,7 @@ VISCOSITY_EXPONENT = Published(2.77, 0.2)
 
 # strain at which the answer of soft disks to shear stops being linear goes as this power of the pressure: Boschan et
 # al., Soft Matter 12, 5450 (2016)
-SOFTENING_EXPONENT = Published(1.0)
+SOFTENING_EXPONENT = Published(1.0, 0.1)
 
 
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:

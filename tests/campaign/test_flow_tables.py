@@ -77,6 +77,7 @@ def test_oscillation_and_creep(tmp_path):
     assert row["residual"] == pytest.approx(found.residual) and row["tolerance"] == 1e-3
 
 
+@pytest.mark.slow
 def test_rate_0_is_quasistatic_shear_and_last_takes_one_state(tmp_path):
     flow = {"rates": [0.0, 1.0], "strain": 1.0, "discard": 0.1, "step": 0.05, "background": 1e-2, "last": True}
     changes = {"pressures": [2e-2, 1e-2], "seeds": 1, "damping": {"contact": [1.0]}, "flow": flow}

@@ -55,11 +55,11 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
     out.claims = _claims(found)
     out.caption = (
         f"Stress of steady flow of {int(table['n'].iloc[0])} disks, means over {len(values)} packings, packing "
-        f"fractions {WINDOW[0]} to {WINDOW[1]}, rates up to {HIGHEST:g}, scaled by one fit of "
-        f"q = {best.q:.3f} and w = {best.w:.3f} with onset at {best.critical}, that of Olsson & Teitel 2011; points lie {100 * best.spread:.1f} % from the line, and "
-        f"{100 * best.before:.0f} % before scaling. Rates like these do not settle onset itself: left free, it is put at "
-        f"{free.critical:.3f}. (a) One smooth curve through onset. (b) The same on its two sides: "
-        "a yield stress above, a liquid below, one power law where both meet."
+        f"fractions {WINDOW[0]} to {WINDOW[1]}, rates up to {HIGHEST:g}, scaled by one fit of q = {best.q:.3f} and "
+        f"w = {best.w:.3f} with onset at {best.critical}, that of Olsson & Teitel 2011; points lie "
+        f"{100 * best.spread:.1f} % from the line, and {100 * best.before:.0f} % before scaling. Rates like these do "
+        f"not settle onset itself: left free, it is put at {free.critical:.3f}. (a) One smooth curve through onset. "
+        "(b) The same on its two sides: a yield stress above, a liquid below, one power law where both meet."
     )
     return out
 

@@ -61,10 +61,10 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     label(checks, "settings", rf"the same, $\alpha$ = {powers[0]:.2f}, lowest rate", legend=False)
     checks.tick_params(axis="x", labelsize=7.5)
     out.caption = (
-        f"{int(linear['n'].iloc[0])} disks at packing fraction {phi:.2f}, {linear['seed'].nunique()} packings, 95 % "
-        "intervals. (a) Steady flow under contact drag that grows as velocity to the power alpha, over the rate to "
-        "that power, on which it would be one curve if velocities scaled as the rate. (b) The ratio to linear drag, of the "
-        f"same packings; grey, 10 %. {said}"
+        f"{int(linear['n'].iloc[0])} disks at packing fraction {phi:.2f}, {linear['seed'].nunique()} packings, "
+        "95 % intervals. (a) Steady flow under contact drag that grows as velocity to the power alpha, over the rate "
+        "to that power, on which it would be one curve if velocities scaled as the rate. (b) The ratio to linear drag, "
+        f"of the same packings; grey, 10 %. {said}"
     )
     return out
 

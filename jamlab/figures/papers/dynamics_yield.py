@@ -69,8 +69,8 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
         f"{int(table['n'].iloc[0])} disks at packing fraction {phi:.2f}, {slow['seed'].nunique()} packings, 95 % "
         "intervals. (a) Steady flow, the law of Herschel and Bulkley through it, the mean of quasi-static shear, to "
         "which it tends, and the peaks of start-up. (b) Packings at rest under a stress: those that flow on at the "
-        f"end. (c) Yield stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from a "
-        "quenched packing. That of creep counts from zero, with the residual stress of the packing, and lies between "
+        f"end. (c) Yield stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from "
+        "a quenched packing. That of creep counts from zero, with the residual stress of the packing, and lies between "
         "the largest stress that a packing bears and the next."
     )
     return out
