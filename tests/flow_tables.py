@@ -59,7 +59,12 @@ def creep():
     rows = []
     for seed, stress in product(SEEDS, (2.5e-4, 5e-4, 1e-3, 2e-3)):
         flows = bool(stress > 9e-4)
-        ends = {"final_time": 1e4, "final_strain": 1.0 if flows else 0.01, "final_rate": 1e-4, "slope": float(flows)}
+        ends = {
+            "final_time": 1e4,
+            "final_strain": 1.0 if flows else 0.01,
+            "final_rate": 1e-4 if flows else 1e-7,
+            "slope": float(flows),
+        }
         found = {"stress": stress, "residual": 0.0, "flows": flows, "rests": not flows, "converged": True}
         rows.append({**_USUAL, "phi": 0.86, "seed": seed, **ends, **found})
     return pd.DataFrame(rows)

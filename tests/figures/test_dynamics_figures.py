@@ -9,7 +9,8 @@ import pytest
 
 from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
-from jamlab.figures.papers.dynamics_rows import steady_flows
+from jamlab.figures.papers.dynamics_flow_curves import yield_law_interval
+from jamlab.figures.papers.dynamics_rows import balanced_disks, by_packing, steady_flows
 from jamlab.figures.papers.tables import OF_FLOWS, EnsembleTables, reference_tables, save
 from jamlab.statistics.critical_collapse import collapse_through
 
@@ -58,6 +59,17 @@ def test_flow_curves_fit_the_law_of_herschel_and_bulkley():
     (name,) = (s for s in drawn("flow-curves").table["series"].unique() if s.startswith("$n$"))
     assert float(name.split("= ")[1]) == pytest.approx(flow_tables.HERSCHEL, abs=0.01)
     assert 0.3 < drawn("flow-curves").claims[0].value < 0.6
+
+
+def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
+    """The law of Herschel and Bulkley at 0.86 has an exponent in 0.45 .. 0.55, and meets the mean at rate 0."""
+    flow = balanced_disks(reference_tables().flow)
+    flow = flow[(flow["phi"] == 0.86) & (flow["n"] == 256) & np.isclose(flow["tolerance"], 5e-2)]
+    still = flow.loc[flow["rate"] == 0, "stress"]
+    moving = yield_law_interval(*by_packing(flow[flow["rate"] > 0], "rate", "stress"))
+    assert moving.low[0] < still.mean() < moving.high[0] and len(still) >= 6
+    both = yield_law_interval(*by_packing(flow, "rate", "stress"))
+    assert 0.45 < both.low[1] < both.value[1] < both.high[1] < 0.55
 
 
 def test_yield_stresses_side_by_side():

@@ -1,4 +1,4 @@
-"""Figures of flow in time beside stored ones, pixel by pixel, from tables in which known laws hold; see test_pictures."""
+"""Figures of flow in time beside stored ones, pixel by pixel, from tables in which known laws hold."""
 
 from functools import cache
 

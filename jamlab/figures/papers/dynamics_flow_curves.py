@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.dynamics_rows import RATE, STRESS, by_packing, mean_over_packings, nearest, steady_flows
+from jamlab.figures.papers.dynamics_rows import (
+    RATE,
+    STRESS,
+    balanced_disks,
+    by_packing,
+    mean_over_packings,
+    nearest,
+    steady_flows,
+)
 from jamlab.figures.papers.ensembles import average, bootstrap
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label, scale, sequence
 from jamlab.figures.papers.tables import EnsembleTables
@@ -43,7 +51,7 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     if len(rates):
         at_onset = table[(table["phi"] == ONSET) & (table["rate"] == rates.min())]["stress"].mean()
         out.slope(stress, FLOW_AT_ONSET.value, (rates.min(), HIGHEST), 0.6 * float(at_onset))
-    said = _draw_fit(out, fit, table)
+    said = _draw_fit(out, fit, table, balanced_disks(tables.flow))
     label(stress, RATE, STRESS, fontsize=7.5)
     label(friction, RATE, r"stress over pressure $\sigma/p$", legend=False)
     label(fit, RATE, r"$\sigma - \sigma_y$  [k]", loc="upper left")
@@ -58,8 +66,12 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
 
 
 def yield_law(rates: Array, stress: Array) -> HerschelBulkley:
-    """Law of Herschel and Bulkley through the means of stresses (packings, m), weighted by their relative errors."""
+    """Law of Herschel and Bulkley through the means of stresses (packings, m), weighted by their relative errors.
+
+    Rate 0 is quasi-static shear, whose mean counts as any other.
+    """
     kept = (rates <= HIGHEST) & np.isfinite(stress).all(axis=0)
+    rates = np.maximum(rates, _STANDS)
     mean = average(stress[:, kept])
     return herschel_bulkley(rates[kept], mean, 0.03 * mean)
 
@@ -77,7 +89,7 @@ def yield_law_interval(rates: Array, stress: Array) -> Interval:
     return bootstrap([stress], of, resamples=100)
 
 
-def _draw_fit(out: Drawing, axes: object, table: pd.DataFrame) -> str:
+def _draw_fit(out: Drawing, axes: object, table: pd.DataFrame, everything: pd.DataFrame) -> str:
     phi = nearest(sorted(table["phi"].unique()), JAMMED)
     rates, stress = by_packing(table[table["phi"] == phi], "rate", "stress")
     if (rates <= HIGHEST).sum() < 3:
@@ -95,7 +107,21 @@ def _draw_fit(out: Drawing, axes: object, table: pd.DataFrame) -> str:
     return (
         f"(c) The law of Herschel and Bulkley at packing fraction {phi:.2f}, fitted up to rate {HIGHEST:g}: exponent "
         f"{law.exponent:.3f} [{low:.3f}, {high:.3f}], yield stress {1e4 * y:.2f} "
-        f"[{1e4 * found.low[0]:.2f}, {1e4 * found.high[0]:.2f}] 1e-4 k."
+        f"[{1e4 * found.low[0]:.2f}, {1e4 * found.high[0]:.2f}] 1e-4 k.{_said_with_rest(everything, table, phi)}"
+    )
+
+
+def _said_with_rest(everything: pd.DataFrame, table: pd.DataFrame, phi: float) -> str:
+    """The same law with quasi-static shear as rate 0."""
+    still = everything[(everything["rate"] == 0) & (everything["phi"] == phi)]
+    if still.empty:
+        return ""
+    rates, stress = by_packing(pd.concat([still, table[table["phi"] == phi]]), "rate", "stress")
+    found = yield_law_interval(rates, stress)
+    return (
+        f" With the mean of quasi-static shear as rate 0: exponent {found.value[1]:.3f} [{found.low[1]:.3f}, "
+        f"{found.high[1]:.3f}], yield stress {1e4 * found.value[0]:.2f} [{1e4 * found.low[0]:.2f}, "
+        f"{1e4 * found.high[0]:.2f}]."
     )
 
 
@@ -108,10 +134,11 @@ def _exponent_at_onset(table: pd.DataFrame) -> Claim:
             found = bootstrap([stress], _slope(np.log(rates)))
     how = f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}"
     quantity = "exponent of stress over rate near onset"
-    cause = "beside onset, not at it: the collapse fits packing fractions on both sides"
+    cause = f"{ONSET} lies below onset in shear; at onset the collapse finds q"
     return claim("dynamics-flow-curves", quantity, found, FLOW_AT_ONSET, how=how, cause=cause, shown_by=_COLLAPSE)
 
 
+_STANDS = 1e-15  # rate that adds nothing to a yield stress
 _COLLAPSE = "jamlab figure dynamics-collapse"
 
 

@@ -25,6 +25,10 @@ from jamlab.statistics.bootstrap import Interval
 Array = NDArray[np.float64]
 
 
+MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
+_CREEP = {"color": PINK, "marker": "v"}
+
+
 class Estimate(NamedTuple):
     """A yield stress by one way, with its look."""
 
@@ -46,9 +50,9 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
         raise InputError(f"no quasi-static shear or no creep at packing fraction {phi}: run a campaign with both")
     out, (flow, creep, ways) = drawing("dynamics-yield", 1, 3, 4.8, 3.9)
     scale(flow)
-    scale(creep, "log", "linear")
+    scale(creep)
     found = _flows(out, flow, table, slow)
-    found.append(Estimate("creep", _creeps(out, creep, loaded), {"color": PINK, "marker": "v"}))
+    found.append(Estimate("creep", _creeps(out, creep, loaded, table), _CREEP))
     for k, each in enumerate(found):
         low, high = each.found.low, each.found.high
         out.curve(
@@ -58,7 +62,7 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
     ways.set_xlim(-0.5, len(found) - 0.5)
     ways.set_ylim(bottom=0)
     label(flow, RATE, STRESS, loc="upper left")
-    label(creep, r"stress applied  [k]", "share of packings that flow", legend=False)
+    label(creep, STRESS, r"rate of creep at the end $\dot\gamma\,\tau_1$")
     label(ways, "way", r"yield stress $\sigma_y$  [$10^{-3}$ k]", legend=False)
     ways.tick_params(axis="x", labelsize=8)
     text = "; ".join(
@@ -68,10 +72,11 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
     out.caption = (
         f"{int(table['n'].iloc[0])} disks at packing fraction {phi:.2f}, {slow['seed'].nunique()} packings, 95 % "
         "intervals. (a) Steady flow, the law of Herschel and Bulkley through it, the mean of quasi-static shear, to "
-        "which it tends, and the peaks of start-up. (b) Packings at rest under a stress: those that flow on at the "
-        f"end. (c) Yield stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from "
-        "a quenched packing. That of creep counts from zero, with the residual stress of the packing, and lies between "
-        "the largest stress that a packing bears and the next."
+        "which it tends, and the peaks of start-up. (b) Packings at rest under a stress, with their residual stress: "
+        f"mean rate over the last half of a time of {loaded['final_time'].max():g}, beside the law of (a). (c) Yield "
+        f"stresses, in 1e-4 k: {text}. What keeps flow going needs less stress than what starts it from a quenched "
+        f"packing. That of creep lies between the largest stress under which a packing ends slower than {MOVES:g}, and "
+        "the next."
     )
     return out
 
@@ -102,12 +107,12 @@ def _flows(out: Drawing, axes: Any, table: pd.DataFrame, slow: pd.DataFrame) -> 
     ]
 
 
-def _creeps(out: Drawing, axes: Any, loaded: pd.DataFrame) -> Interval:
-    stress, flows = by_packing(loaded.assign(flows=loaded["flows"].astype(float)), "stress", "flows")
-    share = mean_over_packings(flows)
-    low, high = np.clip(share.low, 0, 1), np.clip(share.high, 0, 1)
-    out.curve(axes, "flows", stress, share.value, low, high, band=False, color=PINK, marker="v")
-    axes.set_ylim(-0.05, 1.05)
+def _creeps(out: Drawing, axes: Any, loaded: pd.DataFrame, table: pd.DataFrame) -> Interval:
+    out.curve(axes, "creep", loaded["stress"] + loaded["residual"], loaded["final_rate"], ls="none", **_CREEP)
+    rates, stress = by_packing(table, "rate", "stress")
+    line = np.geomspace(MOVES, HIGHEST, 60)
+    out.curve(axes, "steady flow, law of (a)", yield_law(rates, stress)(line), line, **FIT)
+    axes.axhline(MOVES, color=BLACK, linewidth=0.8, linestyle=":")
     limits = [_threshold(rows) for _, rows in loaded.groupby("seed")]
     return mean_over_packings(np.array(limits)[:, None])[0]
 
@@ -116,7 +121,7 @@ def _threshold(rows: pd.DataFrame) -> float:
     """Stress, the residual one counted, between the largest that a packing bears and the next; nan if all flow."""
     total = (rows["stress"] + rows["residual"]).to_numpy(dtype=np.float64)
     order = np.argsort(total)
-    total, flows = total[order], rows["flows"].to_numpy(dtype=bool)[order]
+    total, flows = total[order], rows["final_rate"].to_numpy(dtype=np.float64)[order] > MOVES
     held = np.flatnonzero(~flows)
     if not len(held) or held[-1] + 1 == len(total):
         return np.nan
