@@ -74,7 +74,7 @@ def oscillation():
     """Moduli that fall at an amplitude in proportion to pressure; equivalent damping 30 % too high at alpha = 1/2."""
     rows = []
     for seed, p, omega, amplitude in product(SEEDS, (3e-3, 1e-2, 3e-2), (1e-3, 1e-2, 1e-1), np.geomspace(1e-5, 1, 21)):
-        modulus = 0.3 * p**0.5 * _noise(seed) / (1 + amplitude / (9 * SOFT_OVER_PRESSURE * p))
+        modulus = 0.3 * p**0.5 * _noise(seed) / (1 + 3 / 7 * amplitude / (SOFT_OVER_PRESSURE * p))
         rows.append(_oscillation_row(seed, p, omega, amplitude, modulus, 0.5 * modulus))
     for seed, alpha, omega in product(SEEDS, (0.5, 0.75, 1.0), (1e-3, 1e-2, 1e-1)):
         how = {"alpha": alpha, "background": 1e-4, "factor": 1.3 if alpha == 0.5 else 1.0}

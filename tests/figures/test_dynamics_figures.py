@@ -55,12 +55,14 @@ def test_a_collapse_of_what_scales_exactly():
         collapse_through(x, -s, s, (0, 0.5, 0.5))
 
 
+@pytest.mark.slow
 def test_flow_curves_fit_the_law_of_herschel_and_bulkley():
     (name,) = (s for s in drawn("flow-curves").table["series"].unique() if s.startswith("$n$"))
     assert float(name.split("= ")[1]) == pytest.approx(flow_tables.HERSCHEL, abs=0.01)
     assert 0.3 < drawn("flow-curves").claims[0].value < 0.6
 
 
+@pytest.mark.slow
 def test_the_shipped_flow_curve_tends_to_quasistatic_shear():
     """The law of Herschel and Bulkley at 0.86 has an exponent in 0.45 .. 0.55, and meets the mean at rate 0."""
     flow = balanced_disks(reference_tables().flow)
