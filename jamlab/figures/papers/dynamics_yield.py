@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
-_CREEP = {"color": PINK, "marker": "v"}
+_CREEP: dict[str, Any] = {"color": PINK, "marker": "v"}
 
 
 class Estimate(NamedTuple):
@@ -95,8 +95,8 @@ def _flows(out: Drawing, axes: Any, table: pd.DataFrame, slow: pd.DataFrame) -> 
     )
     limit = mean_over_packings(slow[["stress"]].to_numpy(dtype=np.float64))
     ends = np.array([rates.min(), rates.max()])
-    bounds = (np.full(2, limit.low[0]), np.full(2, limit.high[0]))
-    out.curve(axes, "quasi-static mean", ends, np.full(2, limit.value[0]), *bounds, color=BLUE, ls="--")
+    mean_slow, low, high = (np.full(2, v[0]) for v in (limit.value, limit.low, limit.high))
+    out.curve(axes, "quasi-static mean", ends, mean_slow, low, high, color=BLUE, ls="--")
     peak = mean_over_packings(slow[["peak_stress"]].fillna({"peak_stress": slow["stress"]}).to_numpy(dtype=np.float64))
     return [
         Estimate("flow, law", interval[0], {"color": BLACK, "marker": "s"}),
