@@ -1,0 +1,171 @@
+"""A blind trial of `jamlab.estimate`: random requests, really run, against ensembles that its table does not know.
+
+The truth is the mean over droplet packings of a campaign, each interpolated between its states to the packing fraction
+of the request. Results are kept as they come; a trial that was stopped goes on.
+"""
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.benchmarks.cpu_time import one_core
+from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, N, reference_way
+from jamlab.estimates.ensemble_way import free_shape
+from jamlab.estimates.estimate import estimate
+from jamlab.estimates.way_errors import scatter
+from jamlab.estimates.way_table import ONSET, read_ways
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+
+RHO = (0.84, 0.98)
+ERRORS = (0.5, 1.5)  # in units of the scatter of droplets: some 16 to 4 packings
+ALWAYS = 50  # packings of droplets from the start, to compare the cost with
+_FIRST_SEED = 500_000
+
+
+class Request(NamedTuple):
+    """What is asked for."""
+
+    quantity: str
+    rho: float
+    error: float
+    seed: int
+
+
+class Answer(NamedTuple):
+    """A request with what came of it.
+
+    Attributes:
+        request: its number.
+        quantity, rho, error, seed: what was asked for.
+        way, packings, expected, seconds: how it was met, and the cost, planned and seen.
+        value, reached: estimate, and half the width of its interval.
+        truth, truth_error, truth_packings: mean of the campaign, its standard error, and over how many.
+        always: seconds of 50 packings of droplets from the start.
+    """
+
+    request: int
+    quantity: str
+    rho: float
+    error: float
+    seed: int
+    way: str
+    packings: int
+    expected: float
+    seconds: float
+    value: float
+    reached: float
+    truth: float
+    truth_error: float
+    truth_packings: int
+    always: float
+
+
+def draw_requests(count: int, seed: int) -> list[Request]:
+    """Draw quantity, rho and error at random."""
+    rng = np.random.default_rng(seed)
+    names = list(ENSEMBLE_QUANTITIES)
+    found = []
+    for k in range(count):
+        quantity = names[rng.integers(len(names))]
+        rho = round(float(rng.uniform(*RHO)), 4)
+        deviation = scatter(read_ways()[reference_way()], quantity, rho).deviation
+        error = float(f"{deviation * np.exp(rng.uniform(*np.log(ERRORS))):.2g}")
+        found.append(Request(quantity, rho, error, _FIRST_SEED + k))
+    return found
+
+
+def run_trial(
+    out: Path, states: "pd.DataFrame", count: int, seed: int, *, progress: Callable[[str], None] | None = None
+) -> list[Answer]:
+    """Run requests, and add their answers to a CSV file; those that it has already are left out.
+
+    Args:
+        out: CSV file.
+        states: table "states" of a campaign with droplets, see `jamlab.Campaign.table`.
+        count: number of requests.
+        seed: that they are drawn with.
+        progress: called with each request.
+    """
+    done = len(read_answers(out)) if out.exists() else 0
+    with one_core():
+        for k, request in list(enumerate(draw_requests(count, seed)))[done:]:
+            if progress is not None:
+                progress(f"{k}: {request}")
+            answer = _answer(k, request, states)
+            with out.open("a", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                if file.tell() == 0:
+                    writer.writerow(Answer._fields)
+                writer.writerow([f"{x:.6g}" if isinstance(x, float) else x for x in answer])
+    return read_answers(out)
+
+
+def read_answers(path: Path) -> list[Answer]:
+    """Read the answers of a trial."""
+    kinds = Answer.__annotations__
+    with path.open(newline="", encoding="utf-8") as file:
+        return [Answer(**{name: kinds[name](value) for name, value in row.items()}) for row in csv.DictReader(file)]
+
+
+def summarize(answers: list[Answer]) -> dict[str, float]:
+    """Shares of the answers that hold, that cost what was expected, and what they cost against always 50 droplets."""
+    distance = np.array([abs(a.value - a.truth) for a in answers])
+    reached = np.array([a.reached for a in answers])
+    truth = 1.96 * np.array([a.truth_error for a in answers])
+    ratio = np.array([a.seconds / a.expected for a in answers])
+    saved = np.array([a.seconds / a.always for a in answers])
+    return {
+        "requests": len(answers),
+        "intervals that hold the truth": float(np.mean(distance <= reached)),
+        "with the truth's own error": float(np.mean(distance <= np.hypot(reached, truth))),
+        "errors met": float(np.mean([a.reached <= a.error for a in answers])),
+        "cost within 1.5 of the expected": float(np.mean((ratio >= 1 / 1.5) & (ratio <= 1.5))),
+        "cost over always 50 droplets, median": float(np.median(saved)),
+        "cost over always 50 droplets, worst": float(np.max(saved)),
+        "seconds of a request, median": float(np.median([a.seconds for a in answers])),
+    }
+
+
+def interpolated(states: "pd.DataFrame", quantity: str, rho: float) -> Array:
+    """(m,) a quantity of every packing of 64 droplets of a campaign at rho, between two states; those that have it."""
+    found = []
+    for _, packing in states[(states["model"] == "dp") & (states["n"] == N)].groupby("seed"):
+        rows = packing[packing["converged"].astype(bool)].sort_values("rho")
+        x = rows["rho"].to_numpy()
+        if quantity == ONSET:
+            found.append(float(rows["onset"].iloc[0]))
+        elif len(x) and x[0] <= rho <= x[-1]:
+            k = max(int(np.searchsorted(x, rho)), 1)
+            y = rows["shape" if quantity == "a" else quantity].to_numpy()[k - 1 : k + 1]
+            found.append(float(np.interp(rho, x[k - 1 : k + 1], y)))
+    values = np.array([value for value in found if np.isfinite(value)])
+    return values - free_shape(reference_way().nv) if quantity == "a" else values
+
+
+def _answer(k: int, request: Request, states: "pd.DataFrame") -> Answer:
+    quantity, rho, error, seed = request
+    found = estimate(quantity, rho, error, seed=seed)
+    true = interpolated(states, quantity, rho)
+    one = scatter(read_ways()[reference_way()], quantity, rho)
+    return Answer(
+        request=k,
+        **request._asdict(),
+        way=str(found.choice.way),
+        packings=found.packings,
+        expected=found.choice.seconds,
+        seconds=found.seconds,
+        value=found.value,
+        reached=found.error,
+        truth=float(true.mean()),
+        truth_error=float(true.std(ddof=1) / np.sqrt(len(true))),
+        truth_packings=len(true),
+        always=ALWAYS * one.seconds,
+    )
