@@ -5,7 +5,8 @@ of the request. Results are kept as they come; a trial that was stopped goes on.
 """
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.benchmarks.cpu_time import one_core
-from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, N, reference_way
+from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, EnsemblePlan, N, plan_estimate, reference_way
 from jamlab.estimates.ensemble_way import free_shape
 from jamlab.estimates.estimate import estimate
+from jamlab.estimates.sampling import sample
 from jamlab.estimates.way_errors import scatter
 from jamlab.estimates.way_table import ONSET, read_ways
 
@@ -47,8 +49,8 @@ class Answer(NamedTuple):
         quantity, rho, error, seed: what was asked for.
         way, packings, expected, seconds: how it was met, and the cost, planned and seen.
         value, reached: estimate, and half the width of its interval.
-        truth, truth_error, truth_packings: mean of the campaign, its standard error, and over how many.
         always: seconds of 50 packings of droplets from the start.
+        run: "run", or "resampled": packings drawn from the campaign, at the table's cost.
     """
 
     request: int
@@ -62,10 +64,22 @@ class Answer(NamedTuple):
     seconds: float
     value: float
     reached: float
-    truth: float
-    truth_error: float
-    truth_packings: int
     always: float
+    run: str = "run"
+
+
+class Verdict(NamedTuple):
+    """An answer beside the truth.
+
+    Attributes:
+        answer: what was estimated.
+        truth, error, packings: mean of the campaign, its standard error, and over how many it is.
+    """
+
+    answer: Answer
+    truth: float
+    error: float
+    packings: int
 
 
 def draw_requests(count: int, seed: int) -> list[Request]:
@@ -82,24 +96,17 @@ def draw_requests(count: int, seed: int) -> list[Request]:
     return found
 
 
-def run_trial(
-    out: Path, states: "pd.DataFrame", count: int, seed: int, *, progress: Callable[[str], None] | None = None
-) -> list[Answer]:
-    """Run requests, and add their answers to a CSV file; those that it has already are left out.
-
-    Args:
-        out: CSV file.
-        states: table "states" of a campaign with droplets, see `jamlab.Campaign.table`.
-        count: number of requests.
-        seed: that they are drawn with.
-        progress: called with each request.
-    """
-    done = len(read_answers(out)) if out.exists() else 0
+def run_trial(out: Path, requests: Sequence[Request], *, progress: Callable[[str], None] | None = None) -> list[Answer]:
+    """Run requests, and add their answers to a CSV file; those that it has already are left out."""
+    done = {a.request for a in read_answers(out)} if out.exists() else set()
     with one_core():
-        for k, request in list(enumerate(draw_requests(count, seed)))[done:]:
+        for k, request in enumerate(requests):
+            if k in done:
+                continue
             if progress is not None:
                 progress(f"{k}: {request}")
-            answer = _answer(k, request, states)
+            made = estimate(request.quantity, request.rho, request.error, seed=request.seed)
+            answer = _answer(k, request, made.choice, made.packings, made.seconds, made.value, made.error)
             with out.open("a", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 if file.tell() == 0:
@@ -115,22 +122,51 @@ def read_answers(path: Path) -> list[Answer]:
         return [Answer(**{name: kinds[name](value) for name, value in row.items()}) for row in csv.DictReader(file)]
 
 
-def summarize(answers: list[Answer]) -> dict[str, float]:
+def judge(answers: Sequence[Answer], states: "pd.DataFrame") -> list[Verdict]:
+    """Set answers beside the means over droplets of a campaign, table "states" (see `jamlab.Campaign.table`)."""
+    return [_verdict(a, interpolated(states, a.quantity, a.rho)) for a in answers]
+
+
+def resample(requests: Sequence[Request], states: "pd.DataFrame") -> list[Verdict]:
+    """Answer the requests that take droplets from the start by packings drawn from a campaign.
+
+    The truth is the mean of the others. Making these packings would take most of the time of a trial.
+    """
+    found = []
+    for k, (quantity, rho, error, seed) in enumerate(requests):
+        plan = plan_estimate(quantity, rho, error)
+        if plan.way == reference_way():
+            values = np.random.default_rng(seed).permutation(interpolated(states, quantity, rho))
+            drawn = iter(values.tolist())
+            one = plan.scatter.seconds
+            made, _ = sample(plan, error, lambda count: [(x, one) for x in islice(drawn, count)])  # noqa: B023
+            count, mean = len(made.good), float(np.mean(made.good))
+            answer = _answer(k, requests[k], plan, count, made.seconds, mean, made.error)
+            found.append(_verdict(answer._replace(run="resampled"), values[count:]))
+    return found
+
+
+def summarize(verdicts: Sequence[Verdict]) -> dict[str, float]:
     """Shares of the answers that hold, that cost what was expected, and what they cost against always 50 droplets."""
-    distance = np.array([abs(a.value - a.truth) for a in answers])
+    answers = [v.answer for v in verdicts]
+    distance = np.array([abs(v.answer.value - v.truth) for v in verdicts])
     reached = np.array([a.reached for a in answers])
-    truth = 1.96 * np.array([a.truth_error for a in answers])
-    ratio = np.array([a.seconds / a.expected for a in answers])
+    with_truth = np.hypot(reached, [1.96 * v.error for v in verdicts])
+    ratio = np.array([a.seconds / a.expected for a in answers if a.run == "run"])
     saved = np.array([a.seconds / a.always for a in answers])
     return {
         "requests": len(answers),
+        "really run": len(ratio),
         "intervals that hold the truth": float(np.mean(distance <= reached)),
-        "with the truth's own error": float(np.mean(distance <= np.hypot(reached, truth))),
+        "with the truth's own error": float(np.mean(distance <= with_truth)),
         "errors met": float(np.mean([a.reached <= a.error for a in answers])),
-        "cost within 1.5 of the expected": float(np.mean((ratio >= 1 / 1.5) & (ratio <= 1.5))),
+        "cost within 1.5 of the expected, where run": float(np.mean((ratio >= 1 / 1.5) & (ratio <= 1.5))),
         "cost over always 50 droplets, median": float(np.median(saved)),
         "cost over always 50 droplets, worst": float(np.max(saved)),
         "seconds of a request, median": float(np.median([a.seconds for a in answers])),
+        "packings of a request over those of the truth, median": float(
+            np.median([v.answer.packings / v.packings for v in verdicts])
+        ),
     }
 
 
@@ -150,22 +186,13 @@ def interpolated(states: "pd.DataFrame", quantity: str, rho: float) -> Array:
     return values - free_shape(reference_way().nv) if quantity == "a" else values
 
 
-def _answer(k: int, request: Request, states: "pd.DataFrame") -> Answer:
-    quantity, rho, error, seed = request
-    found = estimate(quantity, rho, error, seed=seed)
-    true = interpolated(states, quantity, rho)
-    one = scatter(read_ways()[reference_way()], quantity, rho)
-    return Answer(
-        request=k,
-        **request._asdict(),
-        way=str(found.choice.way),
-        packings=found.packings,
-        expected=found.choice.seconds,
-        seconds=found.seconds,
-        value=found.value,
-        reached=found.error,
-        truth=float(true.mean()),
-        truth_error=float(true.std(ddof=1) / np.sqrt(len(true))),
-        truth_packings=len(true),
-        always=ALWAYS * one.seconds,
-    )
+def _answer(
+    k: int, request: Request, plan: EnsemblePlan, packings: int, seconds: float, value: float, reached: float
+) -> Answer:
+    droplets = scatter(read_ways()[reference_way()], request.quantity, request.rho)
+    always = ALWAYS * droplets.seconds / droplets.share
+    return Answer(k, *request, str(plan.way), packings, plan.seconds, seconds, value, reached, always)
+
+
+def _verdict(answer: Answer, values: Array) -> Verdict:
+    return Verdict(answer, float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))

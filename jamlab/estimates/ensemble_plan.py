@@ -32,7 +32,7 @@ ENSEMBLE_QUANTITIES = {
 N = 64  # particles of the packings whose mean is estimated
 CONFIDENCE = 0.95
 FEWEST, MOST = 4, 100_000  # packings
-_LARGEST_SHARE = 0.8  # of the error asked for that the way itself may take in an automatic choice
+_LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
 
 
 @dataclass(frozen=True)

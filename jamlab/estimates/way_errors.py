@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
@@ -17,7 +18,7 @@ from jamlab.estimates.way_table import ONSET, WayRecord
 Array = NDArray[np.float64]
 
 _HIGHEST_DEGREE = 4
-_FEWEST = 8  # packings of a way: the errors of fewer are known too badly to choose among ways by them
+_FEWEST = 12  # packings of a way: the errors of fewer are known too badly to choose among ways by them
 _QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
 
 
@@ -59,20 +60,25 @@ def scatter(record: WayRecord, quantity: str, rho: float) -> Scatter:
     if quantity == ONSET:
         good = values[np.isfinite(values)]
         seconds = float(record.seconds[:, 0].mean())
-        return Scatter(float(good.std(ddof=1)), 0.5 * (len(good) - 1), len(good) / len(values), seconds)
+        return Scatter(float(good.std(ddof=1)), _skewed(len(good)), len(good) / len(values), seconds)
     count = np.isfinite(values).sum(axis=0)
     log_deviation = np.interp(rho, record.levels, np.log(deviations(record, quantity)))
     share = float(np.interp(rho, record.levels, count / len(values)))
     seconds = float(np.interp(rho, record.levels, record.seconds.mean(axis=0)))
-    # half the freedom: the scatter of skewed quantities is known less well than that of Gaussian ones
-    freedom = 0.5 * (float(np.interp(rho, record.levels, count)) - 1)
+    freedom = _skewed(float(np.interp(rho, record.levels, count)))
     return Scatter(float(np.exp(log_deviation)), freedom, share, seconds)
+
+
+def _skewed(packings: float) -> float:
+    """Degrees of freedom: half of the usual ones, as the scatter of skewed quantities is known less well."""
+    return 0.5 * (packings - 1)
 
 
 def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: float) -> Difference:
     """Mean over packings of one way minus that of a reference, at rho."""
-    freedom = min(len(record.seeds), len(reference.seeds)) - 1.0
-    if freedom + 1 < _FEWEST:
+    packings = min(len(record.seeds), len(reference.seeds))
+    freedom = _skewed(packings)
+    if packings < _FEWEST:
         return Difference(0.0, np.inf, freedom)
     if quantity == ONSET:
         one, two = (_mean(r.values[ONSET])[0] for r in (record, reference))
@@ -80,13 +86,14 @@ def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: floa
         return Difference(float(one - two), variance**0.5, freedom)
     offsets = _mean(record.values[quantity]) - _mean(reference.values[quantity])
     covariance = _covariance(record, quantity) + _covariance(reference, quantity)
-    degree, misfit = _fitting_degree(record.levels, offsets, covariance)
-    weights = _weights(record.levels, covariance, rho, degree)
+    expected = _smooth(record.levels, np.diag(covariance))
+    degree, misfit = _fitting_degree(record.levels, offsets, covariance, expected)
+    weights = _weights(record.levels, expected, rho, degree)
     error = float(np.sqrt(misfit * (weights @ covariance @ weights)))
     return Difference(float(weights @ offsets), error, freedom)
 
 
-def _fitting_degree(levels: Array, offsets: Array, covariance: Array) -> tuple[int, float]:
+def _fitting_degree(levels: Array, offsets: Array, covariance: Array, expected: Array) -> tuple[int, float]:
     """Degree of the polynomial that predicts left-out levels best, and its misfit.
 
     The misfit is Birge's ratio: mean square of what is missed over what the errors of the means explain, at least 1.
@@ -96,21 +103,26 @@ def _fitting_degree(levels: Array, offsets: Array, covariance: Array) -> tuple[i
         missed, explained = [], []
         for k in range(1, len(levels) - 1):  # not the ends: the polynomial is never used beyond them
             kept = np.arange(len(levels)) != k
-            weights = np.insert(_weights(levels[kept], covariance[np.ix_(kept, kept)], levels[k], degree), k, -1.0)
+            weights = np.insert(_weights(levels[kept], expected[kept], levels[k], degree), k, -1.0)
             missed.append(float(weights @ offsets) ** 2)
             explained.append(float(weights @ covariance @ weights))
-        score = np.mean(missed / np.diag(covariance)[1:-1])
+        score = np.mean(missed / expected[1:-1])
         found.append((float(score), degree, max(1.0, float(np.mean(np.divide(missed, explained))))))
     _, degree, misfit = min(found)
     return degree, misfit
 
 
-def _weights(levels: Array, covariance: Array, rho: float, degree: int) -> Array:
+def _weights(levels: Array, variances: Array, rho: float, degree: int) -> Array:
     """(k,) weights of the levels in a weighted least-squares polynomial at rho."""
     middle, width = 0.5 * (levels[0] + levels[-1]), 0.5 * (levels[-1] - levels[0])
     powers = legvander((levels - middle) / width, degree)
-    weighted = powers.T / np.diag(covariance)
+    weighted = powers.T / variances
     return np.asarray(np.linalg.solve(weighted @ powers, legvander((rho - middle) / width, degree)[0]) @ weighted)
+
+
+def _smooth(levels: Array, variances: Array) -> Array:
+    """Variances as a smooth function of rho: a level whose packings are alike by chance must not draw the fit."""
+    return np.asarray(np.exp(Polynomial.fit(levels, np.log(variances), 2)(levels)))
 
 
 def deviations(record: WayRecord, quantity: str) -> Array:
