@@ -30,6 +30,7 @@ RHO = (0.84, 0.98)
 ERRORS = (0.5, 1.5)  # in units of the scatter of droplets: some 16 to 4 packings
 ALWAYS = 50  # packings of droplets from the start, to compare the cost with
 _FIRST_SEED = 500_000
+_TRUTH = ("truth", "truth_error", "truth_packings")
 
 
 class Request(NamedTuple):
@@ -96,12 +97,18 @@ def draw_requests(count: int, seed: int) -> list[Request]:
     return found
 
 
-def run_trial(out: Path, requests: Sequence[Request], *, progress: Callable[[str], None] | None = None) -> list[Answer]:
-    """Run requests, and add their answers to a CSV file; those that it has already are left out."""
+def run_trial(
+    out: Path,
+    requests: Sequence[Request],
+    *,
+    only: set[int] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> list[Answer]:
+    """Run requests, all or some, and add their answers to a CSV file; those that it has already are left out."""
     done = {a.request for a in read_answers(out)} if out.exists() else set()
     with one_core():
         for k, request in enumerate(requests):
-            if k in done:
+            if k in done or (only is not None and k not in only):
                 continue
             if progress is not None:
                 progress(f"{k}: {request}")
@@ -117,9 +124,30 @@ def run_trial(out: Path, requests: Sequence[Request], *, progress: Callable[[str
 
 def read_answers(path: Path) -> list[Answer]:
     """Read the answers of a trial."""
-    kinds = Answer.__annotations__
     with path.open(newline="", encoding="utf-8") as file:
-        return [Answer(**{name: kinds[name](value) for name, value in row.items()}) for row in csv.DictReader(file)]
+        return [_parse(row) for row in csv.DictReader(file)]
+
+
+def needs_droplets(request: Request) -> bool:
+    """Whether a request is planned with droplets from the start."""
+    return plan_estimate(request.quantity, request.rho, request.error).way == reference_way()
+
+
+def write_verdicts(path: Path, verdicts: Sequence[Verdict]) -> None:
+    """Write a trial as CSV: every answer with the truth, in the order of the requests."""
+    rows = [(*v.answer, v.truth, v.error, v.packings) for v in sorted(verdicts, key=lambda v: v.answer.request)]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow((*Answer._fields, *_TRUTH))
+        writer.writerows([f"{x:.6g}" if isinstance(x, float) else x for x in row] for row in rows)
+
+
+def read_verdicts(path: Path) -> list[Verdict]:
+    """Read what `write_verdicts` wrote."""
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    truths = [[row.pop(name) for name in _TRUTH] for row in rows]
+    return [Verdict(_parse(row), float(t), float(e), int(n)) for row, (t, e, n) in zip(rows, truths, strict=True)]
 
 
 def judge(answers: Sequence[Answer], states: "pd.DataFrame") -> list[Verdict]:
@@ -135,7 +163,7 @@ def resample(requests: Sequence[Request], states: "pd.DataFrame") -> list[Verdic
     found = []
     for k, (quantity, rho, error, seed) in enumerate(requests):
         plan = plan_estimate(quantity, rho, error)
-        if plan.way == reference_way():
+        if needs_droplets(requests[k]):
             values = np.random.default_rng(seed).permutation(interpolated(states, quantity, rho))
             drawn = iter(values.tolist())
             one = plan.scatter.seconds
@@ -196,3 +224,8 @@ def _answer(
 
 def _verdict(answer: Answer, values: Array) -> Verdict:
     return Verdict(answer, float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
+
+
+def _parse(row: dict[str, str]) -> Answer:
+    kinds = Answer.__annotations__
+    return Answer(**{name: kinds[name](value) for name, value in row.items()})

@@ -81,10 +81,17 @@ def plan_estimate(
 ) -> EnsemblePlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error; nothing runs.
 
-    What the mean is: see `jamlab.estimate`.
-
     Args:
-        table: other than the shipped one, see `read_ways`.
+        quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `jamlab.estimate`, which also says what the mean is.
+        rho: true packing fraction, 0.84 to 0.98; not used for "rho-J".
+        error: half the width wanted of the 95 % interval, absolute.
+        model: "auto", or "sp" or "dp" to choose among disks or droplets only.
+        table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
+
+    Raises:
+        InputError: an unknown quantity or model, rho outside the table, moduli from disks, an error that is not
+            positive or takes more than 100 000 packings.
+        StorageError: the table was made with other parameters than those of `dp.parameters` now.
 
     Example:
         >>> loose, tight = (jamlab.plan_estimate("z", rho=0.9, error=e) for e in (0.1, 0.005))
@@ -108,6 +115,8 @@ def plan_estimate(
         why = f"{nearest.way}: known no better than {nearest.bias_error:.2g} with this model, however many packings"
         return replace(nearest, why=why)
     best = min(good, key=lambda p: p.seconds)
+    if best.error > error:
+        raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best.error:.2g}")
     return replace(best, why=_explain(best, plans, good))
 
 

@@ -18,6 +18,7 @@ from jamlab.estimates.way_table import ONSET, WayRecord
 Array = NDArray[np.float64]
 
 _HIGHEST_DEGREE = 4
+_FEWEST_TAILED = 100  # for moduli: G is far below zero near an instability, and few packings show none of these
 _FEWEST = 12  # packings of a way: the errors of fewer are known too badly to choose among ways by them
 _QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
 
@@ -78,7 +79,7 @@ def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: floa
     """Mean over packings of one way minus that of a reference, at rho."""
     packings = min(len(record.seeds), len(reference.seeds))
     freedom = _skewed(packings)
-    if packings < _FEWEST:
+    if packings < (_FEWEST_TAILED if quantity in ("g", "b") else _FEWEST):
         return Difference(0.0, np.inf, freedom)
     if quantity == ONSET:
         one, two = (_mean(r.values[ONSET])[0] for r in (record, reference))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import json
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -16,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import StorageError
 from jamlab.estimates.ensemble_way import EnsembleWay
 
@@ -50,17 +52,24 @@ def read_ways(path: Path | None = None) -> dict[EnsembleWay, WayRecord]:
     """Read the shipped table, or one written by `jamlab chart estimates`.
 
     Raises:
-        StorageError: it cannot be read, or is not such a table.
+        StorageError: it cannot be read, is not such a table, or was made with other parameters than the present ones.
     """
     source = path or resources.files("jamlab.estimates").joinpath(SHIPPED)
     try:
         with source.open("rb") as file:
             lines = gzip.decompress(file.read()).decode().splitlines()
-        return collect(list(csv.DictReader(line for line in lines if not line.startswith("#"))))
-    except (OSError, EOFError, ValueError, KeyError) as error:
+        made_with = json.loads(lines[0].removeprefix("#"))["parameters"]
+        found = collect(list(csv.DictReader(lines[1:])))
+    except (OSError, EOFError, ValueError, KeyError, IndexError) as error:
         raise StorageError(
             f"cannot read the table {source}: {error}; make one with `jamlab chart estimates`"
         ) from error
+
+    law = defaults("dp")
+    changed = [f"{name} = {was} (now {law.get(name)})" for name, was in made_with.items() if law.get(name) != was]
+    if changed:
+        raise StorageError(f"{source} was made with {', '.join(changed)}: make it anew with `jamlab chart estimates`")
+    return found
 
 
 def collect(rows: list[dict[str, str]]) -> dict[EnsembleWay, WayRecord]:
