@@ -15,7 +15,7 @@ import numpy as np
 from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, EnsemblePlan, plan_estimate, reference_way
 from jamlab.estimates.ensemble_way import EnsembleWay
 from jamlab.estimates.sampling import sample
-from jamlab.estimates.way_errors import deviations, difference
+from jamlab.estimates.way_errors import deviations, difference, is_known
 from jamlab.estimates.way_table import ONSET, WayRecord
 
 ERRORS = (0.3, 1.5)  # asked for, in units of the scatter of droplets: some 40 to 4 packings
@@ -90,7 +90,7 @@ def _run(plan: EnsemblePlan, record: WayRecord, k: int, error: float, truth: flo
 
 def _smooth(record: WayRecord, reference: WayRecord) -> WayRecord:
     """Shift a way's values so that its difference from the reference is the one that the table's fit says."""
-    if record is reference or not np.isfinite(difference(record, reference, "z", record.levels[0]).error):
+    if record is reference or not is_known(record, reference, "z"):
         return record
     values = dict(record.values)
     for name in values.keys() - {ONSET}:

@@ -48,7 +48,7 @@ def make_table(
 
     Args:
         out: file to write, `ways.csv.gz`. Rows are kept in `ways.csv` beside it as they come: a run that was stopped
-            goes on there, and one of more seeds adds to it.
+            goes on there; one of more seeds adds to the file, if there is one.
         seeds: of the packings.
         progress: called with each seed.
 
@@ -57,6 +57,8 @@ def make_table(
     """
     check_target(out)
     rows = out.with_name(out.name.removesuffix(".gz"))
+    if out.exists() and not rows.exists():
+        rows.write_text(gzip.decompress(out.read_bytes()).decode().partition("\n")[2], encoding="utf-8")
     measure_rows(rows, seeds, progress=progress)
     return write_table(rows, out)
 

@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_vertices
-from jamlab.estimates.way_errors import Scatter, difference, scatter
+from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
 from jamlab.estimates.way_table import ONSET, WayRecord, read_ways
 from jamlab.packing.short_repr import short_repr
 
@@ -105,11 +105,13 @@ def plan_estimate(
     plans = [
         _plan(record, reference, quantity, at, error)
         for record in table.values()
-        if model in ("auto", "sp" if record.way.nv is None else "dp") and _gives(record.way, quantity)
+        if model in ("auto", "sp" if record.way.nv is None else "dp")
+        and _gives(record.way, quantity)
+        and is_known(record, reference, quantity)
     ]
     good = [p for p in plans if p.bias_error <= _LARGEST_SHARE * error]
     if not plans:
-        raise InputError(f"model = {model!r}: disks have other moduli than droplets, estimate {quantity} with 'dp'")
+        raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
     if not good:
         nearest = min(plans, key=lambda p: p.bias_error)
         why = f"{nearest.way}: known no better than {nearest.bias_error:.2g} with this model, however many packings"
@@ -166,7 +168,7 @@ def _explain(best: EnsemblePlan, plans: list[EnsemblePlan], good: list[EnsembleP
     dearer = min((p for p in good if p is not best), key=lambda p: p.seconds, default=None)
     if dearer is not None:
         parts.append(f"next {dearer.way}, {dearer.packings} packings, {dearer.seconds:.0f} s")
-    parts += [f"{p.way}: known to {p.bias_error:.2g} only" for p in plans if p not in good and p.bias_error < math.inf]
+    parts += [f"{p.way}: known to {p.bias_error:.2g} only" for p in plans if p not in good]
     return "; ".join(parts)
 
 

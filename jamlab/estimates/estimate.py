@@ -80,6 +80,7 @@ def estimate(
     b where a packing is stable, void_sides where it has a closed void. Cheaper packings (disks; droplets that take over
     from disks; fewer vertices; 32 instead of 64) stand in for them where the table knows their mean difference from it
     well enough; it is taken off, and its error is part of the interval. Packings are added until the interval is met.
+    Larger packings have other means: see docs/how_to/mean_to_an_error.md.
 
     Args:
         quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `ENSEMBLE_QUANTITIES`.

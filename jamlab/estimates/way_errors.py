@@ -29,7 +29,7 @@ class Difference:
 
     Attributes:
         value: mean of the first way minus that of the reference.
-        error: standard error; infinite where one of them has too few packings.
+        error: standard error.
         freedom: degrees of freedom of it.
     """
 
@@ -75,12 +75,15 @@ def _skewed(packings: float) -> float:
     return 0.5 * (packings - 1)
 
 
+def is_known(record: WayRecord, reference: WayRecord, quantity: str) -> bool:
+    """Whether a way has enough packings in the table for its difference from the reference to have an error."""
+    fewest = _FEWEST_TAILED if quantity in ("g", "b") else _FEWEST
+    return record is reference or min(len(record.seeds), len(reference.seeds)) >= fewest
+
+
 def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: float) -> Difference:
     """Mean over packings of one way minus that of a reference, at rho."""
-    packings = min(len(record.seeds), len(reference.seeds))
-    freedom = _skewed(packings)
-    if packings < (_FEWEST_TAILED if quantity in ("g", "b") else _FEWEST):
-        return Difference(0.0, np.inf, freedom)
+    freedom = _skewed(min(len(record.seeds), len(reference.seeds)))
     if quantity == ONSET:
         one, two = (_mean(r.values[ONSET])[0] for r in (record, reference))
         variance = sum(float(_covariance(r, ONSET)[0, 0]) for r in (record, reference))

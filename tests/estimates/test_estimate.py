@@ -10,6 +10,7 @@ from commands import call
 
 import jamlab
 from jamlab.benchmarks.estimate_calibration import calibrate
+from jamlab.benchmarks.estimate_table import make_table
 from jamlab.estimates.ensemble_plan import FEWEST, reference_way
 from jamlab.estimates.ensemble_way import EnsembleWay
 from jamlab.estimates.sampling import sample
@@ -61,7 +62,7 @@ def test_moduli_do_not_come_from_disks_nor_onsets_from_carried_droplets():
     assert jamlab.plan_estimate("z", 0.9, 0.05, table=world).way == DISKS
     assert jamlab.plan_estimate("g", 0.9, 0.05, table=world).way == CARRIED
     assert jamlab.plan_estimate("rho-J", None, 0.005, table=world).way == DISKS
-    with pytest.raises(jamlab.InputError, match="other moduli"):
+    with pytest.raises(jamlab.InputError, match="disks do not tell b"):
         jamlab.plan_estimate("b", 0.9, 0.05, model="sp", table=world)
 
 
@@ -190,6 +191,17 @@ def test_a_table_that_is_none_is_refused(tmp_path):
     (tmp_path / "d").write_bytes(gzip.compress(other))
     with pytest.raises(jamlab.StorageError, match=r"gamma = 0.5 \(now 0.4\)"):
         read_ways(tmp_path / "d")
+
+
+def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
+    """Seeds that a table has are not made again, whether its rows or only the packed file are left."""
+    packed = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
+    (tmp_path / "ways.csv.gz").write_bytes(packed)
+    monkeypatch.setattr("jamlab.benchmarks.estimate_table.find_onset", None)  # nothing is made
+    for _ in range(2):
+        made = make_table(tmp_path / "ways.csv.gz", range(20_001, 20_011))
+        assert made.keys() == read_ways().keys()
+        assert gzip.decompress((tmp_path / "ways.csv.gz").read_bytes()) == gzip.decompress(packed)
 
 
 @pytest.mark.slow
