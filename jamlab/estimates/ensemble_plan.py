@@ -102,13 +102,12 @@ def plan_estimate(
     _check(table, quantity, rho, error, model)
     reference = table[reference_way()]
     at = math.nan if rho is None or quantity == ONSET else rho
-    plans = [
-        _plan(record, reference, quantity, at, error)
+    ways = [
+        record
         for record in table.values()
-        if model in ("auto", "sp" if record.way.nv is None else "dp")
-        and _gives(record.way, quantity)
-        and is_known(record, reference, quantity)
+        if model in ("auto", "sp" if record.way.nv is None else "dp") and _gives(record.way, quantity)
     ]
+    plans = [_plan(r, reference, quantity, at, error) for r in ways if is_known(r, reference, quantity)]
     good = [p for p in plans if p.bias_error <= _LARGEST_SHARE * error]
     if not plans:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
@@ -119,7 +118,8 @@ def plan_estimate(
     best = min(good, key=lambda p: p.seconds)
     if best.error > error:
         raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best.error:.2g}")
-    return replace(best, why=_explain(best, plans, good))
+    few = "" if len(plans) == len(ways) else f"; {len(ways) - len(plans)} others have too few packings in the table"
+    return replace(best, why=_explain(best, plans, good) + few)
 
 
 def interval(deviation: float, freedom: float, packings: int) -> float:
@@ -162,9 +162,8 @@ def _plan(record: WayRecord, reference: WayRecord, quantity: str, rho: float, er
 
 
 def _explain(best: EnsemblePlan, plans: list[EnsemblePlan], good: list[EnsemblePlan]) -> str:
-    parts = [
-        f"{best.way}: cheapest of {len(good)} ways to this error, {best.packings} packings in {best.seconds:.0f} s"
-    ]
+    rank = "the only way" if len(good) == 1 else f"cheapest of {len(good)} ways"
+    parts = [f"{best.way}: {rank} to this error, {best.packings} packings in {best.seconds:.0f} s"]
     dearer = min((p for p in good if p is not best), key=lambda p: p.seconds, default=None)
     if dearer is not None:
         parts.append(f"next {dearer.way}, {dearer.packings} packings, {dearer.seconds:.0f} s")
