@@ -119,7 +119,7 @@ def run_trial(
                 if file.tell() == 0:
                     writer.writerow(Answer._fields)
                 writer.writerow([f"{x:.6g}" if isinstance(x, float) else x for x in answer])
-    return read_answers(out)
+    return read_answers(out) if out.exists() else []
 
 
 def read_answers(path: Path) -> list[Answer]:
