@@ -12,6 +12,10 @@ from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
 from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
+from .estimates.ensemble_plan import EnsemblePlan as EnsemblePlan
+from .estimates.ensemble_plan import plan_estimate as plan_estimate
+from .estimates.estimate import Estimate as Estimate
+from .estimates.estimate import estimate as estimate
 from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep

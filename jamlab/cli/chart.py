@@ -119,3 +119,26 @@ def flow_table(
     made = measure_errors(out, seeds=seeds, checks=checks, progress=print_stage)
     kept, of = kept_promises(made)
     out_console.print(f"wrote {out}: {len(made)} runs; promised errors held in {kept} of {of} checks", soft_wrap=True)
+
+
+@chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")
+def estimates(
+    out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.gz.")] = Path(
+        "ways.csv.gz"
+    ),
+    seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 100,
+    trials: Annotated[int, typer.Option(help="Requests in worlds drawn from the table, to check intervals.")] = 1200,
+    as_json: Json = False,
+) -> None:
+    """Measure the table behind `jamlab estimate`, and check its intervals; goes on where it was stopped."""
+    from jamlab.benchmarks.estimate_calibration import calibrate, summarize
+    from jamlab.benchmarks.estimate_table import SEEDS, make_table
+
+    expect_output(out)
+    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=print_stage)
+    checked = summarize(calibrate(made, trials))
+    if as_json:
+        print_json({"out": str(out), "calibration": checked})
+        return
+    lines = [[name, f"{share:.3f}"] for name, share in checked.items()]
+    print_table(f"share of {trials} intervals that hold the truth", ["requests", "share"], lines)
