@@ -70,6 +70,7 @@ def collapse_through(
     A narrow range of s does not settle all three: data far above x_c scale with many of them.
 
     >>> x, s = (part.ravel() for part in np.meshgrid(np.linspace(0.82, 0.86, 9), np.geomspace(1e-4, 1e-2, 5)))
+    >>> from jamlab.statistics.critical_collapse import collapse_through
     >>> found = collapse_through(x, s, s**0.4 * np.exp((x - 0.84) / s**0.3), (0.835, 0.5, 0.35))
     >>> bool(abs(found.critical - 0.84) < 1e-4), round(found.q, 2), round(found.w, 2)
     (True, 0.4, 0.3)
