@@ -21,7 +21,15 @@ from jamlab.figures.papers import conventions, gallery
 from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.figures.papers.ensembles import add_distances, ensemble, from_onset, interpolate, log_places, select_usual
 from jamlab.figures.papers.summary import SUMMARY, first_line
-from jamlab.figures.papers.tables import NAMES, EnsembleTables, combine, count_voids, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import (
+    NAMES,
+    EnsembleTables,
+    combine,
+    count_voids,
+    read_folder,
+    reference_tables,
+    save,
+)
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 

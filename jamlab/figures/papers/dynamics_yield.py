@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 MOVES = 1e-5  # rate of creep below which a packing is taken to bear a stress
-_CREEP = {"color": PINK, "marker": "v"}
+_CREEP: dict[str, Any] = {"color": PINK, "marker": "v"}
 
 
 class Estimate(NamedTuple):
