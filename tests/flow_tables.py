@@ -50,7 +50,8 @@ def flow(critical=False):
             rows.append(_flow_row(seed, _stress(0.86, 1e-3), phi=0.86, rate=1e-3 ** (1 / alpha), alpha=alpha, n=n))
         for model, rho, rate in product(("sp", "dp"), (0.90, 0.95), (1e-2, 1e-1)):
             drag = {"law": "stokes", "beta": np.nan, "eta_f": 0.0, "alpha": np.nan, "background": np.nan, "n": 16}
-            rows.append(_flow_row(seed, 0.1 * rate**0.5, model=model, phi=rho, rate=rate, **drag | {"rho": rho}))
+            stress = (0.1 if model == "sp" else 0.2) * rate**0.5
+            rows.append(_flow_row(seed, stress, model=model, phi=rho, rate=rate, **drag | {"rho": rho}))
     return pd.DataFrame(rows)
 
 

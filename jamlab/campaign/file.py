@@ -20,7 +20,6 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -33,56 +32,33 @@ from pydantic import (
 )
 
 from jamlab.campaign.file_problems import explain
+from jamlab.campaign.file_values import FileTable, Frequencies, LogGrid, NotNegative, Positive
+from jamlab.campaign.flow_file import FLOWS, Creeping, Flow, Oscillating
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
-from jamlab.flow.creep import LONGEST
-from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES
-from jamlab.flow.overdamped_session import LARGEST_TOLERANCE as LARGEST_TOLERANCE_OF_FLOW
-from jamlab.flow.overdamped_session import LEAST_TOLERANCE as LEAST_TOLERANCE_OF_FLOW
-from jamlab.flow.quasistatic_shear import LARGEST_STEP
-from jamlab.flow.shear import LARGEST_RATE
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
-from jamlab.rheology.damping import LEAST_ALPHA
 
 OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation", "creep")
-
-FLOWS = {  # observables of flow in time, each with a table of that name, and what to give in it
-    "flow": "a table with rates",
-    "oscillation": "a table with omega and amplitudes",
-    "creep": "a table with stresses and duration",
-}
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
 MOST_RANKS = 1_024  # of a task: more than any one machine has cores
 MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
-MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file
 SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
-LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
-class _Table(BaseModel):
-    """A TOML table without unknown keys and without conversion of text to numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+class _Table(FileTable, BaseModel):
+    """A table whose defaults are copied, which ruff knows of a BaseModel that it sees."""
 
 
 def _make_list(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
-
-
-def _space_evenly_in_log(value: Any) -> Any:
-    if isinstance(value, dict):
-        grid = _OmegaGrid.model_validate(value)
-        omega = np.geomspace(grid.lowest, grid.highest, grid.points)
-        return [float(f"{w:.12g}") for w in omega]  # equal on every machine: task names depend on it
-    return value
 
 
 def _check_observable(value: str) -> str:
@@ -93,99 +69,6 @@ def _check_observable(value: str) -> str:
 
 
 Observable = Annotated[str, AfterValidator(_check_observable)]
-Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
-Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
-Rates = Annotated[list[NotNegative], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
-Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
-Background = Annotated[float, Field(ge=0, le=1e3)]
-FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)]
-
-
-class _OmegaGrid(_Table):
-    lowest: Positive
-    highest: Positive
-    points: Annotated[int, Field(ge=2, le=MOST_FREQUENCIES)]
-
-    @model_validator(mode="after")
-    def _check_order(self) -> "_OmegaGrid":
-        if self.lowest >= self.highest:
-            raise ValueError(f"lowest = {self.lowest:g} is not below highest = {self.highest:g}: swap them")
-        return self
-
-
-class Flow(_Table):
-    """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`.
-
-    Attributes:
-        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
-        strain: of the average.
-        discard: strain of start-up before.
-        step: of strain, at rate 0.
-        alpha: power of the velocity in contact damping, 1 is linear.
-        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
-        tolerance: relative error of velocities in a step.
-        last: true: only of the last state of each packing.
-    """
-
-    rates: Rates
-    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
-    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
-    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3
-    alpha: Alpha = 1.0
-    background: Background | None = None
-    tolerance: FlowTolerance = 1e-2
-    last: bool = False
-
-    @field_validator("rates")
-    @classmethod
-    def _check_rates(cls, value: list[float]) -> list[float]:
-        if max(value) > LARGEST_RATE:
-            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
-        return value
-
-
-class Oscillating(_Table):
-    """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude.
-
-    Attributes:
-        omega: frequencies, 1/tau_1.
-        amplitudes: of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm.
-        alpha, background, tolerance: see `Flow`.
-        cycles: at most.
-    """
-
-    omega: Frequencies
-    amplitudes: Frequencies
-    alpha: Alpha = 1.0
-    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20
-    background: Background = 0.0
-    tolerance: FlowTolerance = 1e-3
-
-    @field_validator("amplitudes")
-    @classmethod
-    def _check_amplitudes(cls, value: list[float]) -> list[float]:
-        if max(value) > LARGEST_AMPLITUDE:
-            raise ValueError(f"{max(value):g} is above {LARGEST_AMPLITUDE:g}, the largest strain there is: lower it")
-        return value
-
-
-class Creeping(_Table):
-    """Arguments of `jamlab.creep`, for every state, damping law and stress.
-
-    Attributes:
-        stresses: beside the residual one, in the packing's unit.
-        duration: time, tau_1.
-        largest_strain: at which a run ends early.
-        alpha, background, tolerance: see `Flow`.
-    """
-
-    stresses: Frequencies
-    duration: Annotated[float, Field(gt=0, le=LONGEST)]
-    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0
-    alpha: Alpha = 1.0
-    background: Background = 0.0
-    tolerance: FlowTolerance = 1e-3
 
 
 class Compression(_Table):
@@ -426,19 +309,19 @@ def _read_text(path: str | os.PathLike[str]) -> str:
 
 def _known_keys(place: list[Any]) -> list[str]:
     """List the keys of the table that contains the last part of a place."""
-    table: type[_Table] = CampaignTable
-    inner: dict[Any, type[_Table]] = {
+    table: type[FileTable] = CampaignTable
+    inner: dict[Any, type[FileTable]] = {
         "sweep": SweepTable,
         "compress": Compression,
         "damping": DampingLaws,
-        "omega": _OmegaGrid,
-        "correlation_omega": _OmegaGrid,
+        "omega": LogGrid,
+        "correlation_omega": LogGrid,
         "flow": Flow,
         "oscillation": Oscillating,
         "creep": Creeping,
-        "amplitudes": _OmegaGrid,
-        "stresses": _OmegaGrid,
-        "rates": _OmegaGrid,
+        "amplitudes": LogGrid,
+        "stresses": LogGrid,
+        "rates": LogGrid,
         "tolerances": Tolerances,
     }
     for part in place[:-1]:

@@ -8,7 +8,7 @@ the tables do not depend on the order in which observables were asked for.
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from jamlab.campaign.file import FLOWS
+from jamlab.campaign.flow_file import FLOWS
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import TaskFile, damage, read_gaps, read_task_file
 from jamlab.campaign.tasks import Batch, Task, state_key

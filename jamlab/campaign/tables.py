@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jamlab.campaign.file import FLOWS
+from jamlab.campaign.flow_file import FLOWS
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.measurements import SCHEMA
 from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from jamlab.campaign.file import FLOWS, CampaignTable, SweepTable
+from jamlab.campaign.file import CampaignTable, SweepTable
+from jamlab.campaign.flow_file import FLOWS
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.verified_file import SCHEMA_VERSION

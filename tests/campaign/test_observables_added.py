@@ -11,7 +11,7 @@ import jamlab
 from jamlab.campaign import measurements
 from jamlab.campaign import states as making
 from jamlab.campaign.exchange import export, merge
-from jamlab.campaign.file import FLOWS
+from jamlab.campaign.flow_file import FLOWS
 from jamlab.campaign.tables import TABLES
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session

@@ -34,7 +34,8 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
             mean, x = mean_over_packings(error), mean_over_packings(time).value
             text = rf"$\alpha$ = {alpha:.2f}"
             out.curve(axes, text, x, mean.value, mean.low, mean.high, band=False, **sequence(k, len(powers)))
-            said.append(f"{name} at alpha {alpha:.2f}: {mean.value.min():.0f} to {mean.value.max():.0f}")
+            low, high = (round(float(end)) for end in (mean.value.min(), mean.value.max()))
+            said.append(f"{name} at alpha {alpha:.2f}: {low} to {high}")
         axes.axhspan(-ALLOWED, ALLOWED, color="#999999", alpha=0.15, linewidth=0)
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         label(axes, r"$\omega\,\tau_\alpha$", f"error of {name}  [%]", legend=part == "storage")
@@ -77,5 +78,5 @@ def _draw_map(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     for _, row in mean.iterrows():
         colour = "white" if abs(row["size_error"]) > 0.6 * span else BLACK
         at = (row["omega"], row["alpha"])
-        axes.annotate(f"{row['size_error']:+.0f}", at, ha="center", va="center", fontsize=7.5, color=colour)
+        axes.annotate(f"{round(row['size_error']):+d}", at, ha="center", va="center", fontsize=7.5, color=colour)
     axes.margins(0.1, 0.15)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.dynamics_flow_curves import JAMMED
 from jamlab.figures.papers.dynamics_rows import (
+    SETTINGS,
     STRESS,
     balanced_disks,
     by_packing,
@@ -23,7 +24,6 @@ from jamlab.plotting.palette import BLACK
 Array = NDArray[np.float64]
 
 ALLOWED = 0.1  # by which stresses may miss the collapse
-_SETTINGS = ["n", "background", "tolerance"]
 _SAME = 1e-2  # relative: rates whose powers are one rate of linear drag
 
 
@@ -83,15 +83,15 @@ def _ratios(bent: pd.DataFrame, linear: pd.DataFrame, alpha: float) -> tuple[Arr
 def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi: float) -> str:
     """Ratios at the lowest rate with other settings, of both drag laws where both were run."""
     bent, linear = (rows[(rows["phi"] == phi) & (rows["rate"] > 0)] for rows in _both(flow, alpha))
-    usual = {name: bent[name].mode()[0] for name in _SETTINGS}
+    usual = steady_flows(flow).iloc[0]
     bent = bent[bent["rate"] == bent["rate"].min()]
     names, means = [], []
-    for settings, rows in bent.groupby(_SETTINGS):
-        partner = linear[(linear[_SETTINGS] == list(settings)).all(axis=1)]
+    for settings, rows in bent.groupby(SETTINGS):
+        partner = linear[(linear[SETTINGS] == list(settings)).all(axis=1)]
         if not len(_ratios(rows, partner, alpha)[0]) or partner.empty:
             continue
         mean = mean_over_packings(_ratios(rows, partner, alpha)[1])
-        other = [f"{_NAMES[k]} {v:g}" for k, v in zip(_SETTINGS, settings, strict=True) if v != usual[k]]
+        other = [f"{_NAMES[k]} {v:g}" for k, v in zip(SETTINGS, settings, strict=True) if v != usual[k]]
         names.append("\n".join(other) or "as (b)")
         means.append(mean)
         x = [len(names) - 1]
@@ -99,7 +99,13 @@ def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi:
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.5, max(len(names), 1) - 0.5)
     text = ", ".join(f"{name.replace(chr(10), ' ')} {m.value[0]:.2f}" for name, m in zip(names, means, strict=True))
-    return f"(c) What becomes of it with other settings: {text}." if text else ""
+    return f"(c) What becomes of it with other settings: {text}. {_CAUSE}" if text else ""
+
+
+_CAUSE = (
+    "None of these brings it to 1: power-law drag does not collapse at low rates, where disks move faster against each "
+    "other than the rate says, and the drag of the fastest grows less."
+)
 
 
 _NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}

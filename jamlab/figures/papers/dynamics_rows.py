@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"
+SETTINGS = ["n", "background", "tolerance"]
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
 
 
@@ -30,15 +31,15 @@ def usual_runs(table: pd.DataFrame, value: str = "n") -> pd.DataFrame:
 
 
 def steady_flows(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
-    """Rows of steady flow at a rate, of the usual number of disks and the usual accuracy.
+    """Rows of steady flow at a rate, of the number of disks and the accuracy that are usual under linear drag.
 
     Raises:
         InputError: there are none.
     """
-    rows = balanced_disks(table, alpha)
-    rows = rows[rows["rate"] > 0]
-    for setting in ("n", "background", "tolerance"):
-        rows = usual_runs(rows, setting)
+    rows, usual = (part[part["rate"] > 0] for part in (balanced_disks(table, alpha), balanced_disks(table)))
+    for setting in SETTINGS:
+        usual = usual_runs(usual, setting)
+        rows = rows[rows[setting].isin(usual[setting])]
     if rows.empty:
         raise InputError(f"the table flow has no steady flow of disks with alpha = {alpha:g}: run a campaign with some")
     return rows
