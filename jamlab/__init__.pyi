@@ -12,10 +12,16 @@ from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
 from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
+from .estimates.ensemble_plan import EnsemblePlan as EnsemblePlan
+from .estimates.ensemble_plan import plan_estimate as plan_estimate
+from .estimates.estimate import Estimate as Estimate
+from .estimates.estimate import estimate as estimate
 from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep
 from .flow.creep_run import CreepRun as CreepRun
+from .flow.flow_choice import FlowChoice as FlowChoice
+from .flow.flow_choice import choose_flow as choose_flow
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.flow_plan import FlowPlan as FlowPlan
 from .flow.flow_plan import plan_flow as plan_flow

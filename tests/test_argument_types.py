@@ -64,6 +64,8 @@ REQUIRED = {
     "task": "0" * 32,
     "groups": [[1.0, 2.0]],
     "statistic": lambda groups: 1.0,
+    "quantity": "z",
+    "error": 0.1,
 }
 
 
@@ -94,6 +96,8 @@ def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     p = required["packing"]
     made_from = {"model": "sp", "box": p.box, "params": p.params, "positions": p.positions, "diameters": p.diameters}
+    # an error of 2.5 is good: `estimate` would make packings
+    monkeypatch.setattr("jamlab.estimates.estimate.make_one", lambda seed, **how: (5.0, 1.0))
     refuse_strange(getattr(jamlab, name), required | made_from if name == "Packing" else required)
 
 

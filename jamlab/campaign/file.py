@@ -20,7 +20,6 @@ from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -33,47 +32,33 @@ from pydantic import (
 )
 
 from jamlab.campaign.file_problems import explain
+from jamlab.campaign.file_values import FileTable, Frequencies, LogGrid, NotNegative, Positive
+from jamlab.campaign.flow_file import FLOWS, Creeping, Flow, Oscillating
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
-from jamlab.flow.overdamped_session import LARGEST_TOLERANCE as LARGEST_TOLERANCE_OF_FLOW
-from jamlab.flow.overdamped_session import LEAST_TOLERANCE as LEAST_TOLERANCE_OF_FLOW
-from jamlab.flow.shear import LARGEST_RATE
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
-from jamlab.rheology.damping import LEAST_ALPHA
 
-OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow")
+OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation", "creep")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
 MOST_RANKS = 1_024  # of a task: more than any one machine has cores
 MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
-MOST_FREQUENCIES = 10_000  # of a spectrum
 MOST_BYTES = 10_000_000  # of a campaign file
 SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
-LARGEST_NUMBER = 1e100  # frequencies and drag are squared and multiplied: 1e150 would overflow
 
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 
 
-class _Table(BaseModel):
-    """A TOML table without unknown keys and without conversion of text to numbers."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+class _Table(FileTable, BaseModel):
+    """A table whose defaults are copied, which ruff knows of a BaseModel that it sees."""
 
 
 def _make_list(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
-
-
-def _space_evenly_in_log(value: Any) -> Any:
-    if isinstance(value, dict):
-        grid = _OmegaGrid.model_validate(value)
-        omega = np.geomspace(grid.lowest, grid.highest, grid.points)
-        return [float(f"{w:.12g}") for w in omega]  # equal on every machine: task names depend on it
-    return value
 
 
 def _check_observable(value: str) -> str:
@@ -84,48 +69,6 @@ def _check_observable(value: str) -> str:
 
 
 Observable = Annotated[str, AfterValidator(_check_observable)]
-Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
-Drag = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
-Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
-
-
-class _OmegaGrid(_Table):
-    lowest: Positive
-    highest: Positive
-    points: Annotated[int, Field(ge=2, le=MOST_FREQUENCIES)]
-
-    @model_validator(mode="after")
-    def _check_order(self) -> "_OmegaGrid":
-        if self.lowest >= self.highest:
-            raise ValueError(f"lowest = {self.lowest:g} is not below highest = {self.highest:g}: swap them")
-        return self
-
-
-class Flow(_Table):
-    """Arguments of `jamlab.flow_curve`, for every state and damping law.
-
-    Attributes:
-        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate.
-        strain: of the average.
-        discard: strain of start-up before.
-        alpha: power of the velocity in contact damping, 1 is linear.
-        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
-        tolerance: relative error of velocities in a step.
-    """
-
-    rates: Frequencies
-    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
-    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
-    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0
-    background: Annotated[float, Field(ge=0, le=1e3)] | None = None
-    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)] = 1e-2
-
-    @field_validator("rates")
-    @classmethod
-    def _check_rates(cls, value: list[float]) -> list[float]:
-        if max(value) > LARGEST_RATE:
-            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
-        return value
 
 
 class Compression(_Table):
@@ -153,8 +96,8 @@ class Compression(_Table):
 class DampingLaws(_Table):
     """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
-    contact: list[Drag] = []
-    stokes: list[Drag] = []
+    contact: list[NotNegative] = []
+    stokes: list[NotNegative] = []
 
 
 class Tolerances(_Table):
@@ -189,8 +132,9 @@ class SweepTable(_Table):
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
-        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow by each damping
-            law, see `Flow`; table "flow".
+        flow: { rates = [...], ... }: start-up and steady flow by each damping law, see `Flow`; table "flow".
+        oscillation: { omega = [...], amplitudes = [...], ... }, see `Oscillating`; table "oscillation".
+        creep: { stresses = [...], duration, ... }, see `Creeping`; table "creep".
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
@@ -217,6 +161,8 @@ class SweepTable(_Table):
     omega: Frequencies | None = None
     correlation_omega: Frequencies | None = None
     flow: Flow | None = None
+    oscillation: Oscillating | None = None
+    creep: Creeping | None = None
     force_law: dict[str, Any] = {}
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
@@ -280,11 +226,10 @@ class SweepTable(_Table):
         if self.force_law and "sp" in self.model:
             raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
-        needs = {"spectra": "omega", "correlation": "correlation_omega", "flow": "flow"}
+        needs = {"spectra": "omega", "correlation": "correlation_omega"} | {name: name for name in FLOWS}
         for observable, key in needs.items():
             if observable in self.observables and getattr(self, key) is None:
-                what = "a table with rates" if observable == "flow" else "frequencies"
-                raise ValueError(f"observable {observable!r} needs {key}: give {what} in 1/tau_1")
+                raise ValueError(f"observable {observable!r} needs {key}: give {FLOWS.get(observable, 'frequencies')}")
             if observable in self.observables and not laws:
                 raise ValueError(f"observable {observable!r} needs a damping law: add contact or stokes to damping")
             if getattr(self, key) is not None and observable not in self.observables:
@@ -364,15 +309,19 @@ def _read_text(path: str | os.PathLike[str]) -> str:
 
 def _known_keys(place: list[Any]) -> list[str]:
     """List the keys of the table that contains the last part of a place."""
-    table: type[_Table] = CampaignTable
-    inner: dict[Any, type[_Table]] = {
+    table: type[FileTable] = CampaignTable
+    inner: dict[Any, type[FileTable]] = {
         "sweep": SweepTable,
         "compress": Compression,
         "damping": DampingLaws,
-        "omega": _OmegaGrid,
-        "correlation_omega": _OmegaGrid,
+        "omega": LogGrid,
+        "correlation_omega": LogGrid,
         "flow": Flow,
-        "rates": _OmegaGrid,
+        "oscillation": Oscillating,
+        "creep": Creeping,
+        "amplitudes": LogGrid,
+        "stresses": LogGrid,
+        "rates": LogGrid,
         "tolerances": Tolerances,
     }
     for part in place[:-1]:

@@ -20,6 +20,7 @@ from jamlab.cli.creep import creep
 from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
+from jamlab.cli.estimate import estimate
 from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
 from jamlab.cli.flow_curve import flow_curve
@@ -107,6 +108,7 @@ app.command(epilog="Example: jamlab flow-curve packing.h5 --rate 1e-3 --rate 1e-
 app.command(epilog="Example: jamlab oscillate packing.h5 --omega 0.1 --amplitude 1e-4")(oscillate)
 app.command(epilog="Example: jamlab creep packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png")(creep)
 app.command(epilog="Example: jamlab relax-stress packing.h5 --strain 1e-5 --duration 1e4")(relax_stress)
+app.command(epilog="Example: jamlab estimate z --rho 0.9 --error 0.05")(estimate)
 app.command(epilog="Example: jamlab explore sweep.h5 --out page.html")(explore)
 app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
 app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2")(calibrate)

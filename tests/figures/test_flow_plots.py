@@ -35,7 +35,7 @@ def flow_curve():
     means = dict.fromkeys(
         [
             *("elastic_stress", "elastic_stress_error", "pressure", "pressure_error", "normal_stress_difference"),
-            *("normal_stress_difference_error", "dissipation", "plastic_events", "seconds"),
+            *("normal_stress_difference_error", "dissipation", "plastic_events", "seconds", "imbalance"),
         ],
         np.ones(7),
     )
@@ -135,4 +135,4 @@ def test_what_is_drawn_is_what_was_found():
     with pytest.raises(jamlab.InputError, match="unknown against 'time'"):
         oscillation().plot(against="time")
     assert oscillation().third_over_first == pytest.approx(0.1 * 0.05 / np.hypot(0.05, 0.03))
-    assert "2 frequencies; all periodic" in repr(diagram())
+    assert "2 frequencies" in repr(diagram()) and "; all periodic" in repr(diagram())

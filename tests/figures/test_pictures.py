@@ -113,7 +113,7 @@ def test_numbers_behind_a_figure():
     ("draw", "labels", "entries"),
     [
         (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")], 2),
-        (chart, [("CPU time on one core, s", "error of rho")] * 2, 6),
+        (chart, [("CPU time on one core, s", "error of rho")] * 2, 5),
         (
             lambda: paper_figure("boromand-9").figure,
             [

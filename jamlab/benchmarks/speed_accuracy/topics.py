@@ -4,9 +4,13 @@ from jamlab.benchmarks.other_codes import descents
 from jamlab.benchmarks.speed_accuracy import (
     disk_minimisers,
     droplet_minimisers,
+    droplet_vertices,
+    ensemble_means,
+    flow_in_time,
     moduli,
     onset_search,
     packing_fractions,
+    pressure_packing,
     spectra,
 )
 
@@ -14,8 +18,12 @@ TOPICS = {
     "disk-minimisers": disk_minimisers.TOPIC,
     "droplet-minimisers": droplet_minimisers.TOPIC,
     "onset": onset_search.TOPIC,
+    "pressure-packing": pressure_packing.TOPIC,
     "packing-fraction": packing_fractions.TOPIC,
     "shear-modulus": moduli.TOPIC,
     "spectrum": spectra.TOPIC,
+    "droplet-vertices": droplet_vertices.TOPIC,
+    "flow-in-time": flow_in_time.TOPIC,
+    "ensemble-means": ensemble_means.TOPIC,
     "other-codes": descents.TOPIC,
 }

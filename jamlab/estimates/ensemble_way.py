@@ -1,0 +1,124 @@
+"""Ways to make the packings of an ensemble at a true packing fraction, from disks alone to droplets from the start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.measure import measure
+from jamlab.packing.packing import Packing
+from jamlab.protocols.compression import compress
+from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.onset import jam
+from jamlab.statistics.published_numbers import MODELS_PART
+
+STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
+OFF_TARGET = 1e-3  # of rho: a packing that jumps farther from the packing fraction asked for is left out
+COLUMNS = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides"}  # of `jamlab.measure`
+
+
+@dataclass(frozen=True)
+class EnsembleWay:
+    """How the packings of an ensemble are made.
+
+    Attributes:
+        start: "disks": compressed to the end; "carried": disks until rho or 0.88, where the models part, then droplets;
+            "droplets": from the random start on, as in Boromand et al.
+        n: particles of a packing.
+        nv: (small, large) number of vertices; None for disks.
+    """
+
+    start: str
+    n: int
+    nv: tuple[int, int] | None = None
+
+    def __str__(self) -> str:
+        if self.nv is None:
+            return f"{self.n} disks"
+        carried = " carried by disks" if self.start == "carried" else ""
+        return f"{self.n} droplets{carried} with {self.nv[0]}/{self.nv[1]} vertices"
+
+
+def default_vertices() -> tuple[int, int]:
+    """Read the numbers of vertices of `dp.parameters`."""
+    law = defaults("dp")
+    return int(law["nv_small"]), int(law["nv_large"])
+
+
+def find_onset(way: EnsembleWay, seed: int) -> Packing:
+    """Make a packing at onset: disks, or droplets where these start as droplets.
+
+    Raises:
+        ConvergenceError: no onset was found.
+    """
+    if way.start != "droplets" or way.nv is None:
+        return jam("sp", way.n, seed)
+    small, large = way.nv
+    return jam("dp", way.n, seed, nv_small=small, nv_large=large)
+
+
+def bring_on(way: EnsembleWay, packing: Packing, rho: float) -> Packing:
+    """Bring a packing, from `find_onset` or from here, to a higher rho.
+
+    Raises:
+        ConvergenceError: it jams above rho, or a state did not converge or missed its packing fraction.
+    """
+    if packing.model == "dp" or way.nv is None:
+        return _compress_to(packing, rho)
+    if rho > MODELS_PART.value:
+        return _compress_to(hand_over(way, _compress_to(packing, MODELS_PART.value)), rho)
+    return hand_over(way, _compress_to(packing, rho))
+
+
+def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
+    """Put droplets in the place of disks, see `to_polygons`."""
+    assert way.nv is not None
+    return _require_reached(to_polygons(disks, nv_small=way.nv[0], nv_large=way.nv[1]), packing_fraction(disks))
+
+
+def value_at(packing: Packing, quantity: str) -> float:
+    """Measure a quantity of a packing; nan where it has none, see `quantities`."""
+    return values_at(packing, (quantity,))[quantity]
+
+
+def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
+    """Measure some quantities of `COLUMNS` of a packing.
+
+    a is the mean shape factor above that of a free particle, A - A_J; the others are those of `jamlab.measure`. All
+    are nan in a packing that came loose.
+    """
+    row = measure(packing, {"z", *(COLUMNS[name] for name in quantities)})
+    found = {name: row[COLUMNS[name]] for name in quantities}
+    if "a" in found:
+        counts = None if packing.offsets is None else np.diff(packing.offsets)
+        found["a"] -= free_shape(None if counts is None else (int(counts.min()), int(counts.max())))
+    return found if np.isfinite(row["z"]) else dict.fromkeys(quantities, float("nan"))
+
+
+def free_shape(nv: tuple[int, int] | None) -> float:
+    """Mean shape factor of free particles, (nv/pi) tan(pi/nv) of regular polygons; half of the particles are large."""
+    if nv is None:
+        return 1.0
+    counts = np.array(nv)
+    return float((counts * np.tan(np.pi / counts) / np.pi).mean())
+
+
+def _compress_to(packing: Packing, rho: float) -> Packing:
+    reached = packing_fraction(packing)
+    if reached >= rho + OFF_TARGET * (packing.model == "dp"):
+        raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the {rho:g} asked for")
+    if reached >= rho - 1e-6:
+        return packing
+    for state in compress(packing, rho, STEP):
+        packing = _require_reached(state, None)
+    return _require_reached(packing, rho)
+
+
+def _require_reached(packing: Packing, rho: float | None) -> Packing:
+    if not packing.converged:
+        raise ConvergenceError(f"{packing.model} state at phi = {packing.phi:.4f} did not converge")
+    if rho is not None and abs(packing_fraction(packing) - rho) > OFF_TARGET:
+        raise ConvergenceError(f"the packing jumps from rho = {rho:.4f} to {packing_fraction(packing):.4f}")
+    return packing

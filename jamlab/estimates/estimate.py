@@ -1,0 +1,164 @@
+"""A mean over packings of droplets to an error asked for, from the cheapest packings that give it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from jamlab.checks import check_seed, checked
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.estimates.ensemble_plan import EnsemblePlan, plan_estimate
+from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset, value_at
+from jamlab.estimates.sampling import sample
+from jamlab.estimates.way_table import ONSET
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.short_repr import short_repr
+from jamlab.processes.side_by_side import run_side_by_side
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean over packings, with its 95 % interval value -+ error.
+
+    Attributes:
+        value: mean, in the unit of `jamlab.estimates.ensemble_plan.ENSEMBLE_QUANTITIES`.
+        error: half the width of its 95 % interval; of the scatter of the packings and of what is known of their way.
+        met: whether `error` is at most the one asked for.
+        packings: that the mean is over.
+        left_out: seeds without a value: they jam above rho, came loose, are not stable, or failed.
+        seconds: CPU time that it took.
+        choice: plan that it followed, with the expected cost and the reason.
+        values: (packings,) of the packings as made, without the correction of the plan.
+        seeds: (packings,) int64 of the packings.
+        stopped: why no more packings were made.
+
+    Example:
+        >>> from dataclasses import fields
+        >>> [field.name for field in fields(jamlab.Estimate)][:4]
+        ['value', 'error', 'met', 'packings']
+    """
+
+    value: float
+    error: float
+    met: bool
+    packings: int
+    left_out: int
+    seconds: float
+    choice: EnsemblePlan
+    values: Array
+    seeds: NDArray[np.int64]
+    stopped: str
+
+    __repr__ = short_repr
+
+
+@checked
+def estimate(
+    quantity: str,
+    rho: float | None,
+    error: float,
+    *,
+    seed: int = 1,
+    model: str = "auto",
+    processes: int = 1,
+    progress: Progress | None = None,
+) -> Estimate:
+    """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
+
+    The mean is that over random starts of packings of 64 droplets with the parameters of `dp.parameters`, jammed as in
+    Boromand et al. 2.3 and compressed to rho in a fixed box, over those that jam below rho and have the quantity: g and
+    b where a packing is stable, void_sides where it has a closed void. Cheaper packings (disks; droplets that take over
+    from disks; fewer vertices; 32 instead of 64) stand in for them where the table knows their mean difference from it
+    well enough; it is taken off, and its error is part of the interval. Packings are added until the interval is met.
+    Larger packings have other means: see docs/how_to/mean_to_an_error.md.
+
+    Args:
+        quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `ENSEMBLE_QUANTITIES`.
+        rho: true packing fraction, 0.84 to 0.98; not used for "rho-J", the mean packing fraction at onset.
+        error: half the width wanted of the 95 % interval, absolute, in the unit of the quantity.
+        seed: of the ensemble: another one gives other packings.
+        model: "auto", or "sp" or "dp" to choose among disks or droplets only. Where these are not known well enough
+            the estimate stops as soon as their scatter counts no more, and `met` is False.
+        processes: packings made at once.
+        progress: called with the number of seeds tried, and of those expected in all.
+
+    Raises:
+        InputError: an unknown quantity, rho outside the table, an error that is not positive.
+        ConvergenceError: nearly no packing jams below rho.
+
+    Example:
+        >>> e = jamlab.estimate("rho-J", None, error=0.02)
+        >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.error
+        (True, True, True)
+    """
+    check_seed(seed)
+    if processes < 1:
+        raise InputError(f"processes = {processes}: must be 1 or more")
+    plan = plan_estimate(quantity, rho, error, model=model)
+    numbers = _packing_seeds(seed)
+    seeds: list[int] = []
+    one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
+    show = progress or (lambda done, expected: None)
+    expected = round(plan.packings / plan.scatter.share)
+
+    def make(count: int) -> list[tuple[float, float]]:
+        before = len(seeds)
+        batch = [next(numbers) for _ in range(count)]
+        seeds.extend(batch)
+
+        def done(made: int) -> None:
+            show(before + made, max(expected, len(seeds)))
+
+        if processes > 1:
+            return run_side_by_side(one, batch, processes, done=done)
+        made = []
+        with threadpool_limits(1):
+            for number in batch:
+                made.append(one(number))
+                done(len(made))
+        return made
+
+    found, stopped = sample(plan, error, make)
+    good = found.good
+    return Estimate(
+        value=float(np.mean(good)) + plan.correction,
+        error=found.error,
+        met=found.error <= error,
+        packings=len(good),
+        left_out=len(seeds) - len(good),
+        seconds=found.seconds,
+        choice=plan,
+        values=np.array(good),
+        seeds=np.array(seeds)[np.isfinite(found.values)],
+        stopped=stopped,
+    )
+
+
+def make_one(
+    seed: int, report: Callable[..., None] = lambda *step: None, *, way: EnsembleWay, quantity: str, rho: float
+) -> tuple[float, float]:
+    """Make one packing: its value, nan if it has none, and the CPU time that it took."""
+    began = time.process_time()
+    try:
+        packing = find_onset(way, seed)
+        value = packing_fraction(packing) if quantity == ONSET else value_at(bring_on(way, packing, rho), quantity)
+    except ConvergenceError:
+        value = math.nan
+    return value, time.process_time() - began
+
+
+def _packing_seeds(seed: int) -> Iterator[int]:
+    """Seeds of an ensemble, far from those of the table."""
+    rng = np.random.default_rng([seed, 20])
+    while True:
+        yield int(rng.integers(1_000_000, 2**31))

@@ -1,0 +1,211 @@
+"""Means to an error: which packings are chosen, how many, whether intervals hold, and when it stops early."""
+
+import gzip
+import json
+from importlib import resources
+
+import numpy as np
+import pytest
+from commands import call
+
+import jamlab
+from jamlab.benchmarks.estimate_calibration import calibrate
+from jamlab.benchmarks.estimate_table import make_table
+from jamlab.estimates.ensemble_plan import FEWEST, reference_way
+from jamlab.estimates.ensemble_way import EnsembleWay
+from jamlab.estimates.sampling import sample
+from jamlab.estimates.way_errors import difference
+from jamlab.estimates.way_table import WayRecord, read_ways
+
+LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])
+DISKS = EnsembleWay("disks", 64)
+CARRIED = EnsembleWay("carried", 64, (12, 17))
+OFF, SPREAD = 0.3, 0.1  # of the carried droplets, in z
+
+
+def record(way, mean, spread, seconds, packings, seed):
+    """Packings whose z rises with rho from a mean, all other quantities alike."""
+    rng = np.random.default_rng([seed, 5])
+    z = mean + 10 * (LEVELS - 0.84) + rng.normal(0, spread, (packings, len(LEVELS)))
+    names = ("z", "g", "b", "a", "void_sides")
+    values = dict.fromkeys(names, z) | {"rho-J": rng.normal(0.83, 0.01, (packings, 1))}
+    return WayRecord(way, np.arange(packings), LEVELS, values, np.full((packings, len(LEVELS)), seconds))
+
+
+def table(packings=100, seed=1):
+    droplets = record(reference_way(), 4.0, SPREAD, 10.0, packings, seed)
+    carried = record(CARRIED, 4.0 - OFF, SPREAD, 1.0, packings, seed + 1)
+    return {DISKS: record(DISKS, 3.5, 5.0, 0.1, packings, seed + 2), CARRIED: carried, reference_way(): droplets}
+
+
+def gaussian(mean, spread, rng):
+    """A way to make packings whose values are Gaussian."""
+    return lambda count: [(float(x), 1.0) for x in rng.normal(mean, spread, count)]
+
+
+def test_cheap_packings_serve_where_their_difference_is_known():
+    """By a hundred packings of each a mean difference is known to 1.96 sqrt(2/100) of the scatter or better."""
+    loose = jamlab.plan_estimate("z", 0.9, 0.05, table=table())
+    tight = jamlab.plan_estimate("z", 0.9, 0.01, table=table())
+    assert (loose.way, tight.way) == (CARRIED, reference_way())
+    assert loose.error <= 0.05 and tight.error <= 0.01 and tight.correction == tight.bias_error == 0
+    assert loose.correction == pytest.approx(OFF, abs=loose.bias_error)
+    assert 0.3 < loose.bias_error / (1.96 * SPREAD * 0.02**0.5) < 1
+    assert tight.packings == pytest.approx((1.96 * SPREAD / 0.01) ** 2, rel=0.3)
+    assert tight.seconds == pytest.approx(10.0 * tight.packings)
+    assert "64 disks: known to" in loose.why and "cheapest of 2 ways" in loose.why
+
+
+def test_moduli_do_not_come_from_disks_nor_onsets_from_carried_droplets():
+    world = table()
+    world[DISKS] = record(DISKS, 4.0, SPREAD, 0.01, 100, 9)
+    assert jamlab.plan_estimate("z", 0.9, 0.05, table=world).way == DISKS
+    assert jamlab.plan_estimate("g", 0.9, 0.05, table=world).way == CARRIED
+    assert jamlab.plan_estimate("rho-J", None, 0.005, table=world).way == DISKS
+    with pytest.raises(jamlab.InputError, match="disks do not tell b"):
+        jamlab.plan_estimate("b", 0.9, 0.05, model="sp", table=world)
+
+
+def test_differences_between_levels_follow_the_table():
+    """A bend that a polynomial follows is met within errors; of a zigzag the errors say that it is not followed."""
+    world = table()
+
+    def bend(rho):
+        return 3 * np.sin(20 * (rho - 0.84))
+
+    def zigzag(rho):
+        return np.cos(np.pi * (rho - 0.84) / 0.02)
+
+    for shape, least, most in ((bend, 0.005, 0.05), (zigzag, 0.3, 2.0)):
+        values = {"z": world[CARRIED].values["z"] + shape(LEVELS)}
+        carried = WayRecord(CARRIED, np.arange(100), LEVELS, values, world[CARRIED].seconds)
+        for rho in np.linspace(0.84, 0.94, 11):
+            found = difference(carried, world[reference_way()], "z", rho)
+            assert abs(found.value - (shape(rho) - OFF)) < 3 * found.error
+            assert least < found.error < most
+
+
+def test_intervals_hold_in_95_of_100_cases():
+    """Table and packings are drawn anew each time; 600 cases know the share to 0.009."""
+    rng = np.random.default_rng(1)
+    held = []
+    for k in range(600):
+        droplets = {reference_way(): record(reference_way(), 4.0, SPREAD, 1.0, 20, k)}
+        plan = jamlab.plan_estimate("z", 0.9, 0.05, table=droplets)
+        found, _ = sample(plan, 0.05, gaussian(4.6, SPREAD, rng))
+        held.append(abs(np.mean(found.good) - 4.6) <= found.error <= 0.05)
+    assert 0.925 < np.mean(held) < 0.975
+
+
+@pytest.mark.slow
+def test_intervals_hold_where_the_table_is_part_of_the_error():
+    """As above, with carried droplets, which serve half of the cases; 1000 cases."""
+    rng = np.random.default_rng(1)
+    held = {CARRIED: [], reference_way(): []}
+    for k in range(1000):
+        error = 0.06 if k % 2 else 0.02
+        plan = jamlab.plan_estimate("z", 0.9, error, table=table(40, seed=10 * k))
+        mean = 4.6 - OFF if plan.way == CARRIED else 4.6
+        found, _ = sample(plan, error, gaussian(mean, SPREAD, rng))
+        held[plan.way].append(abs(np.mean(found.good) + plan.correction - 4.6) <= found.error <= error)
+    assert min(map(len, held.values())) > 200
+    assert 0.93 < np.mean(held[CARRIED] + held[reference_way()]) < 0.97
+
+
+def test_packings_are_added_where_they_scatter_more_than_the_table_says():
+    plan = jamlab.plan_estimate("z", 0.9, 0.03, table=table())
+    found, stopped = sample(plan, 0.03, gaussian(4.6, 2 * SPREAD, np.random.default_rng(2)))
+    assert len(found.good) > 2.5 * plan.packings and found.error <= 0.03 and "met" in stopped
+    found, stopped = sample(plan, 0.03, gaussian(4.6, 20 * SPREAD, np.random.default_rng(2)))
+    assert found.error > 0.03 and "more than the table says" in stopped
+
+
+def test_it_stops_where_the_model_is_not_known_better():
+    plan = jamlab.plan_estimate("z", 0.9, 0.05, model="sp", table=table())
+    found, stopped = sample(plan, 0.05, gaussian(4.1, 5.0, np.random.default_rng(2)))
+    assert plan.bias_error > 0.05 and found.half_width() <= 0.5 * plan.bias_error
+    assert found.error > 0.05 and "more packings would not help" in stopped
+
+
+def test_seeds_without_a_value_are_made_up_for_and_nearly_none_is_refused():
+    plan = jamlab.plan_estimate("z", 0.9, 0.1, table=table())
+    rng = np.random.default_rng(4)
+    found, _ = sample(plan, 0.1, lambda n: [(4.3 if rng.random() < 0.5 else np.nan, 1.0) for _ in range(n)])
+    assert len(found.good) >= plan.packings and found.seconds == len(found.values) > len(found.good)
+    with pytest.raises(jamlab.ConvergenceError, match="most jam above it"):
+        sample(plan, 0.1, lambda n: [(np.nan, 1.0)] * n)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("y", 0.9, 0.1), "quantity"),
+        (("z", 0.83, 0.1), "0.84 .. 0.98"),
+        (("z", None, 0.1), "0.84 .. 0.98"),
+        (("z", 0.9, 0.0), "error = 0.0"),
+        (("z", 0.9, 1e-7), "more than 100000 packings"),
+    ],
+)
+def test_what_is_refused(words, said):
+    with pytest.raises(jamlab.InputError, match=said):
+        jamlab.estimate(*words)
+    with pytest.raises(jamlab.InputError, match="model"):
+        jamlab.estimate("z", 0.9, 0.1, model="ellipses")
+
+
+@pytest.mark.slow
+def test_an_estimate_is_of_the_packings_that_it_names():
+    """A packing made again from its seed gives its value; two processes make the same packings."""
+    found = jamlab.estimate("rho-J", None, 0.05, seed=3)
+    twice = jamlab.estimate("rho-J", None, 0.05, seed=3, processes=2)
+    assert twice.value == found.value and (twice.seeds == found.seeds).all()
+    assert found.met and found.packings == len(found.values) == len(found.seeds) >= FEWEST
+    assert found.value == pytest.approx(found.values.mean() + found.choice.correction)
+    assert jamlab.packing_fraction(jamlab.jam("sp", found.choice.way.n, int(found.seeds[0]))) == found.values[0]
+
+
+def test_the_command_prints_the_plan(tmp_path):
+    done = call(tmp_path, "estimate", "g", "--rho", "0.9", "--error", "0.03", "--dry-run", "--json")
+    assert done.exit_code == 0, done.stderr
+    plan = jamlab.plan_estimate("g", 0.9, 0.03)
+    assert json.loads(done.stdout)["packings"] == plan.packings
+    assert json.loads(done.stdout)["why"] == plan.why
+    done = call(tmp_path, "estimate", "g", "--error", "0.03")
+    assert done.exit_code == 1 and "0.84 .. 0.98" in done.stderr
+
+
+def test_the_shipped_table_is_whole():
+    for way, found in read_ways().items():
+        assert found.levels[0] == 0.84 and found.levels[-1] == 0.98, way
+        assert (found.seconds > 0).all()
+    assert len(read_ways()[reference_way()].seeds) >= 8
+
+
+def test_a_table_that_is_none_is_refused(tmp_path):
+    for name, content in (("a", b"start,n"), ("b", gzip.compress(b"# {}\nstart,n\n")), ("c", gzip.compress(b""))):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(jamlab.StorageError, match="make one with `jamlab chart estimates`"):
+            read_ways(tmp_path / name)
+    shipped = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
+    other = gzip.decompress(shipped).replace(b'"gamma": 0.4', b'"gamma": 0.5', 1)
+    (tmp_path / "d").write_bytes(gzip.compress(other))
+    with pytest.raises(jamlab.StorageError, match=r"gamma = 0.5 \(now 0.4\)"):
+        read_ways(tmp_path / "d")
+
+
+def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
+    """Seeds that a table has are not made again, whether its rows or only the packed file are left."""
+    packed = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
+    (tmp_path / "ways.csv.gz").write_bytes(packed)
+    monkeypatch.setattr("jamlab.benchmarks.estimate_table.find_onset", None)  # nothing is made
+    for _ in range(2):
+        made = make_table(tmp_path / "ways.csv.gz", range(20_001, 20_011))
+        assert made.keys() == read_ways().keys()
+        assert gzip.decompress((tmp_path / "ways.csv.gz").read_bytes()) == gzip.decompress(packed)
+
+
+@pytest.mark.slow
+def test_intervals_hold_in_worlds_drawn_from_the_shipped_table():
+    trials = calibrate(read_ways(), 1200)
+    assert 0.93 <= np.mean([t.holds for t in trials]) <= 0.97
+    assert np.mean([1 / 1.5 <= t.seconds / t.expected <= 1.5 for t in trials]) > 0.8
