@@ -1,4 +1,4 @@
-"""Tables of measurements, saved task by task: an interrupted measurement goes on, and what it made can ship with jamlab.
+"""Tables of measurements, saved task by task: an interrupted measurement goes on, and its table can ship with jamlab.
 
 A file is CSV below a first line of JSON, the provenance. Every task, such as one packing under one method, gives some
 rows; a task whose rows are in the file is not done again.
