@@ -173,7 +173,7 @@ MAPS = {
         "Overdamped steps of disks: time step, N = 16",
         log_axis("time step over drag, $\\tau_1$", 0.05, 2.0),
         linear_axis(_PHI, 0.85, 1.18),
-        4,
+        2,
         lambda phi, seed: jolt_minimum(16, phi, seed),
         lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
         "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",

@@ -1,4 +1,4 @@
-"""Maps where droplets fail: their parameters, wide rims and few vertices, packing fraction, time steps, broken shapes."""
+"""Maps where droplets fail: parameters, wide rims, few vertices, packing fraction, time steps, broken shapes."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -51,7 +51,7 @@ def try_hand_over(disks: Packing, **parameters: Any) -> Trial:
 
 
 def collapse(ka: float) -> float:
-    """Line tension at which a free small droplet shrinks to a point: no area balances, gamma = 2 ka (a0/3)^(3/2)/sqrt(c)."""
+    """Line tension at which a free small droplet shrinks to a point, gamma = 2 ka (a0/3)^(3/2)/sqrt(c)."""
     nv, params = droplet_params(2)
     c = nv[0] * np.tan(np.pi / nv[0])
     return float(2 * ka * (params["a0"][0] / 3) ** 1.5 / np.sqrt(c))
@@ -183,7 +183,7 @@ MAPS = {
         2,
         lambda nv, seed: (jammed_disks(0.88, seed), nv),
         lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
-        "Wide rims leave no room for the polygons, narrow ones let vertices of coarse outlines slip between each other.",
+        "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
         _CHECK,
         lambda start: edge_at_rest(start[1]),
         "edge at rest",
@@ -219,8 +219,8 @@ MAPS = {
         3,
         lambda name, seed: (_FORMS[(seed - 1) % 3], name),
         lambda start, gap: try_shape(*start, gap),
-        "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or said "
-        "to be at no minimum.",
+        "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or "
+        "said to be at no minimum.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
     ),
 }

@@ -99,7 +99,7 @@ MAPS = {
         "G by finite strain: strain against pressure, N = 16",
         log_axis("strain to start with", 1e-9, 0.05, _START),
         Axis("pressure, $k$", _PRESSURES),
-        3,
+        2,
         at_pressure,
         try_strain,
         "Another basin: contacts change at the strain given, and `shear_modulus` halves it until none does.",

@@ -5,12 +5,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from jamlab.benchmarks.failure_maps import disk_minimisers, disk_packings, droplets, elastic_moduli, spectra
+from jamlab.benchmarks.failure_maps import disk_minimisers, disk_packings, droplets, dynamics, elastic_moduli, spectra
 from jamlab.benchmarks.failure_maps.map import COLUMNS, Map
 from jamlab.benchmarks.measured_table import MeasuredTable, measure_table, shipped_table
 
 PACKAGE = "jamlab.benchmarks.failure_maps"
-MAPS = {**disk_minimisers.MAPS, **disk_packings.MAPS, **elastic_moduli.MAPS, **spectra.MAPS, **droplets.MAPS}
+_TOPICS = (disk_minimisers, disk_packings, elastic_moduli, spectra, droplets, dynamics)
+MAPS: dict[str, Map] = {name: chart for topic in _TOPICS for name, chart in topic.MAPS.items()}
 
 
 def measure_map(folder: Path, name: str, *, progress: Callable[[str, int, int], None] | None = None) -> MeasuredTable:

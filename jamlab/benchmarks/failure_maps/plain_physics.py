@@ -8,11 +8,13 @@ digits; Squire & Trapp, SIAM Rev. 40, 110 (1998). Meant for tens of particles.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely import affinity
 
 from jamlab.packing.packing import Packing
 
@@ -71,14 +73,12 @@ def plain_packing_fraction(packing: Packing) -> float:
         shapes = shapely.buffer([shapely.Polygon(ring) for ring in rings], 0.5 * packing.params["delta"], quarter)
     box = packing.box
     lattice = np.floor(np.linalg.solve(box.T, shapely.get_coordinates(shapely.centroid(shapes)).T).T)
-    images = [
-        shapely.transform(shape, lambda x, s=(np.array([a, b]) - cell) @ box: x + s)
-        for shape, cell in zip(shapes, lattice, strict=True)
-        for a in (-1, 0, 1)
-        for b in (-1, 0, 1)
-    ]
+    copies = []
+    for shape, home in zip(shapes, lattice, strict=True):
+        for image in np.ndindex(3, 3):
+            copies.append(affinity.translate(shape, *((np.array(image) - 1 - home) @ box)))
     cell = shapely.Polygon([np.zeros(2), box[0], box[0] + box[1], box[1]])
-    return float(shapely.intersection(shapely.union_all(images), cell).area / packing.area)
+    return float(shapely.intersection(shapely.union_all(copies), cell).area / packing.area)
 
 
 def plain_hessian(packing: Packing) -> Array:
@@ -342,7 +342,7 @@ def _bare_droplets(packing: Packing, positions: Array, forces: Array) -> Any:
     assert packing.offsets is not None
     gamma, ka, eta = (float(packing.params[name]) for name in ("gamma", "ka", "eta"))
     energy: Any = 0.0
-    for m, (first, last) in enumerate(zip(packing.offsets[:-1], packing.offsets[1:], strict=True)):
+    for m, (first, last) in enumerate(pairwise(packing.offsets)):
         x = positions[first:last]
         ahead, behind = np.roll(x, -1, axis=0), np.roll(x, 1, axis=0)
         edge = ahead - x
@@ -370,7 +370,7 @@ def _find_feet(positions: Array, edge: Array, shift: Array) -> _Feet:
 def _nearest_edges(here: _Feet, foreign: Array, offsets: Array, owner: Array) -> tuple[Array, Array]:
     """Vertices and the edge of every other polygon that is nearest to each."""
     vertices, edges = [], []
-    for m, (first, last) in enumerate(zip(offsets[:-1], offsets[1:], strict=True)):
+    for m, (first, last) in enumerate(pairwise(offsets)):
         v = np.flatnonzero(foreign[owner, m])
         vertices.append(v)
         edges.append(first + here.distance[v, first:last].real.argmin(axis=1))
