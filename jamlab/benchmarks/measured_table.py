@@ -25,6 +25,7 @@ from jamlab.packing.versions import versions
 
 SCHEMA = "jamlab-measured"
 _FIRST = ("task", "took")  # columns of every table
+_TEXT = ("task", "setting", "note")  # columns that are words even where all of them look like numbers
 
 Row = Mapping[str, Any]
 Task = Callable[[], Iterable[Row]]
@@ -141,7 +142,7 @@ class _Writer:
             self.tasks |= set(before.rows["task"])
             sessions = before.provenance["sessions"]
         today = datetime.now(UTC).date().isoformat()
-        self._session = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
+        self._session: dict[str, Any] = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
         if sessions and sessions[-1] | {"tasks": 0} == self._session:
             self._session = sessions.pop()
         self._provenance = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": [*sessions, self._session]}
@@ -184,7 +185,7 @@ def _parse(text: str, name: str) -> MeasuredTable:
     try:
         provenance = json.loads(first.removeprefix("# "))
         known = provenance["schema"] == SCHEMA and provenance["version"] == 1
-        rows = pd.read_csv(io.StringIO(body), dtype={"task": str}, keep_default_na=False, na_values=["nan"])
+        rows = pd.read_csv(io.StringIO(body), dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
     except (ValueError, KeyError, TypeError) as error:
         raise StorageError(f"{name} is no table of jamlab chart --measure: {error}") from error
     if not known:

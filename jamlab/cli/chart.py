@@ -13,35 +13,53 @@ chart = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="What methods cost, how accurate they are, and where they fail.",
-    epilog="Start with: jamlab chart speed-accuracy --quick --out charts",
+    epilog="Start with: jamlab chart speed-accuracy --out charts",
 )
 Out = Annotated[Path, typer.Option(help="Folder for CSV, PNG and HTML.")]
+Measure = Annotated[bool, typer.Option("--measure", help="Measure anew into --out, on with what is there.")]
+Plan = Annotated[bool, typer.Option("--plan", help="Only say what --measure would do, and how long it takes.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Smaller and fewer packings, under a minute.")]
 
 
-@chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic minimisers --out charts")
+@chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts")
 def speed_accuracy(
     topic: Annotated[list[str] | None, typer.Option(help="One topic; can be repeated; default: all.")] = None,
-    quick: Quick = False,
+    measure: Measure = False,
+    plan: Plan = False,
     out: Out = Path("jamlab-charts"),
     as_json: Json = False,
 ) -> None:
-    """Chart time and error of every method against a stated reference: Pareto charts, CSV, one HTML page."""
+    """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
     from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front
+    from jamlab.benchmarks.speed_accuracy.page import plan as plan_topics
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
+    if plan:
+        _print_plan("topic", plan_topics(out, topic or ()), as_json)
+        return
     expect_output(out)
-    found = run(out, topic or (), quick=quick, progress=print_stage)
+    found = run(out, topic or (), measure=measure, progress=print_stage)
     beaten = defaults_off_the_front(found)
     if as_json:
-        trials: dict[str, Any] = {name: [asdict(t) for t in rows] for name, rows in found.items()}
-        print_json({"out": str(out), "defaults_off_the_front": beaten, "topics": trials})
+        points: dict[str, Any] = {name: [asdict(p) for p in rows] for name, rows in found.items()}
+        print_json({"out": str(out), "defaults_off_the_front": beaten, "topics": points})
         return
-    for line in beaten:
-        out_console.print(f"a default that another method beats: {line}", soft_wrap=True, highlight=False)
+    if beaten:
+        columns = ["topic: panel", "default", "cost", "error", "times the cheapest", "reason"]
+        print_table("defaults off their front", columns, beaten)
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
+
+
+def _print_plan(kind: str, rows: list[list[str]], as_json: bool) -> None:
+    """Print what a measurement would do and how long it takes."""
+    total = sum(float(row[2]) for row in rows if row[2] != "unknown")
+    if as_json:
+        print_json({"plan": rows, "seconds": total})
+        return
+    print_table("to measure", [kind, "left", "CPU s"], rows)
+    out_console.print(f"{total / 60:.0f} CPU minutes; an interrupted run goes on where it stopped", highlight=False)
 
 
 @chart.command("stability", epilog="Example: jamlab chart stability --quick --out charts")

@@ -1,73 +1,134 @@
-"""Speed-accuracy charts: who is dominated, what is written, what is refused."""
+"""Charts of cost against error: what counts as beaten, what it costs, what ships, what is measured anew."""
 
-import csv
+import json
+from dataclasses import asdict, replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from commands import call
 
 import jamlab
-from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front, speed_accuracy
-from jamlab.benchmarks.speed_accuracy.pareto_figure import pareto_figure
+from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
+from jamlab.benchmarks.speed_accuracy.curve_points import Point, dominated, points_of, price
+from jamlab.benchmarks.speed_accuracy.packing_fractions import TOPIC as FRACTIONS
+from jamlab.benchmarks.speed_accuracy.packing_fractions import covered
+from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front, plan, speed_accuracy
+from jamlab.benchmarks.speed_accuracy.topic import COLUMNS, Trial, measure_trials, shipped_trials
 from jamlab.benchmarks.speed_accuracy.topics import TOPICS
-from jamlab.benchmarks.speed_accuracy.trial import Topic, Trial, dominated
 
 
-def test_dominated_points():
-    """A staircase by hand: equal time and larger error, equal error and longer time, other panels, no number."""
-    rows = [
-        Trial("a", "fast", "", 1.0, 1e-2),
-        Trial("a", "good", "", 10.0, 1e-6),
-        Trial("a", "worse", "", 1.0, 2e-2),
-        Trial("a", "slower", "", 20.0, 1e-6),
-        Trial("a", "as fast as can be told", "", 11.0, 1e-6),
-        Trial("a", "broken", "", np.nan, np.nan),
-        Trial("b", "alone", "", 99.0, 1.0),
-        Trial("a", "below the floor", "", 30.0, 0.0),
-        Trial("a", "at the floor", "", 30.0, 1e-17),
+def point(method, seconds, error, panel="a", floor=0.0, **rest):
+    numbers = {"low": error, "high": error, "floor": floor, "packings": 20, "failed": 0, "default": False}
+    return Point(panel, method, "", seconds, error, **numbers | rest)
+
+
+def test_beaten_points_and_their_price():
+    """A staircase by hand: equal cost and larger error, equal error and larger cost, other panels, no number."""
+    points = [
+        point("fast", 1.0, 1e-2),
+        point("good", 10.0, 1e-6),
+        point("worse", 1.0, 2e-2),
+        point("slower", 20.0, 1e-6),
+        point("as fast as can be told", 11.0, 1e-6),
+        point("broken", np.nan, np.nan),
+        point("alone", 99.0, 1.0, panel="b"),
+        point("exact", 30.0, 0.0, panel="c", floor=1e-12),
+        point("below the floor", 30.0, 1e-13, panel="c", floor=1e-12),
+        point("cheap, but fails", 1.0, 1e-13, panel="c", floor=1e-12, failed=3),
     ]
-    assert dominated(rows).tolist() == [False, False, True, True, False, True, False, False, False]
+    assert dominated(points).tolist() == [False, False, True, True, False, True, False, False, False, False]
+    assert [price(p, points) for p in points[:4]] == [1.0, 1.0, 1.0, 2.0]
+    assert price(points[7], points) == 1.0
 
 
-def test_defaults_off_the_front_are_named():
-    rows = [Trial("p", "m", "1", 1.0, 1.0, default=True), Trial("p", "better", "", 0.5, 0.5)]
-    assert defaults_off_the_front({"topic": rows}) == ["topic, p: m 1"]
-    assert defaults_off_the_front({"topic": rows[1:]}) == []
+def test_means_and_bands_over_packings():
+    errors = [-1e-3, 2e-3, -3e-3, 4e-3, np.nan]
+    rows = [("p", "m", "1", 0.1 * k, e, 1e-9, False, "note" if k == 4 else "") for k, e in enumerate(errors)]
+    found = points_of(pd.DataFrame([*rows, ("p", "m", "2", 1.0, 0.0, 3e-9, True, "")], columns=COLUMNS))
+    assert [p.setting for p in found] == ["1", "2"]
+    assert (found[0].error, found[0].packings, found[0].failed) == (pytest.approx(2.5e-3), 4, 1)
+    assert found[0].low == pytest.approx(1.3e-3) and found[0].high == pytest.approx(3.7e-3)
+    assert found[0].seconds == pytest.approx(0.15) and found[0].note == "note" and found[0].floor == pytest.approx(1e-7)
+    assert found[1].exact and found[1].default and not found[0].exact
 
 
-def test_chart_of_packing_fractions(tmp_path):
-    """A real measurement: known errors, files, a page that holds its pictures."""
-    found = speed_accuracy(tmp_path, ["packing-fraction"], quick=True)["packing-fraction"]
-    error = {(t.panel, t.method): t.error for t in found}
-    assert all(error[panel, "exact"] < 1e-13 for panel in ("phi = 0.86", "phi = 1.0", "phi = 1.2"))
-    assert error["phi = 1.2", "nominal"] > 0.1 > error["phi = 1.2", "pairs"] > 1e-6
-    assert all(t.seconds > 0 for t in found)
-    with (tmp_path / "speed-accuracy.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == len(found) and {row["topic"] for row in rows} == {"packing-fraction"}
-    assert sum(row["default"] == "True" for row in rows) == 3
-    page = (tmp_path / "speed-accuracy.html").read_text()
+def test_random_points_find_the_area_of_one_disk():
+    p = jamlab.Packing("sp", 2 * np.eye(2), [[0.1, 0.1]], {"eps": 1.0}, diameters=[1.0])
+    assert covered(p, 40_000, 1) == pytest.approx(np.pi / 16, abs=4 * np.sqrt(0.2 * 0.8 / 40_000))
+
+
+def test_figure_breaks_its_axis_for_what_is_exact():
+    points = [point("m", 1.0, 1e-3, default=True), point("n", 2.0, 1e-17, floor=1e-12), point("o", 1.0, np.nan)]
+    axes = curve_figure("title", "error", points).axes[0]
+    names = {text.get_text(): y for y, text in zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)}
+    exact = names.pop("exact")
+    assert 0 < exact < min(names.values()) and "1 settings gave no number" in axes.get_title()
+    drawn = [y for line in axes.lines if line.get_marker() != "None" for y in line.get_ydata()]
+    assert exact in drawn and 1e-17 not in drawn
+    assert sum(line.get_markersize() == 16 for line in axes.lines) == 1
+    assert "exact" not in [t.get_text() for t in curve_figure("t", "e", points[:1]).axes[0].get_yticklabels()]
+
+
+@pytest.mark.parametrize("name", TOPICS)
+def test_what_ships(name):
+    """Twenty packings, a default that gives numbers, and a reference better than what is compared with it."""
+    table = shipped_trials(name)
+    assert set(COLUMNS) <= set(table.rows.columns) and table.provenance["facts"]["title"] == TOPICS[name].title
+    assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
+    assert sorted(set(map(int, table.rows["task"]))) == list(TOPICS[name].seeds)
+    points = TOPICS[name].points(table.rows)
+    assert all(p.packings + p.failed >= 15 for p in points)
+    assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
+    assert all(p.low <= p.high and p.seconds > 0 for p in points if p.drawn)
+
+
+def test_one_packing_measured_anew_agrees_with_what_ships():
+    """Numbers do not hang on the machine: the same errors of the same packing; costs in the same order."""
+    now = pd.DataFrame(map(asdict, FRACTIONS.measure(1)))
+    before = shipped_trials("packing-fraction").rows
+    before = before[before["task"] == "1"].reset_index(drop=True)
+    assert now[["panel", "method", "setting"]].equals(before[["panel", "method", "setting"]])
+    np.testing.assert_allclose(now["error"], before["error"], rtol=1e-5, atol=1e-14)
+    cost = now[now["method"] == "random points"].groupby("setting")["seconds"].mean()
+    assert cost["100000"] > 10 * cost["1000"]
+
+
+def test_charts_from_shipped_data_and_their_command(tmp_path):
+    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "packing-fraction", "--out", "c", "--json")
+    said = json.loads(done.stdout)
+    error = {(p["panel"], p["method"]): p["error"] for p in said["topics"]["packing-fraction"]}
+    assert all(error[panel, "exact"] < 1e-13 for panel in ("φ = 0.86", "φ = 1", "φ = 1.2"))
+    assert error["φ = 1.2", "nominal"] > 0.1 > error["φ = 1.2", "pairs"] > 1e-6
+    page = (tmp_path / "c" / "speed-accuracy.html").read_text()
     assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
-    assert (tmp_path / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
+    assert (tmp_path / "c" / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
+    assert len(pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")) == len(error) + 9
+    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "d")
+    assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
+    assert not (tmp_path / "d").exists()
 
 
-def test_figure_rings_the_default_and_greys_the_beaten():
-    rows = [
-        Trial("p", "a", "1", 1.0, 1e-3, default=True),
-        Trial("p", "b", "", 2.0, 1.0),
-        Trial("p", "c", "", 3.0, np.nan),
-    ]
-    figure = pareto_figure(Topic("title", "error", "reference", lambda quick: rows), rows)
-    axes = figure.axes[0]
-    colours = [line.get_color() for line in axes.lines]
-    assert "#B8B8B8" in colours and "1 gave no number" in axes.get_title()
-    assert sum(line.get_markeredgecolor() == "black" for line in axes.lines) == 1
+def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    """The plan counts what is left; what is there is drawn and not measured again."""
+    done = []
+
+    def measure(seed):
+        done.append(seed)
+        return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k) for k in (1, 2)]
+
+    monkeypatch.setitem(TOPICS, "spectrum", replace(TOPICS["spectrum"], measure=measure, seeds=range(1, 4)))
+    assert plan(tmp_path, ["spectrum"])[0][:2] == ["spectrum", "3"]
+    measure_trials(tmp_path / "spectrum.csv", TOPICS["spectrum"], [2])
+    assert plan(tmp_path, ["spectrum"])[0][1] == "2" and done == [2, 2]  # the first one twice, to load libraries
+    told = []
+    found = speed_accuracy(tmp_path, ["spectrum"], measure=True, progress=told.append)["spectrum"]
+    assert told == ["spectrum: packing 1 of 3", "spectrum: packing 3 of 3", "spectrum"] and done[2:] == [1, 1, 3]
+    assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]
+    assert [p.error for p in found] == pytest.approx([0.1, 0.01])
 
 
-def test_unknown_topic_is_refused(tmp_path):
-    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "c")
-    assert done.exit_code == 1 and "weather" in done.stderr and "minimisers" in done.stderr
-    assert not (tmp_path / "c").exists()
-    with pytest.raises(jamlab.InputError):
-        speed_accuracy(tmp_path / "c", ["weather"])
-    assert all(topic.reference for topic in TOPICS.values())
+def test_defaults_off_the_front_are_named_with_their_price():
+    rows = [replace(point("m", 1.0, 1.0), default=True), point("better", 0.5, 0.5)]
+    assert [row[:2] + row[4:5] for row in defaults_off_the_front({"spectrum": rows})] == [["spectrum: a", "m", "2.0"]]
+    assert defaults_off_the_front({"spectrum": rows[:1]}) == []

@@ -17,7 +17,7 @@ COMMANDS = {
     "demo": ["demo", "--n", "256", "--out", "out"],
     "campaign": ["campaign", "run", "c.toml", "--workers", "2"],
     "jam": ["jam", "--n", "4096", "--out", "onset.h5"],
-    "chart": ["chart", "speed-accuracy", "--quick", "--out", "out"],
+    "chart": ["chart", "speed-accuracy", "--measure", "--out", "out"],
 }
 FIGURES = ["figure", "all", "--out", "out"]
 CHILDREN = {"demo": 2, "campaign": 2, "jam": 0, "chart": 0}

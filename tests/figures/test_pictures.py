@@ -17,8 +17,8 @@ from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.benchmarks.speed_accuracy.pareto_figure import pareto_figure
-from jamlab.benchmarks.speed_accuracy.trial import Topic, Trial
+from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
+from jamlab.benchmarks.speed_accuracy.curve_points import Point
 from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
 from jamlab.figures.packing_pictures import draw_packing, modulus_figure
 from jamlab.figures.papers import gallery
@@ -66,16 +66,17 @@ def modulus():
 
 
 def chart():
-    trials = [
-        Trial("N = 64", "exact", "", 3e-3, 1e-14, default=True),
-        Trial("N = 64", "pairs", "", 1e-3, 2e-4),
-        Trial("N = 64", "pixels", "256", 2e-2, 1e-3),
-        Trial("N = 64", "pixels", "1024", 3e-1, 1e-4),
-        Trial("N = 64", "broken", "", 1e-2, np.nan),
-        Trial("N = 1024", "exact", "", 4e-2, 1e-14, default=True),
-        Trial("N = 1024", "pairs", "", 2e-2, 1e-4),
+    def point(panel, method, setting, seconds, error, failed=0, default=False):
+        return Point(panel, method, setting, seconds, error, 0.3 * error, 2 * error, 1e-12, 20, failed, default)
+
+    points = [point("N = 64", "pixels", f"{k}", 1e-3 * k, 1 / k**2, failed=k > 500) for k in (10, 100, 1000)]
+    points += [
+        point("N = 64", "exact", "", 3e-3, 1e-14, default=True),
+        point("N = 64", "broken", "", np.nan, np.nan),
+        point("N = 1024", "exact", "", 4e-2, 1e-8, default=True),
+        point("N = 1024", "pixels", "100", 2e-2, 1e-4),
     ]
-    return pareto_figure(Topic("packing fraction", "error of rho", "exact areas", lambda quick: trials), trials)
+    return curve_figure("packing fraction", "error of rho", points)
 
 
 @picture
@@ -86,7 +87,7 @@ def test_complex_modulus():
 
 @picture
 def test_speed_accuracy_chart():
-    """The front coloured, the beaten grey, the default ringed."""
+    """Curves with bands along their dials, what is exact below a break, the default ringed, open where some failed."""
     return bare(chart(), columns=2)
 
 

@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 from creep_of_elements import compliance
-from disks_with_inertia import start_up
 
 import jamlab
+from jamlab.benchmarks.speed_accuracy.disks_with_inertia import start_up
 from jamlab.packing.deformation import at_phi
 
 pytestmark = pytest.mark.slow

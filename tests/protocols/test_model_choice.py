@@ -10,7 +10,6 @@ from scipy import stats
 
 import jamlab
 from jamlab.benchmarks.model_table import make_table
-from jamlab.benchmarks.speed_accuracy.droplet_models import find_unjamming
 from jamlab.engine.deck_defaults import defaults
 from jamlab.protocols.model_choice import QUANTITIES, Way, expected_error, list_ways, read_table
 from jamlab.protocols.scene import bring_to, default_way
@@ -148,10 +147,3 @@ def test_table_is_measured_and_written(tmp_path):
     assert off["dp"]["errors"]["a"] == [0.0, 0.0] != off["sp"]["errors"]["a"]
     assert all(row["of"] == 2 and row["failed"] == 0 and row["seconds"] > 0 for row in off.values())
     assert jamlab.choose(0.88, {"z": 1e-3}, 8, table=made).way == default_way()
-
-
-def test_unjamming_of_disks_is_their_onset():
-    """Decompressed from 0.01 above, the packing loses its pressure where it was found to jam."""
-    onset = jamlab.jam("sp", 16, 3, ensemble="shear-stabilized")
-    *_, above = jamlab.compress(onset, onset.phi + 0.01, 0.01, by="phi")
-    assert find_unjamming(above) == pytest.approx(jamlab.packing_fraction(onset), abs=1e-3)

@@ -50,7 +50,9 @@ def stability(
         return Chart(chart.title, chart.meaning, stability_figure(chart, found[name]), table, rows)
 
     title, names = "Where methods fail", maps or MAPS
-    write_charts(out, "stability", title, _LEAD, measure, names, quick=quick, progress=progress)
+    write_charts(
+        out, "stability", title, _LEAD, measure, names, {"size": "quick" if quick else "full"}, progress=progress
+    )
     return found
 
 

@@ -1,20 +1,25 @@
-"""Measure speed against accuracy, topic by topic, and write CSV, pictures and one page."""
+"""Draw cost against error, topic by topic, from data that ship with jamlab or are measured anew."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
-from jamlab.benchmarks.cpu_time import one_core
-from jamlab.benchmarks.speed_accuracy.pareto_figure import pareto_figure
+from jamlab.benchmarks.measured_table import MeasuredTable, done_tasks
+from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
+from jamlab.benchmarks.speed_accuracy.curve_points import SLACK, Point, dominated, price
+from jamlab.benchmarks.speed_accuracy.topic import measure_trials, shipped_trials
 from jamlab.benchmarks.speed_accuracy.topics import TOPICS
-from jamlab.benchmarks.speed_accuracy.trial import Trial, dominated
 from jamlab.checks import check_choice
+from jamlab.errors import StorageError
 from jamlab.figures.html_page import TextTable
+from jamlab.packing.atomic_file import make_folder
 
 _LEAD = (
-    "Each point is one method with one setting. Points that another one beats in time or error, and equals in the "
-    "other, are grey; times within 20 % count as equal. A ring marks what jamlab does by default."
+    "Each curve is one method along its own dial: median cost on one core and mean error over packings, with the 10 to "
+    "90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
+    "'exact' below the break of an axis: the difference to the reference is none, or below the floor, 100 times the "
+    "error of the reference itself, or as the caption says. Open marks: some packings gave no number."
 )
 
 
@@ -22,61 +27,104 @@ def speed_accuracy(
     out: Path,
     topics: Sequence[str] = (),
     *,
-    quick: bool = False,
+    measure: bool = False,
     progress: Callable[[str], None] | None = None,
-) -> dict[str, list[Trial]]:
-    """Measure, and write speed-accuracy.csv, one PNG for each topic and speed-accuracy.html.
+) -> dict[str, list[Point]]:
+    """Draw the topics, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html.
 
     Args:
         out: folder, made if it is not there.
         topics: names of `TOPICS`; all if empty.
-        quick: fewer and smaller packings, under a minute for all topics.
-        progress: called with the name of each topic.
+        measure: measure the packings that OUT/TOPIC.csv does not hold, and draw these files instead of what ships.
+        progress: called with the name of each topic, or of each packing that is measured.
 
     Returns:
-        Trials of each topic.
+        Points of each topic.
 
     Raises:
         InputError: there is no such topic.
-        StorageError: the folder cannot be written.
+        StorageError: the folder cannot be written, or holds another measurement.
     """
-    for name in topics:
-        check_choice("topic", name, TOPICS)
-    found: dict[str, list[Trial]] = {}
+    names = check_topics(topics)
+    make_folder(out)
+    say = progress or (lambda text: None)
+    tables: dict[str, MeasuredTable] = {}
+    for name in names:
+        if measure:
 
-    def measure(name: str) -> Chart:
-        topic = TOPICS[name]
-        with one_core():
-            found[name] = topic.measure(quick)
-        caption = f"Reference: {topic.reference}." + (f" {topic.verdict}" if topic.verdict else "")
-        on_front = [not beaten for beaten in dominated(found[name])]
-        rows = [{"topic": name, **asdict(t), "on_front": f} for t, f in zip(found[name], on_front, strict=True)]
-        table = _table(topic.error, found[name], on_front)
-        return Chart(topic.title, caption, pareto_figure(topic, found[name]), table, rows)
+            def tell(seed: str, done: int, of: int, name: str = name) -> None:
+                say(f"{name}: packing {done + 1} of {of}")
 
-    title, names = "Speed against accuracy", topics or TOPICS
-    write_charts(out, "speed-accuracy", title, _LEAD, measure, names, quick=quick, progress=progress)
+            tables[name] = measure_trials(out / f"{name}.csv", TOPICS[name], progress=tell)
+        else:
+            tables[name] = shipped_trials(name)
+    found = {name: TOPICS[name].points(table.rows) for name, table in tables.items()}
+
+    def chart(name: str) -> Chart:
+        topic, points = TOPICS[name], found[name]
+        caption = f"Reference: {topic.reference}. Settings: {topic.dial}. {tables[name].made}."
+        beaten = dominated(points)
+        rows = [{"topic": name, **asdict(p), "on_front": not b} for p, b in zip(points, beaten, strict=True)]
+        table = _table(topic.error, points, [not b for b in beaten])
+        return Chart(topic.title, caption, curve_figure(topic.title, topic.error, points), table, rows)
+
+    facts = {"data": "measured now" if measure else "shipped with jamlab"}
+    write_charts(out, "speed-accuracy", "Cost against error", _LEAD, chart, names, facts, progress=progress)
     return found
 
 
-def defaults_off_the_front(found: dict[str, list[Trial]]) -> list[str]:
-    """One line for every default that another method beats."""
-    lines = []
-    for name, trials in found.items():
-        for trial, beaten in zip(trials, dominated(trials), strict=True):
-            if trial.default and beaten:
-                lines.append(f"{name}, {trial.panel}: {trial.method} {trial.setting}".rstrip())
-    return lines
+def check_topics(topics: Sequence[str]) -> list[str]:
+    """Names of topics, all if none is given.
+
+    Raises:
+        InputError: there is no such topic.
+    """
+    for name in topics:
+        check_choice("topic", name, TOPICS)
+    return list(topics or TOPICS)
 
 
-def _table(error: str, trials: Sequence[Trial], on_front: Sequence[bool]) -> TextTable:
-    """Trials as text, in their order."""
-    columns = ["panel", "method", "setting", "time [s]", error, "on the front", "note"]
+def plan(out: Path, topics: Sequence[str] = ()) -> list[list[str]]:
+    """What `measure` would do: a row for each topic, its name, packings left and CPU seconds, by the shipped data."""
+    rows = []
+    for name in check_topics(topics):
+        left = len({str(seed) for seed in TOPICS[name].seeds} - done_tasks(out / f"{name}.csv"))
+        try:
+            shipped = shipped_trials(name)
+            seconds = f"{left * shipped.seconds / shipped.rows['task'].nunique():.0f}"
+        except StorageError:
+            seconds = "unknown"
+        rows.append([name, str(left), seconds])
+    return rows
+
+
+def defaults_off_the_front(found: Mapping[str, Sequence[Point]]) -> list[list[str]]:
+    """A row for every default that costs more than 1.25 times the cheapest as good: topic and panel, default, its cost
+    and error, the price as a factor, and the reason."""
+    rows = []
+    for name, points in found.items():
+        for point in points:
+            paid = price(point, points)
+            if point.default and paid > SLACK:
+                setting = f"{point.method} {point.setting}".rstrip()
+                numbers = [f"{point.seconds:.2g} s", _error(point), f"{paid:.1f}"]
+                rows.append([f"{name}: {point.panel}", setting, *numbers, TOPICS[name].reason or "-"])
+    return rows
+
+
+def _error(point: Point) -> str:
+    return "exact" if point.exact else f"{point.error:.1e}"
+
+
+def _table(error: str, points: Sequence[Point], on_front: Sequence[bool]) -> TextTable:
+    """Points as text, in their order."""
+    columns = ["panel", "method", "setting", "time [s]", error, "10 to 90 %", "packings", "on the front", "note"]
     rows = [
         [
-            *(t.panel, t.method + (" (default)" if t.default else ""), t.setting),
-            *(f"{t.seconds:.3g}", f"{t.error:.2g}", "yes" if front else "", t.note),
+            *(p.panel, p.method + (" (default)" if p.default else ""), p.setting, f"{p.seconds:.3g}", _error(p)),
+            *(f"{p.low:.1e} .. {p.high:.1e}", f"{p.packings} of {p.packings + p.failed}"),
+            *("yes" if front else "", p.note),
         ]
-        for t, front in zip(trials, on_front, strict=True)
+        for p, front in zip(points, on_front, strict=True)
     ]
     return TextTable(columns, rows, marks=["on the front" if front else "beaten" for front in on_front])

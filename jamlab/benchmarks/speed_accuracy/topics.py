@@ -1,20 +1,27 @@
 """List the topics of `jamlab chart speed-accuracy`."""
 
 from jamlab.benchmarks.speed_accuracy import (
-    droplet_models,
-    minimisers,
+    disk_minimisers,
+    droplet_minimisers,
+    droplet_vertices,
+    ensemble_means,
+    flow_in_time,
+    moduli,
+    onset_search,
     packing_fractions,
-    shear_modulus,
+    pressure_packing,
     spectra,
-    sweep_steps,
 )
 
 TOPICS = {
-    "minimisers": minimisers.TOPIC,
-    "steps": sweep_steps.TOPIC,
+    "disk-minimisers": disk_minimisers.TOPIC,
+    "droplet-minimisers": droplet_minimisers.TOPIC,
+    "onset": onset_search.TOPIC,
+    "pressure-packing": pressure_packing.TOPIC,
     "packing-fraction": packing_fractions.TOPIC,
-    "shear-modulus": shear_modulus.TOPIC,
+    "shear-modulus": moduli.TOPIC,
     "spectrum": spectra.TOPIC,
-    "droplets": droplet_models.TOPIC,
-    "models": droplet_models.MODELS,
+    "droplet-vertices": droplet_vertices.TOPIC,
+    "flow-in-time": flow_in_time.TOPIC,
+    "ensemble-means": ensemble_means.TOPIC,
 }

@@ -1,24 +1,27 @@
 """The same disks with a small mass, in native LAMMPS: pair_style gran/hooke, fix nve/sphere disc, fix deform."""
 
 import time
+from typing import Any
 
 import numpy as np
-from disk_flows import touching
+from numpy.typing import NDArray
 
-import jamlab
 from jamlab.engine.installation import lammps_class
+from jamlab.geometry.touching_disks import touching_disks
+from jamlab.packing.packing import Packing
+
+Array = NDArray[np.float64]
 
 STEP = 0.02  # over the mass, in units of tau_1: 0.1 diverges
 
 
-def start_up(
-    packing: jamlab.Packing, rate: float, strains: np.ndarray, mass: float, beta: float = 1.0
-) -> tuple[np.ndarray, float]:
+def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: float = 1.0) -> tuple[Array, float]:
     """(m,) shear stress at strains (m,), and seconds of CPU; units "k" with k = tau = 1.
 
     Drag per velocity is k tau = meff gamma with meff = mass/2, and the friction limit is out of reach.
     """
     lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
+    assert packing.diameters is not None
     sizes, kinds = np.unique(packing.diameters, return_inverse=True)
     (lx, _), (xy, ly) = packing.box
     gamma = 2.0 / mass
@@ -56,15 +59,17 @@ def start_up(
     return np.array(stresses), seconds
 
 
-def _stress(lmp, packing: jamlab.Packing, rate: float, beta: float) -> float:
+def _stress(lmp: Any, packing: Packing, rate: float, beta: float) -> float:
     """Stress over contacts, conjugate to the strain: T_x r_y with the tension T that acts on the first disk."""
     x, v, spin = (np.array(lmp.gather_atoms(name, 1, 3)).reshape(-1, 3) for name in ("x", "v", "omega"))
     _, _, xy, *_ = lmp.extract_box()
     box = np.array([packing.box[0], [xy, packing.box[1, 1]]])
     x, v, spin = x[:, :2], v[:, :2], spin[:, 2]
     beside = v - rate * np.column_stack([x[:, 1], np.zeros(packing.n)])
+    assert packing.diameters is not None
     total = 0.0
-    for i, j, r in touching(x, box, packing.diameters):
+    pairs = touching_disks(packing.with_state(positions=x, box=box))
+    for i, j, r in zip(pairs.i, pairs.j, pairs.r, strict=True):
         distance, radii = np.hypot(*r), 0.5 * packing.diameters[[i, j]]
         normal = r / distance
         tangent = np.array([-normal[1], normal[0]])

@@ -1,0 +1,156 @@
+"""Draw curves of cost against error: one for each method along its dial, bands over packings, the default in a ring."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+
+from jamlab.benchmarks.speed_accuracy.curve_points import Point
+from jamlab.plotting.axes import LABEL, LEGEND, TICK
+
+# Okabe & Ito, light yellow left out
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
+_MARKERS = "osD^vP*X"
+_GREY = "#D9D9D9"
+_COLUMNS = 3  # of panels, four where that fills two rows
+_MOST_TICKS = 6
+_APART = (0.16, 0.05)  # parts of the axes that a label needs
+_RIGHT = 0.75  # part of the axes beyond which a label stands left of its mark
+_EXACT = 1.3  # decades between the break and the line of what is exact
+
+
+def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequence[str] = ()) -> Figure:
+    """Draw one panel for each `Point.panel`, or for those given.
+
+    Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
+    stands on a line of its own below a break of the axis. Open marks: some packings gave no number.
+
+    Args:
+        title: above all panels.
+        error: label of the vertical axes.
+        points: of all panels.
+        panels: which to draw, all by default.
+    """
+    names = list(panels) or list(dict.fromkeys(point.panel for point in points))
+    methods = list(dict.fromkeys(point.method for point in points if point.panel in names))
+    columns = 2 if len(names) == 4 else min(_COLUMNS, len(names))
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(max(5.0 * columns, 6.4), 4.1 * rows + 1.0), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    style = {m: (_COLOURS[k % 8], _MARKERS[k % 8]) for k, m in enumerate(methods)}
+    for axes, name in zip(grid, names, strict=False):
+        here = [point for point in points if point.panel == name]
+        _draw_panel(axes, [point for point in here if point.drawn], style)
+        missing = sum(not point.drawn for point in here)
+        axes.set_title(name + (f"   ({missing} settings gave no number)" if missing else ""), fontsize=TICK)
+        axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
+        axes.set_ylabel(error, fontsize=LABEL)
+    for axes in grid[len(names) :]:
+        axes.set_axis_off()
+    figure.suptitle(title, fontsize=14)
+    figure.legend(handles=_handles(style), loc="outside lower center", ncols=min(5, len(methods) + 3), fontsize=LEGEND)
+    return figure
+
+
+def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str, str]]) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    above = [value for p in points for value in (p.low, p.error) if value > p.floor and not p.exact]
+    bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points)
+    top = max([10 * bottom, *(2 * max(p.error, p.high) for p in points)])
+    exact = bottom / 10 ** (_EXACT * max(1.0, np.log10(top / bottom) / 8))
+    broken = any(p.exact or p.low <= p.floor for p in points)
+    labels: list[tuple[Point, float, float, str]] = []
+    for method, (colour, marker) in style.items():
+        curve = [p for p in points if p.method == method]
+        if not curve:
+            continue
+        x = [p.seconds for p in curve]
+        y, low, high = (
+            [value if value > p.floor else exact for p, value in zip(curve, values, strict=True)]
+            for values in ([p.error for p in curve], [p.low for p in curve], [p.high for p in curve])
+        )
+        if len(curve) > 1 and np.all(np.diff(x) > 0):
+            axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
+        else:  # a dial that does not go from cheap to dear
+            axes.vlines(x, low, high, color=colour, linewidth=5, alpha=0.2)
+        axes.plot(x, y, "-", color=colour, linewidth=1.4)
+        for p, here_x, here_y in zip(curve, x, y, strict=True):
+            face = "white" if p.failed else colour
+            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, markersize=7)
+            if p.default:
+                axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
+        ends = {0, len(curve) - 1}
+        labels += [(p, x[k], y[k], colour) for k, p in enumerate(curve) if p.setting and (p.default or k in ends)]
+    axes.margins(x=0.16)
+    left, right = axes.get_xlim()
+    spare = 10 ** max(0.0, (1.5 - np.log10(right / left)) / 2)
+    axes.set_xlim(left / spare, right * spare)
+    axes.set_ylim(exact / 3 if broken else bottom / 2, top * (top / bottom) ** 0.1)
+    _label(axes, labels)
+    _tick(axes, bottom, top, exact if broken else None)
+
+
+def _label(axes: Axes, labels: list[tuple[Point, float, float, str]]) -> None:
+    """Settings at both ends of curves and at defaults, these first; what would overlap is left out."""
+    taken: list[tuple[float, float]] = []
+    for point, x, y, colour in sorted(labels, key=lambda label: not label[0].default):
+        place = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
+        if all(abs(place[0] - u) > _APART[0] or abs(place[1] - v) > _APART[1] for u, v in taken):
+            taken.append((float(place[0]), float(place[1])))
+            right = place[0] > _RIGHT
+            style: dict[str, Any] = {"ha": "right" if right else "left", "fontsize": 9, "color": colour}
+            axes.annotate(point.setting, (x, y), (-8 if right else 7, 6), textcoords="offset points", **style)
+
+
+def _tick(axes: Axes, bottom: float, top: float, exact: float | None) -> None:
+    """Powers of ten above the break, and `exact` below it."""
+    first, last = int(np.ceil(np.log10(bottom) - 1e-9)), int(np.floor(np.log10(2 * top)))
+    every = max(1, -(-(last - first + 1) // _MOST_TICKS))
+    powers = list(range(first, last + 1, every))
+    values = [10.0**k for k in powers]
+    names = [f"$10^{{{k}}}$" for k in powers]
+    axes.xaxis.set_major_locator(LogLocator(numticks=6))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(alpha=0.3, which="major")
+    if exact is not None:
+        values, names = [exact, *values], ["exact", *names]
+        middle = np.sqrt(exact * bottom / 1.5)
+        axes.axhspan(exact / 1e3, middle, color=_GREY, alpha=0.45, linewidth=0, zorder=0)
+        slash: dict[str, Any] = {
+            "marker": [(-1, -0.5), (1, 0.5)],
+            "markersize": 9,
+            "linestyle": "",
+            "color": "black",
+            "clip_on": False,
+        }
+        for height in (middle / 1.15, middle * 1.15):
+            axes.plot([0], [height], transform=axes.get_yaxis_transform(), zorder=6, **slash)
+    axes.yaxis.set_major_locator(FixedLocator(values))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_yticks(values, names)
+    axes.tick_params(labelsize=TICK)
+
+
+def _handles(style: dict[str, tuple[str, str]]) -> list[Line2D | Patch]:
+    handles: list[Line2D | Patch] = [
+        Line2D([], [], marker=m, color=c, markersize=7, label=name) for name, (c, m) in style.items()
+    ]
+    handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
+    ring: dict[str, Any] = {
+        "marker": "o",
+        "markersize": 13,
+        "markerfacecolor": "none",
+        "color": "black",
+        "linestyle": "",
+    }
+    handles.append(Line2D([], [], label="jamlab's default", **ring))
+    handles.append(
+        Line2D([], [], marker="o", markerfacecolor="white", color="#444444", linestyle="", label="some failed")
+    )
+    return handles
