@@ -56,10 +56,8 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
         axis, other, failed = chart.y, chart.x, failed.T
     if axis.default is None:
         return None
-    lines = range(len(failed))
-    if other.default is not None:
-        lines = [_nearest(other)]
-    found = [Distance(axis.default, _boundary(axis, failed[k]), other.values[k], axis) for k in lines]
+    lines = range(len(failed)) if other.default is None else [_nearest(other)]
+    found = [Distance(axis.default, _boundary(axis, axis.default, failed[k]), other.values[k], axis) for k in lines]
     return min(found, key=lambda distance: distance.far)
 
 
@@ -67,13 +65,13 @@ def _nearest(axis: Axis) -> int:
     return round(float(axis.places(axis.default)))
 
 
-def _boundary(axis: Axis, failed: np.ndarray) -> float:
+def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
     """Where the share of failures crosses one half nearest to the default; the default itself if it fails there."""
     values = np.array([float(v) for v in axis.values])
     scale, back = (np.log, np.exp) if axis.logarithmic else (np.asarray, np.asarray)
-    x, start = scale(values), scale(axis.default)
+    x, start = scale(values), scale(default)
     if np.interp(start, x, failed) > _HALF:
-        return float(axis.default or 0.0)
+        return default
     crossings = []
     for a, b, low, high in zip(x[:-1], x[1:], failed[:-1], failed[1:], strict=True):
         if (low - _HALF) * (high - _HALF) <= 0 and low != high:

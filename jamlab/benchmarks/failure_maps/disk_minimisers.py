@@ -152,7 +152,8 @@ MAPS = {
         8,
         lambda phi, seed: jolt_minimum(16, phi, seed),
         lambda jolted, x: try_fire(jolted, x, 0.1),
-        "FIRE shortens its steps when they lead uphill, so it survives beyond the limit of a fixed step, but not far.",
+        "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
+        "farther on it blows up.",
         _CHECK,
         lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
         "$2/\\omega_{\\max}$",

@@ -32,7 +32,7 @@ def try_pressure(n: int, pressure: float, seed: int, **how: Any) -> Trial:
     return worst_of(
         balanced("converged", packing, force_tolerance("sp")),
         Trial("converged", "pressure", abs(plain_pressure(packing) / pressure - 1), 1e-6),
-        modulus_trial(packing, shear_modulus(packing)),
+        modulus_trial(packing, float(shear_modulus(packing))),
     )
 
 
@@ -42,7 +42,7 @@ def modulus_trial(packing: Packing, modulus: float, allowed: float = _SAME_MODUL
         plain = plain_shear_modulus(packing)
     except np.linalg.LinAlgError as error:
         return Trial("converged", f"G = {modulus:.3g}, but {error}", np.inf, allowed)
-    scale = abs(shear_modulus(packing, "affine"))
+    scale = abs(float(shear_modulus(packing, "affine")))
     return Trial("converged", f"G = {modulus:.3g}", abs(modulus - plain) / scale, allowed)
 
 
@@ -146,8 +146,8 @@ MAPS = {
         linear_axis("true packing fraction $\\rho$", 0.85, 0.999),
         2,
         lambda rho, seed: (rho, seed),
-        lambda start, step: try_step(*start, step),
-        "Long steps jump to other minima, which are minima all the same; near confluence $\\rho$ is missed, as is said.",
+        lambda start, step: try_step(start[0], start[1], step),
+        "Long steps jump to other minima, which are minima all the same; near confluence $\\rho$ is missed.",
         "Forces anew; $\\rho$ anew as the area of a union of polygons.",
     ),
 }

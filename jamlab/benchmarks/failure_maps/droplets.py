@@ -218,7 +218,7 @@ MAPS = {
         Axis("shape", tuple(shapes())),
         3,
         lambda name, seed: (_FORMS[(seed - 1) % 3], name),
-        lambda start, gap: try_shape(*start, gap),
+        lambda start, gap: try_shape(start[0], start[1], gap),
         "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or "
         "said to be at no minimum.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",

@@ -14,6 +14,7 @@ from jamlab.benchmarks.failure_maps.plain_physics import (
     plain_stress,
 )
 from jamlab.benchmarks.failure_maps.verdict import Trial, worst_of
+from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import TOLERANCE as OSCILLATION
 from jamlab.flow.oscillate import oscillate
 from jamlab.flow.overdamped_session import BACKGROUND, LEAST_TOLERANCE
@@ -102,14 +103,14 @@ def energy_trial(run: ShearRun) -> Trial:
     return Trial("converged", f"energy off by {error:.1g}", error, _ENERGY + _end_of_step(run))
 
 
-def elastic_trial(run: ShearRun) -> Trial:
+def elastic_trial(run: FlowRun) -> Trial:
     """Elastic stress at the end, from the positions there."""
     plain = -plain_stress(run.packing)[0, 1]
     error = abs(run.elastic_stress[-1] - plain) / np.abs(run.stress).max()
     return Trial("converged", f"elastic stress off by {error:.1g}", float(error), _ROUNDING + _end_of_step(run))
 
 
-def _end_of_step(run: ShearRun) -> float:
+def _end_of_step(run: FlowRun) -> float:
     """Part by which numbers may differ from those of the positions: droplets are corrected at the end of a step."""
     return _SUMMED * run.tolerance if run.packing.model == "dp" else 0.0
 
@@ -201,7 +202,7 @@ MAPS = {
         _RATES,
         3,
         lambda rate, seed: (packed(seed), rate),
-        lambda start, background: try_shear(*start, background=background),
+        lambda start, background: try_shear(start[0], start[1], background=background),
         "Without background some motion costs hardly any drag; refused where it outruns every step.",
         _CHECK,
     ),
@@ -211,7 +212,7 @@ MAPS = {
         _RATES,
         3,
         lambda rate, seed: (packed(seed), rate),
-        lambda start, alpha: try_shear(*start, alpha=alpha),
+        lambda start, alpha: try_shear(start[0], start[1], alpha=alpha),
         "Drag grows as the power alpha of the relative velocity; below 0.4 its velocities are not found.",
         _CHECK,
         lambda start: LEAST_ALPHA,
@@ -223,7 +224,7 @@ MAPS = {
         log_axis("rate, $1/\\tau_1$", 1e-2, 2e3),
         1,
         lambda rate, seed: (droplets(seed), rate),
-        lambda start, tolerance: try_shear(*start, tolerance=tolerance),
+        lambda start, tolerance: try_shear(start[0], start[1], tolerance),
         "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
         _CHECK,
     ),

@@ -41,7 +41,7 @@ def same_contacts(packing: Packing, strain: float) -> bool:
 
 def try_strain(packing: Packing, strain: float) -> Trial:
     """G by finite strain, which starts at the strain given and halves it where contacts change."""
-    trial = modulus_trial(packing, shear_modulus(packing, "finite-strain", strain=strain), _FINITE)
+    trial = modulus_trial(packing, float(shear_modulus(packing, "finite-strain", strain=strain)), _FINITE)
     verdict = "converged" if same_contacts(packing, strain) else "another basin"
     return Trial(verdict, trial.note, trial.error, trial.allowed)
 
@@ -80,13 +80,13 @@ def try_moved(disturbed: Disturbed, distance: float) -> Trial:
     """G by linear response where disks lie a distance away from their minimum."""
     packing = disturbed.packing
     moved = packing.with_state(positions=packing.positions + distance * disturbed.directions)
-    found = shear_modulus(moved)
+    found = float(shear_modulus(moved))
     return Trial("converged", f"G = {found:.3g}", abs(found - disturbed.modulus) / disturbed.affine, _NEAR)
 
 
 def refused_beyond(disturbed: Disturbed) -> float:
     """Distance at which the largest force is 1 % of the pressure times the diameter: stiffness is 1."""
-    return LARGEST_IMBALANCE * disturbed.packing.provenance["pressure"]
+    return LARGEST_IMBALANCE * float(disturbed.packing.provenance["pressure"])
 
 
 _START = float(defaults("strain")["strain"])

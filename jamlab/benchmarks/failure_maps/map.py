@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from jamlab.benchmarks.failure_maps.verdict import VERDICTS, Trial, attempt
 from jamlab.errors import JamlabError
 
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
-_HALF = 0.5  # share of runs that converge, at the boundary
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Map:
                 limits.append(self.limit(starts[-1]))
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
-            trials = [attempt(lambda start=start, x=x: self.run(start, x)) for start in starts] + refusals
+            trials = [attempt(partial(self.run, start, x)) for start in starts] + refusals
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
     def try_once(self, x: float | str, y: float | str, seed: int = 1) -> Trial:

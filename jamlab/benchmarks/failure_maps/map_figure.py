@@ -30,9 +30,11 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     """Draw a map from its table; a solid line is the limit of theory, dashed lines are jamlab's defaults."""
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.subplots()
-    handles = _fill_cells(axes, chart, table)
-    handles += _draw_limit(axes, chart, table)
-    handles += _draw_defaults(axes, chart)
+    handles = [
+        *_fill_cells(axes, chart, table),
+        *_draw_limit(axes, chart, table),
+        *_draw_defaults(axes, chart),
+    ]
     for axis, ticks, labels, name in (
         (chart.x, axes.set_xticks, axes.set_xticklabels, axes.set_xlabel),
         (chart.y, axes.set_yticks, axes.set_yticklabels, axes.set_ylabel),
@@ -60,7 +62,7 @@ def tick_text(value: float | str) -> str:
         exponent = int(np.floor(np.log10(abs(value)) + 1e-9))
         digits = f"{value / 10.0**exponent:.2g}"
         return f"$10^{{{exponent}}}$" if digits == "1" else f"${digits}\\cdot10^{{{exponent}}}$"
-    return f"{value:.3g}"
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
 def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:

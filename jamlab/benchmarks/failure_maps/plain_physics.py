@@ -327,7 +327,8 @@ def _droplets(packing: Packing, positions: Array, box: Array) -> tuple[Any, Arra
         if packing.params["contact"] == "outline":
             close = _nearest_edges(here, foreign, offsets, owner)
         elif packing.params["contact"] == "segment/smooth":
-            close = np.nonzero(foreign[owner[:, None], owner[None, :]])
+            v, e = np.nonzero(foreign[owner[:, None], owner[None, :]])
+            close = v, e
         else:
             half = [(m, o) for m, o in np.argwhere(foreign) if (m, a, b) > (o, -a, -b)]
             for m, o in half:
