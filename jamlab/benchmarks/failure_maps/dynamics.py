@@ -47,7 +47,7 @@ def packed(seed: int, pressure: float = _PRESSURE) -> Packing:
 @lru_cache(maxsize=32)
 def droplets(seed: int) -> Packing:
     """A few droplets in the place of disks."""
-    return to_polygons(jammed_disks(0.9, seed))
+    return to_polygons(jammed_disks(0.88, seed))
 
 
 def try_shear(
@@ -177,7 +177,7 @@ def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
 
 
 _SHEARED: dict[tuple[bytes, float], QuasistaticShear] = {}
-_STEPS = log_axis("step of strain", 5e-4, _STRAIN)
+_STEPS = log_axis("step of strain", 1e-3, _STRAIN)
 _RATES = log_axis("rate, $1/\\tau_1$", 1e-3, 2e3)
 _CHECK = (
     "Stored energy, elastic stress, and of disks under linear drag velocities with their viscous stress, all anew from "

@@ -70,7 +70,9 @@ def plain_packing_fraction(packing: Packing) -> float:
     else:
         assert packing.offsets is not None
         rings = np.split(packing.positions, packing.offsets[1:-1])
-        shapes = shapely.buffer([shapely.Polygon(ring) for ring in rings], 0.5 * packing.params["delta"], quarter)
+        shapes = shapely.buffer(
+            [shapely.Polygon(ring) for ring in rings], 0.5 * packing.params["delta"], quad_segs=quarter
+        )
     box = packing.box
     lattice = np.floor(np.linalg.solve(box.T, shapely.get_coordinates(shapely.centroid(shapes)).T).T)
     copies = []
