@@ -6,7 +6,9 @@ import reference
 
 import jamlab
 from jamlab.benchmarks.failure_maps import plain_physics as plain
+from jamlab.benchmarks.failure_maps.droplets import ring
 from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.protocols.random_start import droplet_params
 
 
 @pytest.fixture(scope="module")
@@ -16,10 +18,11 @@ def packing():
 
 @pytest.fixture(scope="module")
 def droplets():
-    """Two droplets of 4 and 6 vertices in a leaning box, into whose images they press."""
-    p = jamlab.jam("dp", 2, 1, nv_small=4, nv_large=6)
-    moves = 0.02 * np.random.default_rng(1).standard_normal(p.positions.shape)
-    return p.with_state(box=0.97 * p.box, positions=p.positions + moves)
+    """Two droplets of 5 and 7 vertices in a leaning box, into whose images they press."""
+    shapes = [c + ring(count, 0.55) for count, c in ((5, [0.3, 0.3]), (7, [1.25, 0.5]))]
+    _, params = droplet_params(2, nv_small=5, nv_large=7)
+    box = np.array([[2.0, 0.0], [0.3, 1.3]])
+    return jamlab.Packing("dp", box, np.concatenate(shapes), params, offsets=np.array([0, 5, 12]))
 
 
 def check(packing):

@@ -48,7 +48,7 @@ class Distance:
 def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     """The least distance of the default from a boundary, along x if x has a default, else along y; None without one.
 
-    If both axes have a default, only the row of y's own counts.
+    If both axes have a default, only the row of y's own counts. Rows in which every value fails have no boundary.
     """
     failed = np.sum([shares(chart, table, verdict) for verdict in _FAILURES], axis=0)
     axis, other = chart.x, chart.y
@@ -57,8 +57,9 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     if axis.default is None:
         return None
     lines = range(len(failed)) if other.default is None else [_nearest(other)]
-    found = [Distance(axis.default, _boundary(axis, axis.default, failed[k]), other.values[k], axis) for k in lines]
-    return min(found, key=lambda distance: distance.far)
+    works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the dial fail
+    found = [Distance(axis.default, _boundary(axis, axis.default, failed[k]), other.values[k], axis) for k in works]
+    return min(found, key=lambda distance: distance.far) if found else None
 
 
 def _nearest(axis: Axis) -> int:

@@ -198,7 +198,7 @@ MAPS = {
         "`relax`: force tolerance against N, $\\varphi$ = 0.9",
         log_axis("largest force asked for, $\\epsilon/d$", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
-        2,
+        1,
         lambda n, seed: jolt_minimum(n, 0.9, seed),
         try_tolerance,
         "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",

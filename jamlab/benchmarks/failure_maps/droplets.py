@@ -180,7 +180,7 @@ MAPS = {
         f"Droplets: width of rims against number of vertices, N = {_N}, $\\rho$ = 0.88",
         log_axis("$\\delta$, $l$", 0.01, 1.5, _DELTA),
         Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
-        2,
+        1,
         lambda nv, seed: (jammed_disks(0.88, seed), nv),
         lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
         "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",

@@ -192,9 +192,10 @@ MAPS = {
         2,
         lambda rate, seed: (packed(seed), rate),
         try_tolerance,
-        "Another basin: stress or work differ from those of the finest steps by more than ten times the tolerance, "
+        "Another path: stress or work differ from those of the finest steps by more than ten times the tolerance, "
         "since a contact that opens or closes a little later parts the paths.",
         _CHECK,
+        elsewhere="another path",
     ),
     "flow-background": Map(
         f"Start-up of disks: background drag against rate, N = {_N}",
@@ -235,11 +236,12 @@ MAPS = {
         2,
         lambda omega, seed: (packed(seed), omega),
         try_oscillation,
-        "Another basin: the first harmonic is more than 5 % off G*, since contacts open.",
+        "Not linear: the first harmonic is more than 5 % off G*, since contacts open.",
         "Below 0.3 of the strain that opens a contact: G* by dense elimination in extended precision. Beyond: elastic "
         "stress at the end.",
         lambda start: linear_amplitude(start[0]),
         "linear response opens a contact",
+        elsewhere="not linear",
     ),
     "quasistatic-step": Map(
         f"Quasi-static shear to a strain of {_STRAIN}: step against pressure, N = {_N}",

@@ -102,10 +102,11 @@ MAPS = {
         2,
         at_pressure,
         try_strain,
-        "Another basin: contacts change at the strain given, and `shear_modulus` halves it until none does.",
+        "Contacts change at the strain given: `shear_modulus` halves it until none does.",
         _CHECK,
         linear_range,
         "linear response opens a contact",
+        elsewhere="contacts change",
     ),
     "moved": Map(
         "G by linear response: disks moved off their minimum, N = 16",

@@ -67,6 +67,7 @@ class Map:
         check: what the independent check of every run is.
         limit: function of what is prepared: x where theory puts the boundary.
         limit_label: what that is.
+        elsewhere: what "another basin" is in this map.
     """
 
     title: str
@@ -79,6 +80,7 @@ class Map:
     check: str
     limit: Callable[[Any], float] | None = None
     limit_label: str = ""
+    elsewhere: str = "another basin"
 
     def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
         """Make all runs of one y, and count their verdicts for every x."""

@@ -87,7 +87,7 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
         floor = floor + _FILLED * share
         count = int(table[verdict].sum())
         if count or verdict == SILENT:
-            name = "silent wrong number" if verdict == SILENT else verdict
+            name = {SILENT: "silent wrong number", "another basin": chart.elsewhere}.get(verdict, verdict)
             handles.append(Patch(facecolor=COLOURS[verdict], hatch=hatch, label=f"{name}: {count}"))
     return handles
 
