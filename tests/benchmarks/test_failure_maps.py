@@ -203,7 +203,7 @@ def test_shares_limit_and_distance_of_the_default():
     assert shares(chart, table, "refused")[:, -1].tolist() == [1, 1, 1]
     assert np.allclose(table["limit"].unique(), [3, 30, 300])
     distance = default_distance(chart, table)
-    assert 5 <= distance.far <= 50 and distance.other == 1.0
+    assert 5 <= distance.far <= 50 and distance.where == "y = 1"
     assert "below the boundary" in str(distance)
     assert np.isinf(default_distance(chart, table.assign(stalled=0, refused=0)).far)
     assert (

@@ -3,7 +3,7 @@ Where methods fail
 ==================
 
 Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Each number that was
-given as right was checked by physics written anew from the definitions; one that fails that check would be a silent wrong
+given as right was checked by physics written anew from the definitions; one that fails it would be a silent wrong
 number. The data ship with jamlab; ``jamlab chart stability`` draws all maps, and ``--measure`` makes them anew.
 """
 

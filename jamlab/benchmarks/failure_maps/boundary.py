@@ -18,13 +18,13 @@ class Distance:
     Attributes:
         default: value on its axis.
         boundary: value there; nan if no run of half the seeds fails within the map.
-        other: value of the other condition.
+        where: the other condition, such as "y = 3".
         axis: which it is measured along.
     """
 
     default: float
     boundary: float
-    other: float | str
+    where: str
     axis: Axis
 
     @property
@@ -41,8 +41,7 @@ class Distance:
             return f"{self.default:g}: no boundary within the map"
         how = f"a factor {self.far:.2g}" if self.axis.logarithmic else f"{self.far:.2g}"
         side = "below" if self.default < self.boundary else "above"
-        other = self.other if isinstance(self.other, str) else f"{self.other:g}"
-        return f"{self.default:g}: {how} {side} the boundary {self.boundary:.3g} (at {other})"
+        return f"{self.default:g}: {how} {side} the boundary {self.boundary:.3g} ({self.where})"
 
 
 def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
@@ -58,7 +57,13 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
         return None
     lines = range(len(failed)) if other.default is None else [_nearest(other)]
     works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the dial fail
-    found = [Distance(axis.default, _boundary(axis, axis.default, failed[k]), other.values[k], axis) for k in works]
+    name = "y" if axis is chart.x else "x"
+    found = [
+        Distance(
+            axis.default, _boundary(axis, axis.default, failed[k]), f"{name} = {other.text(other.values[k])}", axis
+        )
+        for k in works
+    ]
     return min(found, key=lambda distance: distance.far) if found else None
 
 

@@ -142,12 +142,12 @@ def way_over_steps(jolted: Jolted) -> float:
 
 
 _CHECK = "Forces at the end computed anew from the force law, over all pairs and images."
-_PHI = "packing fraction $\\varphi$"
+_PHI = "packing fraction φ"
 
 MAPS = {
     "fire-timestep": Map(
         "FIRE of plain LAMMPS decks: time step, N = 16",
-        log_axis("time step, $\\tau$", 0.02, 20.0, 0.1),
+        log_axis("time step, τ", 0.02, 20.0, 0.1),
         linear_axis(_PHI, 0.85, 1.18),
         8,
         lambda phi, seed: jolt_minimum(16, phi, seed),
@@ -159,7 +159,7 @@ MAPS = {
         "$2/\\omega_{\\max}$",
     ),
     "fire-dmax": Map(
-        "FIRE of plain LAMMPS decks: longest move, $\\varphi$ = 0.9",
+        "FIRE of plain LAMMPS decks: longest move, φ = 0.9",
         log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
         Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
         4,
@@ -172,7 +172,7 @@ MAPS = {
     ),
     "overdamped": Map(
         "Overdamped steps of disks: time step, N = 16",
-        log_axis("time step over drag, $\\tau_1$", 0.05, 2.0),
+        log_axis("time step over drag, τ₁", 0.05, 2.0),
         linear_axis(_PHI, 0.85, 1.18),
         2,
         lambda phi, seed: jolt_minimum(16, phi, seed),
@@ -195,8 +195,8 @@ MAPS = {
         "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
     ),
     "large-n": Map(
-        "`relax`: force tolerance against N, $\\varphi$ = 0.9",
-        log_axis("largest force asked for, $\\epsilon/d$", 1e-17, 1e-6, force_tolerance("sp")),
+        "`relax`: force tolerance against N, φ = 0.9",
+        log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
         1,
         lambda n, seed: jolt_minimum(n, 0.9, seed),

@@ -83,7 +83,7 @@ def _onset(seed: int) -> Packing:
     return jam("sp", 12, seed)
 
 
-_STEPS = log_axis("step in $\\rho$", 2e-3, 0.2).values
+_STEPS = log_axis("step in ρ", 2e-3, 0.2).values
 _PRESSURES = (3e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5)
 _CHECK = (
     "Forces, pressure and the shear modulus anew, over all pairs and images, with a dense Hessian by complex steps."
@@ -92,7 +92,7 @@ _CHECK = (
 MAPS = {
     "pressure": Map(
         "Packings at a pressure, and their shear modulus",
-        Axis("pressure, $k$", _PRESSURES),
+        Axis("pressure, k", _PRESSURES),
         Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
         2,
         lambda n, seed: (n, seed),
@@ -105,7 +105,7 @@ MAPS = {
     ),
     "pressure-sheared": Map(
         "Packings at a pressure in a box that shears until no shear stress is left",
-        Axis("pressure, $k$", _PRESSURES),
+        Axis("pressure, k", _PRESSURES),
         Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
         1,
         lambda n, seed: (n, seed),
@@ -116,7 +116,7 @@ MAPS = {
         "force tolerance over $10^{-4}$",
     ),
     "polydisperse": Map(
-        "Two sizes: ratio against share of the large ones, N = 24, p = $10^{-2} k$",
+        "Two sizes: ratio against share of the large ones, N = 24, p = 10⁻² k",
         log_axis("large over small diameter", 1.0, 11.0, 1.4),
         linear_axis("number share of the large disks", 1 / 24, 23 / 24, 0.5),
         2,
@@ -129,25 +129,25 @@ MAPS = {
     ),
     "onset": Map(
         "Search for onset: force tolerance against N",
-        log_axis("largest force asked for, $\\epsilon/d$", 1e-16, 1e-6, force_tolerance("sp")),
+        log_axis("largest force asked for, ε/d", 1e-16, 1e-6, force_tolerance("sp")),
         Axis("N", (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40)),
         2,
         lambda n, seed: (n, seed),
         lambda start, tolerance: try_onset(start[0], tolerance, start[1]),
-        "Contacts at onset press with $10^{-8}$ and more; a force left must stay far below, so jamlab refuses above "
-        "$10^{-9}$, and below what rounding leaves.",
+        "Contacts at onset press with 1e-8 and more; a force left must stay far below, so jamlab refuses above "
+        "1e-9, and below what rounding leaves.",
         "Forces and contact energy anew, over all pairs and images; the energy must lie in its window.",
         lambda start: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
         "contact force at onset, $\\sqrt{2u}$",
     ),
     "sweep-step": Map(
         "Quasi-static compression in one go: step against packing fraction, N = 12",
-        log_axis("step in $\\rho$", 2e-3, 0.2),
-        linear_axis("true packing fraction $\\rho$", 0.85, 0.999),
+        log_axis("step in ρ", 2e-3, 0.2),
+        linear_axis("true packing fraction ρ", 0.85, 0.999),
         2,
         lambda rho, seed: (rho, seed),
         lambda start, step: try_step(start[0], start[1], step),
-        "Long steps jump to other minima, which are minima all the same; near confluence $\\rho$ is missed.",
-        "Forces anew; $\\rho$ anew as the area of a union of polygons.",
+        "Long steps jump to other minima, which are minima all the same; near confluence ρ is missed.",
+        "Forces anew; ρ anew as the area of a union of polygons.",
     ),
 }

@@ -158,16 +158,14 @@ def large_count(vertices: int) -> int:
     return round(vertices * 17 / 12)
 
 
-_CHECK = (
-    "Forces anew from the energy terms, every vertex against every edge in every image; $\\rho$ as area of a union."
-)
+_CHECK = "Forces anew from the energy terms, every vertex against every edge in every image; ρ as area of a union."
 _FORMS = ("outline", "segment/smooth", "segment")  # seeds take one after the other
 
 MAPS = {
     "droplet-elasticity": Map(
-        f"Droplets: line tension against area stiffness, N = {_N}, $\\rho$ = 0.88",
-        log_axis("$\\gamma$, $\\epsilon/l$", 1e-3, 300.0, _GAMMA),
-        log_axis("$k_a$, $\\epsilon/l^4$", 1.0, 3e4, _KA),
+        f"Droplets: line tension against area stiffness, N = {_N}, ρ = 0.88",
+        log_axis("γ, ε/l", 1e-3, 300.0, _GAMMA),
+        log_axis("kₐ, ε/l⁴", 1.0, 3e4, _KA),
         2,
         lambda ka, seed: (jammed_disks(0.88, seed), ka),
         lambda start, gamma: try_hand_over(start[0], gamma=gamma, ka=start[1]),
@@ -177,8 +175,8 @@ MAPS = {
         "a free droplet collapses",
     ),
     "droplet-rims": Map(
-        f"Droplets: width of rims against number of vertices, N = {_N}, $\\rho$ = 0.88",
-        log_axis("$\\delta$, $l$", 0.01, 1.5, _DELTA),
+        f"Droplets: width of rims against number of vertices, N = {_N}, ρ = 0.88",
+        log_axis("δ, l", 0.01, 1.5, _DELTA),
         Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
         1,
         lambda nv, seed: (jammed_disks(0.88, seed), nv),
@@ -190,10 +188,8 @@ MAPS = {
     ),
     "droplet-density": Map(
         f"Droplets from disks: packing fraction against line tension, N = {_N}",
-        Axis(
-            "$\\rho$", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False
-        ),
-        log_axis("$\\gamma$, $\\epsilon/l$", 0.02, 20.0, _GAMMA),
+        Axis("ρ", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False),
+        log_axis("γ, ε/l", 0.02, 20.0, _GAMMA),
         2,
         lambda gamma, seed: (gamma, seed),
         lambda start, rho: try_hand_over(jammed_disks(rho, start[1]), gamma=start[0]),
@@ -202,8 +198,8 @@ MAPS = {
     ),
     "droplet-timestep": Map(
         f"FIRE of plain LAMMPS decks, droplets: time step against area stiffness, N = {_N}",
-        log_axis("time step, $\\tau$", 1e-3, 10.0, 0.1),
-        log_axis("$k_a$, $\\epsilon/l^4$", 3.0, 3e5, _KA),
+        log_axis("time step, τ", 1e-3, 10.0, 0.1),
+        log_axis("kₐ, ε/l⁴", 3.0, 3e5, _KA),
         3,
         jolt_droplets,
         try_fire,
@@ -214,7 +210,7 @@ MAPS = {
     ),
     "droplet-shapes": Map(
         "Droplets: broken and awkward shapes beside a regular one",
-        linear_axis("gap between outlines, $\\delta$", -1.2, 1.2, count=13),
+        linear_axis("gap between outlines, δ", -1.2, 1.2, count=13),
         Axis("shape", tuple(shapes())),
         3,
         lambda name, seed: (_FORMS[(seed - 1) % 3], name),

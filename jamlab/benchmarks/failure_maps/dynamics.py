@@ -178,7 +178,7 @@ def _quasistatic(packing: Packing, step: float) -> QuasistaticShear:
 
 _SHEARED: dict[tuple[bytes, float], QuasistaticShear] = {}
 _STEPS = log_axis("step of strain", 1e-3, _STRAIN)
-_RATES = log_axis("rate, $1/\\tau_1$", 1e-3, 2e3)
+_RATES = log_axis("rate, 1/τ₁", 1e-3, 2e3)
 _CHECK = (
     "Stored energy, elastic stress, and of disks under linear drag velocities with their viscous stress, all anew from "
     "the positions."
@@ -199,7 +199,7 @@ MAPS = {
     ),
     "flow-background": Map(
         f"Start-up of disks: background drag against rate, N = {_N}",
-        log_axis("background drag, $k\\tau_1$", 1e-10, 10.0, BACKGROUND["sp"]),
+        log_axis("background drag, kτ₁", 1e-10, 10.0, BACKGROUND["sp"]),
         _RATES,
         3,
         lambda rate, seed: (packed(seed), rate),
@@ -209,7 +209,7 @@ MAPS = {
     ),
     "flow-power": Map(
         f"Start-up of disks: power of the drag law against rate, N = {_N}",
-        linear_axis("$\\alpha$", 0.34, 1.0, 1.0),
+        linear_axis("α", 0.34, 1.0, 1.0),
         _RATES,
         3,
         lambda rate, seed: (packed(seed), rate),
@@ -222,7 +222,7 @@ MAPS = {
     "flow-droplets": Map(
         "Start-up of droplets: tolerance of steps against rate, N = 4",
         log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
-        log_axis("rate, $1/\\tau_1$", 1e-2, 2e3),
+        log_axis("rate, 1/τ₁", 1e-2, 2e3),
         1,
         lambda rate, seed: (droplets(seed), rate),
         lambda start, tolerance: try_shear(start[0], start[1], tolerance),
@@ -232,7 +232,7 @@ MAPS = {
     "oscillation": Map(
         f"Oscillation of disks: amplitude against frequency, N = {_N}",
         log_axis("amplitude of the strain", 1e-7, 0.3),
-        log_axis("$\\omega$, $1/\\tau_1$", 1e-3, 300.0),
+        log_axis("ω, 1/τ₁", 1e-3, 300.0),
         2,
         lambda omega, seed: (packed(seed), omega),
         try_oscillation,
@@ -246,7 +246,7 @@ MAPS = {
     "quasistatic-step": Map(
         f"Quasi-static shear to a strain of {_STRAIN}: step against pressure, N = {_N}",
         _STEPS,
-        Axis("pressure, $k$", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
+        Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
         2,
         lambda pressure, seed: packed(seed, pressure),
         try_quasistatic,

@@ -98,11 +98,12 @@ MAPS = {
     "strain": Map(
         "G by finite strain: strain against pressure, N = 16",
         log_axis("strain to start with", 1e-9, 0.05, _START),
-        Axis("pressure, $k$", _PRESSURES),
+        Axis("pressure, k", _PRESSURES),
         2,
         at_pressure,
         try_strain,
-        "Contacts change at the strain given: `shear_modulus` halves it until none does.",
+        "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains it is "
+        "rattlers that barely touch.",
         _CHECK,
         linear_range,
         "linear response opens a contact",
@@ -110,8 +111,8 @@ MAPS = {
     ),
     "moved": Map(
         "G by linear response: disks moved off their minimum, N = 16",
-        log_axis("distance of the disk that is moved farthest, $d$", 1e-15, 1e-2),
-        Axis("pressure, $k$", _PRESSURES),
+        log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
+        Axis("pressure, k", _PRESSURES),
         6,
         disturb,
         try_moved,

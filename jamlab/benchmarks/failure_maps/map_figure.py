@@ -24,6 +24,7 @@ COLOURS = {
 }
 _FILLED = 0.9  # of a cell, so that cells stand apart
 _SIZE = (7.6, 5.6)
+_LONG = 36  # letters of a label, from which on three do not fit side by side
 
 
 def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
@@ -50,7 +51,8 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     for spine in axes.spines.values():
         spine.set_visible(False)
     axes.set_title(chart.title, fontsize=LABEL)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=LEGEND, frameon=False)
+    columns = 3 if max(len(str(handle.get_label())) for handle in handles) < _LONG else 2
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=LEGEND, frameon=False)
     return figure
 
 
