@@ -106,8 +106,11 @@ def energy_trial(run: ShearRun) -> Trial:
 def elastic_trial(run: FlowRun) -> Trial:
     """Elastic stress at the end, from the positions there."""
     plain = -plain_stress(run.packing)[0, 1]
-    error = abs(run.elastic_stress[-1] - plain) / np.abs(run.stress).max()
-    return Trial("converged", f"elastic stress off by {error:.1g}", float(error), _ROUNDING + _end_of_step(run))
+    largest = float(np.abs(run.stress).max())
+    error = abs(run.elastic_stress[-1] - plain) / largest
+    digits = np.spacing(np.abs(run.packing.box).max()) / largest  # of overlaps, near onset; stiffness is about 1
+    allowed = _ROUNDING + 10 * digits + _end_of_step(run)
+    return Trial("converged", f"elastic stress off by {error:.1g}", float(error), allowed)
 
 
 def _end_of_step(run: FlowRun) -> float:

@@ -102,8 +102,8 @@ MAPS = {
         2,
         at_pressure,
         try_strain,
-        "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains it is "
-        "rattlers that barely touch.",
+        "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
+        "those of rattlers that barely touch do.",
         _CHECK,
         linear_range,
         "linear response opens a contact",
