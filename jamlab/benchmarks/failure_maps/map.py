@@ -123,5 +123,11 @@ def shares(chart: Map, table: pd.DataFrame, verdict: str) -> np.ndarray:
     return found
 
 
+def limits_of_rows(chart: Map, table: pd.DataFrame) -> np.ndarray:
+    """(y,) limit of theory in each row; not a number where there is none."""
+    known = {_name(y): float(limit) for y, limit in zip(table["y"], table["limit"], strict=True)}
+    return np.array([known.get(_name(y), np.nan) for y in chart.y.values])
+
+
 def _name(value: Any) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"

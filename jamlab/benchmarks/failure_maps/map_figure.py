@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from jamlab.benchmarks.failure_maps.map import Axis, Map, shares
+from jamlab.benchmarks.failure_maps.map import Axis, Map, limits_of_rows, shares
 from jamlab.benchmarks.failure_maps.verdict import SILENT, VERDICTS
 from jamlab.plotting.axes import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
@@ -98,7 +98,7 @@ def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
     """The limit of theory, one place in every row."""
     if chart.limit is None:
         return []
-    limits = table.groupby("task", sort=False)["limit"].first().to_numpy(dtype=np.float64)
+    limits = limits_of_rows(chart, table)
     rows = np.flatnonzero(np.isfinite(limits))
     if not len(rows):
         return []
