@@ -12,7 +12,7 @@ Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without
 Files        read, read_all, read_observables, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
-Least model  choose: disks or droplets for a tolerance
+Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run
 Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
 Micrographs  micrograph, synthetic_micrograph
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError

@@ -16,6 +16,8 @@ from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep
 from .flow.creep_run import CreepRun as CreepRun
+from .flow.flow_choice import FlowChoice as FlowChoice
+from .flow.flow_choice import choose_flow as choose_flow
 from .flow.flow_curve import flow_curve as flow_curve
 from .flow.flow_plan import FlowPlan as FlowPlan
 from .flow.flow_plan import plan_flow as plan_flow
@@ -67,8 +69,8 @@ from .packing.hdf5 import read_observables as read_observables
 from .packing.hdf5 import write as write
 from .packing.lammps_files import write_data as write_data
 from .packing.lammps_files import write_dump as write_dump
+from .packing.outlines import self_crossings as self_crossings
 from .packing.packing import Packing as Packing
-from .packing.packing import self_crossings as self_crossings
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import to_polygons as to_polygons
 from .protocols.model_choice import Choice as Choice

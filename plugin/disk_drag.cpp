@@ -108,7 +108,7 @@ void DiskDrag::find_preconditioner(bool free_rate)
   Motions &first = blocks[0], &second = blocks[1];    // xx xy yy, xs ys ss: two exchanges of three numbers
   std::fill(first.begin(), first.end(), Motion());
   std::fill(second.begin(), second.end(), Motion());
-  double c_flow = 0.0;
+  double flow[2] = {0.0, 0.0};    // c, and the stiffness of the affine flow
   for (std::size_t k = 0; k < contacts.size(); k++) {
     const DiskContact &c = contacts[k];
     const double w = weights[k], v = law.beta * w;
@@ -122,7 +122,9 @@ void DiskDrag::find_preconditioner(bool free_rate)
       second[n].y += sign * v * arm * c.nx;
       second[n].spin += v * arm * arm;
     }
-    c_flow += c.share * xx * c.ny * c.ny * c.distance * c.distance;
+    const double arm = c.share * c.ny * c.ny * c.distance * c.distance;
+    flow[0] += arm * xx;
+    flow[1] += arm * c.stiffness * c.nx * c.nx;
   }
   exchange.add_from_ghosts(first);
   exchange.add_from_ghosts(second);
@@ -138,8 +140,10 @@ void DiskDrag::find_preconditioner(bool free_rate)
     inverse[i] = {(d * g - f * f) / det, (e * f - b * g) / det, (a * g - e * e) / det,
                   (b * f - d * e) / det, (b * e - a * f) / det, (a * d - b * b) / det};
   }
-  c_flow = sum(c_flow);
-  inverse_flow = free_rate && c_flow > 0.0 ? 1.0 / c_flow : 0.0;
+  MPI_Allreduce(MPI_IN_PLACE, flow, 2, MPI_DOUBLE, MPI_SUM, world);
+  flow[0] += settings.fluid;
+  inverse_flow = free_rate && flow[0] > 0.0 ? 1.0 / flow[0] : 0.0;
+  flow_relaxation = free_rate && flow[1] > 0.0 ? flow[0] / flow[1] : HUGE_VAL;
 }
 
 /* ----------------------------------------------------------------------
@@ -234,7 +238,7 @@ FlowSums DiskDrag::add_up(const Motions &u, double rate)
 
 /* ----------------------------------------------------------------------
    time in which a contact relaxes: drag over stiffness. The background slows it at least by the
-   share of a disk with twelve half contacts.
+   share of a disk with twelve half contacts. A thin fluid lets the whole box relax as fast.
 ------------------------------------------------------------------------- */
 
 double DiskDrag::least_relaxation_time() const
@@ -242,7 +246,7 @@ double DiskDrag::least_relaxation_time() const
   double least = HUGE_VAL;
   for (std::size_t k = 0; k < contacts.size(); k++)
     least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
-  return law.alpha * least;
+  return law.alpha * std::min(least, flow_relaxation);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -7,6 +7,8 @@
 #include "disk_contact.h"
 #include "drag_solver.h"
 
+#include <cmath>
+
 namespace LAMMPS_NS {
 
 /* Drag of disks: on approach and slip at their contacts, those that pair_style disk/drag has found. */
@@ -24,6 +26,7 @@ class DiskDrag : public DragSolver {
  private:
   const std::vector<DiskContact> &contacts;
   std::vector<double> weights;    // drag over velocity of approach
+  double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
   Motions blocks[2];
 
   void find_weights(const Motions &u, double rate) override;

@@ -106,7 +106,7 @@ double DragSolver::find_residual(const Motions &force, Motions &u, const Load &l
     multiply(direction, load.rate - start_rate, product, power, without);
     subtract(product, -1.0);
   }
-  return load.free_rate ? load.moment - flow - ahead + without : 0.0;
+  return load.free_rate ? load.moment - flow - settings.fluid * load.rate - ahead + without : 0.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -123,6 +123,8 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
     result.iterations++;
     double power, flow;
     multiply_ahead(direction, p_flow, product, power, flow);
+    flow += settings.fluid * p_flow;
+    power += settings.fluid * p_flow * p_flow;
     result.positive = power > 0.0;
     if (!result.positive) break;
     const double step = rho / power;

@@ -54,6 +54,7 @@ class DragSolver {
   struct Settings {
     double tolerance = 1e-6;    // residual over the driving force, both in the norm of the preconditioner
     double background = 0.0;    // drag of every particle against the affine flow, a force per velocity
+    double fluid = 0.0;         // viscosity of the fluid times the area of the box: adds to c
     int iterations = 10000;     // at most, of one solution
   };
   struct Load {

@@ -253,15 +253,19 @@ double DropletDrag::elastic_moment() const
 
 FlowSums DropletDrag::add_up(const Motions &u, double rate)
 {
-  // what the forces have followed: K (u - start)
+  // what forces and energy have followed: K (u - start), over the time ahead
 
-  double power, all, drag;
+  double power, power_all, power_drag, all, drag;
   Motions out(nlocal + nghost);
   Motions &followed = still;
   for (int i = 0; i < nlocal; i++) followed[i] = {u[i].x - start[i].x, u[i].y - start[i].y, 0.0};
   const double extra = rate - start_rate;
-  multiply_ahead(followed, extra, out, power, all);
-  multiply(followed, extra, out, power, drag);
+  multiply_ahead(followed, extra, out, power_all, all);
+  multiply(followed, extra, out, power_drag, drag);
+  double given = 0.0;
+  const auto f = lmp->atom->f;
+  for (int i = 0; i < nlocal; i++) given += f[i][0] * followed[i].x + f[i][1] * followed[i].y;
+  const double elastic = elastic_moment();
 
   FlowSums sums;
   std::copy_n(u.begin(), nlocal + nghost, followed.begin());
@@ -272,17 +276,18 @@ FlowSums DropletDrag::add_up(const Motions &u, double rate)
     sums.dissipation += turns[i].drag * square;
   }
   sums.contacts = static_cast<double>(meetings.size());
-  double of_ranks[5] = {sums.xx, sums.yy, sums.dissipation, sums.speed, sums.contacts};
-  MPI_Allreduce(MPI_IN_PLACE, of_ranks, 5, MPI_DOUBLE, MPI_SUM, world);
+  double of_ranks[6] = {sums.xx, sums.yy, sums.dissipation, sums.speed, sums.contacts, given};
+  MPI_Allreduce(MPI_IN_PLACE, of_ranks, 6, MPI_DOUBLE, MPI_SUM, world);
 
-  sums.elastic = elastic_moment() + all - drag;
+  sums.elastic = elastic + all - drag;
   const double a = lmp->domain->xprd * lmp->domain->yprd;
   sums.xx = of_ranks[0] - a * virial.vector[0];
   sums.yy = of_ranks[1] - a * virial.vector[1];
   sums.dissipation = of_ranks[2];
   sums.speed = of_ranks[3];
   sums.contacts = of_ranks[4];
-  sums.energy = energy.compute_scalar();
+  given = of_ranks[5] - elastic * extra;
+  sums.energy = energy.compute_scalar() + ahead * (0.5 * (power_all - power_drag) - given);
   return sums;
 }
 

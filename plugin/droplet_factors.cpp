@@ -30,6 +30,7 @@ void DropletDrag::find_preconditioner(bool free_rate)
   std::fill(still.begin(), still.end(), Motion());
   Motions out(still.size());
   multiply_ahead(still, 1.0, out, power, flow);
+  flow += settings.fluid;
   inverse_flow = flow > 0.0 ? 1.0 / flow : 0.0;
 }
 

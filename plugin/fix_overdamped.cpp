@@ -74,10 +74,10 @@ void FixOverdamped::setup(int /*vflag*/)
     start_droplets();
   else if (const DragSolver::Result result = find_velocities(); !result.converged)
     refuse(result);
-  const double power = state.power, dissipation = state.dissipation;
+  const double stress = state.stress, dissipation = state.dissipation;
   add_up();
   if (droplets && state.step > 0.0) {    // those of contacts before the positions were corrected
-    state.power = power;
+    state.stress = stress;
     state.dissipation = dissipation;
   }
   if (state.step == 0.0) state.step = (droplets ? DROPLET_FIRST : FIRST) * longest_step();
@@ -167,7 +167,7 @@ void FixOverdamped::pre_exchange()
 void FixOverdamped::final_integrate()
 {
   const Motions predicted(now.begin(), now.begin() + atom->nlocal);
-  const double power = state.power, dissipation = state.dissipation, contacts = sums.contacts, rate = state.rate;
+  const double stress = state.stress, dissipation = state.dissipation, contacts = sums.contacts, rate = state.rate;
   solver->take(atom->nlocal, atom->nghost, ahead);
   if (!droplets) blend_prediction();
   const DragSolver::Result result = find_velocities();
@@ -177,7 +177,7 @@ void FixOverdamped::final_integrate()
   }
   if (!result.converged) refuse(result);
   add_up();
-  state.work += 0.5 * state.last_step * (power + state.power);
+  state.work += 0.5 * state.strain_step * (stress + state.stress);
   state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
   adapt_step(predicted, contacts);
   set_step();
@@ -264,7 +264,9 @@ void FixOverdamped::remove_drift()
 void FixOverdamped::add_up()
 {
   sums = solver->add_up(now, state.rate);
-  state.power = (sums.elastic + sums.viscous) * state.rate / area();
+  sums.viscous += settings.fluid * state.rate;
+  sums.dissipation += settings.fluid * state.rate * state.rate;
+  state.stress = (sums.elastic + sums.viscous) / area();
   state.dissipation = sums.dissipation / area();
 }
 

@@ -57,6 +57,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double tolerance = 1e-3;    // relative error of velocities that a step may make
   double longest = 0.0;       // step, 0: no limit
   double interval = 0.0;      // of time, after which a run ends; 0: never
+  double fluid = 0.0;         // viscosity of the fluid around the particles
   DragSolver::Settings settings;
   DragLaw droplet_law;        // that of disks is in their pair style
   bool droplet_law_given = false;
@@ -76,7 +77,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     double step = 0.0;         // that the error allows next; 0: nothing has moved yet
     double last_step = 0.0, step_before = 0.0;
     double end = 0.0;          // of the present interval
-    double power = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // per area
+    double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
   } state;
 

@@ -75,7 +75,7 @@ void FixOverdamped::post_constructor()
 /* ----------------------------------------------------------------------
    fix ID all overdamped (rate value | oscillate amplitude omega | stress value)
      [drag tau beta alpha] [tolerance value] [solver value] [iterations value] [background value]
-     [longest value] [stop value]
+     [fluid value] [longest value] [stop value]
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::read_arguments(int narg, char **arg)
@@ -102,6 +102,7 @@ void FixOverdamped::read_arguments(int narg, char **arg)
       double *value = is(k, "tolerance", 1)     ? &tolerance
           : is(k, "solver", 1)                  ? &settings.tolerance
           : is(k, "background", 1)              ? &settings.background
+          : is(k, "fluid", 1)                   ? &fluid
           : is(k, "longest", 1)                 ? &longest
           : is(k, "stop", 1)                    ? &interval
                                                 : nullptr;
@@ -114,7 +115,7 @@ void FixOverdamped::read_arguments(int narg, char **arg)
         settings.iterations = utils::inumeric(FLERR, arg[k + 1], false, lmp);
       else
         error->all(FLERR, "{}: {} is not one of: rate, oscillate, stress, drag, tolerance, solver, iterations, "
-                   "background, longest, stop", WHO, arg[k]);
+                   "background, fluid, longest, stop", WHO, arg[k]);
       continue;
     }
     if (earlier != NONE) error->all(FLERR, "{}: give one of rate, oscillate and stress, not two", WHO);
@@ -129,9 +130,9 @@ void FixOverdamped::read_arguments(int narg, char **arg)
     error->all(FLERR, "{}: solver {} must lie between 1e-13 and 0.1", WHO, settings.tolerance);
   if (settings.iterations < 1)
     error->all(FLERR, "{}: iterations {} must be 1 or more", WHO, settings.iterations);
-  if (settings.background < 0.0 || longest < 0.0 || interval < 0.0)
-    error->all(FLERR, "{}: background {}, longest {} and stop {} must not be negative", WHO, settings.background,
-               longest, interval);
+  if (settings.background < 0.0 || fluid < 0.0 || longest < 0.0 || interval < 0.0)
+    error->all(FLERR, "{}: background {}, fluid {}, longest {} and stop {} must not be negative", WHO,
+               settings.background, fluid, longest, interval);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -178,6 +179,7 @@ void FixOverdamped::init()
 void FixOverdamped::make_solver()
 {
   GhostExchange &exchange = *this;
+  settings.fluid = fluid * area();
   const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
   droplets = !disks;
   if (disks)

@@ -40,6 +40,7 @@ def write_charts(
     charts: Iterable[str],
     facts: Mapping[str, str],
     *,
+    opening: Sequence[Section] = (),
     progress: Callable[[str], None] | None = None,
 ) -> None:
     """Draw every chart, and write NAME.csv, NAME.html and one PNG for each chart.
@@ -53,6 +54,7 @@ def write_charts(
         draw: function that makes the chart of a name.
         charts: names.
         facts: name -> value, how it was made, beside the versions.
+        opening: sections before the charts.
         progress: called with the name of each chart before it is drawn.
 
     Raises:
@@ -69,4 +71,4 @@ def write_charts(
         png = save_png(chart.figure, folder / f"{key}.png")
         sections.append(Section(chart.title, png, chart.caption, [chart.table]))
         write_csv(folder / f"{name}.csv", pd.DataFrame(rows))
-    write_report(folder / f"{name}.html", title, lead, sections, {**facts, **versions()})
+    write_report(folder / f"{name}.html", title, lead, [*opening, *sections], {**facts, **versions()})

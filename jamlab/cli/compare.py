@@ -18,10 +18,11 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare energy, minimum and time on one core with jax-md, OpenMM, ASE and LAMMPS' own styles."""
+    """Compare energy, minimum and time on one core with jax-md, OpenMM, ASE, LAMMPS; analysis with matscipy, freud."""
+    from jamlab.benchmarks.other_codes.analysis import compare_analysis
     from jamlab.benchmarks.other_codes.compare import compare as run
     from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary
-    from jamlab.benchmarks.other_codes.page import comparison_tables, write_comparison
+    from jamlab.benchmarks.other_codes.page import comparison_tables, notes, write_comparison
     from jamlab.benchmarks.other_codes.recipes import write_recipe
     from jamlab.packing.atomic_file import make_folder
 
@@ -33,15 +34,15 @@ def compare(
         make_folder(out)
         expect_output(out)
     rows = run(n, seed, phi, progress=print_stage)
+    analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
     if out is not None:
-        write_comparison(out, rows, n, phi)
+        write_comparison(out, rows, analysis, n, phi)
     if as_json:
-        print_json(summary(rows))
+        print_json(summary(rows, analysis))
         return
-    for table in comparison_tables(rows, n, phi):
+    for table in comparison_tables(rows, analysis, n, phi):
         print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
-    for row in rows:
-        if row.note:
-            out_console.print(f"{row.name}: {row.note}", soft_wrap=True, highlight=False, markup=False)
+    for name, note in notes(rows, analysis).items():
+        out_console.print(f"{name}: {note}", soft_wrap=True, highlight=False, markup=False)
     if out is not None:
         out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)

@@ -94,6 +94,9 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
                 out_console.print(Text(line), soft_wrap=True)
         for c in claims:
             out_console.print(Text(c.line, style=STYLES.get(c.verdict, "")), soft_wrap=True)
+        for drawing in [] if whole else drawings:
+            if not drawing.claims:
+                out_console.print(f"{drawing.name}: {drawing.caption}", soft_wrap=True, highlight=False, markup=False)
         names_written = gallery.PAGE if whole else ", ".join(f"{name}.png .pdf .csv" for name in chosen)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:

@@ -65,9 +65,10 @@ def give(
 
 
 def _rows(found: "Flow") -> dict[str, Any]:
-    """Arrays of a result that have one value a row, the first of them first."""
+    """Arrays of a result that have one value a row, the first of them first, and what of energy is not balanced."""
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
-    arrays |= {name: getattr(found, name) for name in ("compliance", "modulus", "steady") if hasattr(found, name)}
+    derived = ("compliance", "modulus", "steady", "energy_gap")
+    arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
     arrays = {name: value for name, value in arrays.items() if isinstance(value, np.ndarray) and value.ndim == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
@@ -94,6 +95,7 @@ def _draw(found: "Flow", path: Path) -> None:
 def _plain(found: "Flow") -> dict[str, Any]:
     """Numbers and text of a result; complex numbers as pairs."""
     content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
+    content["imbalance"] = np.asarray(found.imbalance).tolist()
     for f in fields(found):
         value = getattr(found, f.name)
         if isinstance(value, bool | int | float | str):

@@ -7,7 +7,7 @@ import typer
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Frame, Json, Seed
+from jamlab.cli.options import Ensemble, Frame, Json, Seed
 from jamlab.cli.spectrum_table import print_spectra
 from jamlab.errors import InputError
 
@@ -21,6 +21,7 @@ def gstar(
     n: Annotated[int | None, typer.Option("--n", help="Without files: number of disks to pack, even.")] = None,
     pressure: Annotated[float | None, typer.Option(help="Without files: pressure to pack them to, k.")] = None,
     seed: Seed = 1,
+    ensemble: Ensemble = "fixed-box",
     frame: Frame = -1,
     beta: Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")] = 1.0,
     stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False,
@@ -57,7 +58,11 @@ def gstar(
         spectrum_output.check_output(out, files or [])
         expect_output(out)
     law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
-    packings = [read(file, frame) for file in files] if files else [make(int(n or 0), float(pressure or 0), seed)]
+    packings = (
+        [read(file, frame) for file in files]
+        if files
+        else [make(int(n or 0), float(pressure or 0), seed, ensemble=ensemble)]
+    )
     if out is not None:
         spectrum_output.check_one_kind(out, packings)
     omega = np.geomspace(omega_min, omega_max, points)

@@ -5,12 +5,22 @@ from typing import Annotated
 
 import typer
 
+from jamlab.errors import InputError
+
+
+def _check_hdf5(path: Path) -> Path:
+    """Refuse names that promise another format."""
+    if path.suffix.lower() not in ("", ".h5", ".hdf5"):
+        raise InputError(f"--out {path}: packings and runs are written as HDF5; name a file that ends in .h5")
+    return path
+
+
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
 N = Annotated[int, typer.Option("--n", help="Number of particles, even if half of them are large.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
 Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
-Out = Annotated[Path, typer.Option(help="HDF5 file to write.")]
+Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=_check_hdf5)]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]

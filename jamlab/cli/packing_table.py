@@ -54,7 +54,10 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     if "g" in filled:
         print_note(G_NOTE)
     if None in marks:
-        print_note("converged -: the file does not say whether these states are minima; max_force is what is left")
+        print_note(
+            "converged -: the file does not say whether these states are minima, where alone G and B hold; "
+            "max_force is what is left"
+        )
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
         print_note(f"G {NEGATIVE_G}")
     reasons = [why_no_modulus(p) for p, g in zip(packings, measured["g"], strict=True) if g != g]

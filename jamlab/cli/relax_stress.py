@@ -1,56 +1,32 @@
 """`jamlab relax-stress`: stress in time after a step of strain."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jamlab.cli.flow_options import (
-    Accuracy,
-    Alpha,
-    Background,
-    Beta,
-    Csv,
-    EtaF,
-    Packing,
-    Plot,
-    Stokes,
-    Tau,
-    drag_law,
-)
-from jamlab.cli.flow_output import expect_files, give
-from jamlab.cli.options import Frame, Json, Out
+from jamlab.cli.flow_options import FlowOptions, flow_command
 from jamlab.cli.progress import share_bar
+
+if TYPE_CHECKING:
+    from jamlab.flow.stress_relaxation import StressRelaxation
 
 _COLUMNS = {"time": ".5g", "modulus": ".6g", "stress": ".6g", "elastic_stress": ".6g", "viscous_stress": ".4g"}
 _COLUMNS |= {"pressure": ".5g", "contacts": ".0f"}
 
 
+@flow_command(_COLUMNS, out=Path("relax-stress.h5"))
 def relax_stress(
-    file: Packing,
+    options: FlowOptions,
     strain: Annotated[float, typer.Option(help="Strain of the step.")],
     duration: Annotated[float, typer.Option(help="Time, tau_1.")],
     step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
-    beta: Beta = 1.0,
-    alpha: Alpha = 1.0,
-    tau: Tau = 1.0,
-    stokes: Stokes = False,
-    eta_f: EtaF = 1.0,
-    tolerance: Accuracy = 1e-3,
-    background: Background = None,
-    frame: Frame = -1,
-    out: Out = Path("relax-stress.h5"),
-    plot: Plot = None,
-    csv: Csv = None,
-    as_json: Json = False,
-) -> None:
+) -> "tuple[StressRelaxation, Sequence[str]]":
     """Strain a packing by a step and follow its stress: the relaxation modulus G(t)."""
     from jamlab.flow.relax_stress import relax_stress as run
-    from jamlab.packing.hdf5 import read
 
-    expect_files(file, out, plot, csv)
-    law = drag_law(beta, alpha, tau, stokes, eta_f)
+    how = options.accuracy | {"step_time": step_time, "out": options.out}
     with share_bar("relax") as progress:
-        how = {"tolerance": tolerance, "background": background or 0.0, "step_time": step_time}
-        found = run(read(file, frame), strain, duration, law, out=out, progress=progress, **how)
-    give(found, _COLUMNS, [f"residual stress {found.residual:.5g}"], out, plot, csv, as_json)
+        found = run(options.packing(), strain, duration, options.law(), progress=progress, **how)
+    return found, [f"residual stress {found.residual:.5g}"]

@@ -26,7 +26,8 @@ from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, wrap, write_data
-from jamlab.packing.packing import Packing, self_crossings
+from jamlab.packing.outlines import self_crossings
+from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
 Array = NDArray[np.float64]

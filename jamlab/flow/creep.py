@@ -33,8 +33,9 @@ def creep(
 ) -> CreepRun:
     """Add a shear stress to that of a packing at rest, and hold it; without inertia.
 
-    The rate of shear is one more unknown of the force balance: b u + c rate = A (stress - elastic stress). Rows lie
-    evenly in the logarithm of time.
+    The rate of shear is one more unknown of the force balance: b u + c rate = A (stress - elastic stress), with b and c
+    the last row of `dynamical_matrices`' B; of Stokes drag b = 0 and c = A eta_F. Rows lie evenly in the logarithm of
+    time.
 
     >>> k = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0)
     >>> bool(np.all(np.diff(k.compliance) > 0))
@@ -44,7 +45,7 @@ def creep(
         packing: SP or DP at a minimum.
         stress: added to the residual stress of the packing, in its unit; positive.
         duration: time, tau_1.
-        damping: `ContactDamping` (default, beta = 1), linear or a power law.
+        damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag` with eta_f > 0.
         largest_strain: at which it ends early: under a stress above yield a packing flows for ever.
         tolerance: see `shear`.
         background: see `shear`.
@@ -52,15 +53,15 @@ def creep(
         progress: called after each row.
 
     Raises:
-        InputError: particles that do not touch, Stokes drag, or a value out of range.
+        InputError: particles that do not touch, a fluid without viscosity, or a value out of range.
         ConvergenceError: see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if isinstance(law, StokesDrag):
+    if isinstance(law, StokesDrag) and law.eta_f == 0:
         raise InputError(
-            f"{law}: a stress upon particles alone leaves the rate of the fluid open; use contact damping, or shear at "
-            "a rate"
+            f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
+            "use contact damping"
         )
     check_number("stress", stress, LARGEST_STRESS)
     check_number("duration", duration, LONGEST)

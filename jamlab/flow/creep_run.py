@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _RESTS, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
+_LEFT = 0.02  # of the stress applied that drag may bear at rest
 _YIELDED = 0.2  # strain below which a packing has not yielded, however fast it creeps
 
 
@@ -56,10 +57,10 @@ class CreepRun(FlowRun):
         return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
 
     @property
-    def verdict(self) -> str:
+    def reached(self) -> str:
         """What the run has reached, in words."""
         early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
-        if self.slope < _RESTS:
+        if self.slope < _RESTS and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
             return f"{early}at rest at strain {self.strain[-1]:.4g}"
         if self.slope > _FLOWS and self.strain[-1] > _YIELDED:
             return f"{early}flows at rate {self.final_rate:.3g}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
+from jamlab.flow.energy_balance import energy_gap, energy_imbalance
 from jamlab.flow.flow_run import Progress
 from jamlab.flow.overdamped_session import background_drag, check_flowing
 from jamlab.flow.run_file import RunFile
@@ -25,7 +26,15 @@ ROWS = 50  # per unit of strain: stresses forget each other within 0.1
 MOST_PROCESSES = 1024
 AVERAGE = 4.0  # strain: 2 to 3 % of error at N = 256
 _AVERAGED = ("stress", "elastic_stress", "pressure", "normal_stress_difference")
-_POINTS = (*_AVERAGED, *(f"{name}_error" for name in _AVERAGED), "dissipation", "drift", "plastic_events", "seconds")
+_POINTS = (
+    *_AVERAGED,
+    *(f"{name}_error" for name in _AVERAGED),
+    "dissipation",
+    "drift",
+    "plastic_events",
+    "imbalance",
+    "seconds",
+)
 
 
 @checked
@@ -131,6 +140,7 @@ def _steady_point(run: ShearRun, discard: float) -> dict[str, float]:
         "dissipation": float((lost[-1] - lost[0]) / (time[-1] - time[0])),
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
+        "imbalance": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),
         "seconds": run.seconds,
     }
 

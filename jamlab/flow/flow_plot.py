@@ -10,9 +10,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 
+from jamlab.flow.energy_balance import LIMIT, describe_balance
 from jamlab.plotting.axes import LABEL, LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.modulus_curves import positive
-from jamlab.plotting.palette import COLOURS
+from jamlab.plotting.palette import BLACK, COLOURS, RED
 
 if TYPE_CHECKING:
     from jamlab.flow.creep_run import CreepRun
@@ -21,6 +22,14 @@ if TYPE_CHECKING:
     from jamlab.flow.shear_run import ShearRun
     from jamlab.flow.steady_flow import FlowCurve
     from jamlab.flow.stress_relaxation import StressRelaxation
+
+
+def say_balance(axes: Axes, imbalance: float) -> None:
+    """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
+    doubtful = imbalance > LIMIT
+    if doubtful or not axes.get_title("right"):
+        words = f"{describe_balance(imbalance)}: DOUBTFUL" if doubtful else describe_balance(imbalance)
+        axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
 
 
 def draw_startup(axes: Axes, run: ShearRun, /, label: str = "", **style: Any) -> None:
@@ -33,6 +42,7 @@ def draw_startup(axes: Axes, run: ShearRun, /, label: str = "", **style: Any) ->
         axes.plot(run.strain, stress, **merged(Line2D, look, style))
     label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", run.unit))
     axes.legend(fontsize=LEGEND)
+    say_balance(axes, run.imbalance)
 
 
 def draw_flow_curve(axes: Axes, curve: FlowCurve, /, label: str = "", **style: Any) -> None:
@@ -50,6 +60,7 @@ def draw_flow_curve(axes: Axes, curve: FlowCurve, /, label: str = "", **style: A
     axes.set_yscale("log")
     label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", curve.unit))
     axes.legend(fontsize=LEGEND)
+    say_balance(axes, curve.imbalance.max(initial=0.0))
 
 
 def draw_lissajous(axes: Axes, found: Oscillation, against: str, /, label: str = "", **style: Any) -> None:
@@ -64,6 +75,7 @@ def draw_lissajous(axes: Axes, found: Oscillation, against: str, /, label: str =
     axes.locator_params(axis="x", nbins=5)
     label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", found.unit))
     axes.legend(fontsize=LEGEND)
+    say_balance(axes, found.imbalance)
 
 
 def draw_pipkin(axes: Axes, found: Pipkin, /, **style: Any) -> None:
@@ -82,6 +94,7 @@ def draw_pipkin(axes: Axes, found: Pipkin, /, **style: Any) -> None:
     label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
     scale = axes.figure.colorbar(colours, ax=axes)
     scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
+    say_balance(axes, found.imbalance)
 
 
 def _spacing(places: Any) -> float:
@@ -93,20 +106,22 @@ def _spacing(places: Any) -> float:
 def draw_creep(axes: Axes, run: CreepRun, /, label: str = "", **style: Any) -> None:
     """Draw the compliance over time, on logarithmic axes."""
     values, left_out = positive(run.compliance[1:])
-    name = label or rf"$\sigma$ = {run.applied:g}: {_ends(run.verdict)}"
+    name = label or rf"$\sigma$ = {run.applied:g}: {_ends(run.reached)}"
     _draw_in_time(axes, run.time[1:], values, name + left_out, **style)
     per_unit = f"1/({run.unit})" if "/" in run.unit or " " in run.unit else f"1/{run.unit}"
     label_axes(axes, r"time $t/\tau_1$", in_unit(r"compliance $J(t)$", per_unit if run.unit else ""))
     axes.legend(fontsize=LEGEND)
+    say_balance(axes, run.imbalance)
 
 
 def draw_relaxation(axes: Axes, run: StressRelaxation, /, label: str = "", **style: Any) -> None:
     """Draw the relaxation modulus over time, on logarithmic axes."""
     values, left_out = positive(run.modulus)
-    name = label or rf"$\gamma$ = {run.step_strain:g}: {_ends(run.verdict)}"
+    name = label or rf"$\gamma$ = {run.step_strain:g}: {_ends(run.reached)}"
     _draw_in_time(axes, run.time, values, name + left_out, **style)
     label_axes(axes, r"time $t/\tau_1$", in_unit(r"relaxation modulus $G(t)$", run.unit))
     axes.legend(fontsize=LEGEND)
+    say_balance(axes, run.imbalance)
 
 
 def _draw_in_time(axes: Axes, time: Any, values: Any, label: str, **style: Any) -> None:
@@ -114,5 +129,5 @@ def _draw_in_time(axes: Axes, time: Any, values: Any, label: str, **style: Any) 
     axes.loglog(time, values, **merged(Line2D, look, style))
 
 
-def _ends(verdict: str) -> str:
-    return verdict.partition(":")[0] if verdict.startswith(("STILL", "NOT")) else verdict
+def _ends(reached: str) -> str:
+    return reached.partition(":")[0] if reached.startswith(("STILL", "NOT")) else reached

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.flow.energy_balance import describe_balance, energy_gap, energy_imbalance, finer_steps, warn_of_imbalance
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.damping import Damping
@@ -70,9 +71,33 @@ class FlowRun:
         """The last state; no energy minimum: `converged` is False."""
         return self.frames[-1]
 
+    @property
+    def energy_gap(self) -> Array:
+        """(m,) work less what is dissipated and stored, since the first row; 0 but for errors of the steps."""
+        return energy_gap(self.work, self.dissipated, self.energy)
+
+    @property
+    def imbalance(self) -> float:
+        """Largest part of the work that is neither stored nor lost: work less dissipated less change of energy."""
+        return energy_imbalance(self.energy_gap, self.work, self.dissipated)
+
+    @property
+    def reached(self) -> str:
+        """What the run has reached, in words; each kind of flow says it in its own."""
+        raise NotImplementedError
+
+    @property
+    def verdict(self) -> str:
+        """What the run has reached, in words, and a warning if energy is not balanced to 2 %."""
+        return "; ".join(filter(None, (self.reached, warn_of_imbalance(self.imbalance, self._remedy()))))
+
+    def _remedy(self) -> str:
+        return finer_steps(self.tolerance)
+
     def describe(self) -> str:
-        """Say with which drag and accuracy it was run."""
-        return describe_drag(self.damping, self.background, self.tolerance)
+        """Say with which drag and accuracy it was run, and how well energy is balanced."""
+        how = describe_drag(self.damping, self.background, self.tolerance)
+        return f"{how}, {describe_balance(self.imbalance)}"
 
 
 def describe_drag(damping: Damping | None, background: float, tolerance: float) -> str:

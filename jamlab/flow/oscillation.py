@@ -78,7 +78,7 @@ class Oscillation(FlowRun):
         return float(abs(self.harmonics[2]) / abs(self.harmonics[0]))
 
     @property
-    def verdict(self) -> str:
+    def reached(self) -> str:
         """What the run has reached, in words."""
         change = f"{self.error:.1g} from cycle to cycle after {self.cycles}"
         other = int(np.ptp(self.contacts))

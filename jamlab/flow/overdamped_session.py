@@ -24,9 +24,6 @@ from jamlab.rheology.damping import Damping, StokesDrag
 Array = NDArray[np.float64]
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-# over k tau_1; without any, some motion costs no drag and outruns every step. Stress of disks moves by less; droplets
-# that slip past each other outrun every step below
-BACKGROUND = {"sp": 1e-4, "dp": 1e-2}
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
@@ -81,17 +78,16 @@ class OverdampedSession:
     def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
         check_flowing(damping, tolerance, background)
         self._damping = damping
-        self._fluid = FluidStress(0.0)
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
         self._driven = False
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
         settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
-        settings |= {"tau": damping.tau, "background": background, "law": packing.units}
+        settings |= {"tau": damping.tau, "background": background, "fluid": 0.0, "law": packing.units}
         self._outlines = ""  # words for drag between outlines
         if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
-            settings["background"] = 1.0
+            settings |= {"background": 1.0, "fluid": damping.eta_f}
         else:
             settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
             if packing.model == "dp":
@@ -143,7 +139,6 @@ class OverdampedSession:
         with _flow_errors():
             self._session.include("flow.fix")
             self._driven = True
-            self._fluid = FluidStress(self._damping.eta_f if isinstance(self._damping, StokesDrag) else 0.0, drive)
             self._session.command("run 0 post no")
         return self.state()
 
@@ -178,9 +173,8 @@ class OverdampedSession:
             )
 
     def state(self) -> FlowState:
-        """Numbers of this instant, those of the fluid of Stokes drag included."""
+        """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
-        found = self._fluid.add_to(found)
         if self._before is None:
             return found
         return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
@@ -193,41 +187,6 @@ class OverdampedSession:
     def steps(self) -> int:
         """Steps taken in this session."""
         return self._session.steps()
-
-
-class FluidStress:
-    """Viscous stress eta_F rate of the fluid of Stokes drag, which no disk carries; Baumgarten & Tighe eq 8.
-
-    Args:
-        viscosity: eta_F.
-        drive: of the flow: what the fluid dissipates up to a time follows from it.
-    """
-
-    def __init__(self, viscosity: float, drive: str = "rate 0") -> None:
-        self._viscosity = viscosity
-        self._drive = drive
-
-    def add_to(self, state: FlowState) -> FlowState:
-        """Add its stress, dissipation and work to those of the disks."""
-        if not self._viscosity:
-            return state
-        stress, power = self._viscosity * state.rate, self._viscosity * state.rate**2
-        lost = self._viscosity * self._rate_squared(state.time)
-        return state._replace(
-            stress=state.stress + stress,
-            viscous_stress=state.viscous_stress + stress,
-            dissipation=state.dissipation + power,
-            work=state.work + lost,
-            dissipated=state.dissipated + lost,
-        )
-
-    def _rate_squared(self, time: float) -> float:
-        """Integral of the squared rate up to a time."""
-        word, *numbers = self._drive.split()
-        if word != "oscillate":
-            return float(numbers[0]) ** 2 * time
-        amplitude, omega = map(float, numbers)
-        return float((amplitude * omega) ** 2 * (0.5 * time + np.sin(2 * omega * time) / (4 * omega)))
 
 
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
@@ -248,7 +207,7 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
-    return 0.0 if isinstance(damping, StokesDrag) else BACKGROUND[packing.model]
+    return 0.0 if isinstance(damping, StokesDrag) else float(defaults("flow")[f"background_{packing.model}"])
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:

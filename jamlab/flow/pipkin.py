@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.flow.energy_balance import describe_balance
 from jamlab.flow.oscillation import Oscillation
 
 if TYPE_CHECKING:
@@ -53,10 +54,16 @@ class Pipkin:
         """(m,) G'' of the first harmonic."""
         return np.array([found.loss for found in self.oscillations])
 
+    @property
+    def imbalance(self) -> float:
+        """Largest energy imbalance of all oscillations, see `FlowRun`."""
+        return max(found.imbalance for found in self.oscillations)
+
     def __repr__(self) -> str:
         late = sum(not found.converged for found in self.oscillations)
         words = f"{late} NOT PERIODIC" if late else "all periodic"
-        return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies; {words})"
+        balance = describe_balance(self.imbalance)
+        return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies, {balance}; {words})"
 
     def plot(self, ax: Any = None, **style: Any) -> Axes:
         """Draw stress over strain of each oscillation, scaled to one size, at its frequency and amplitude.

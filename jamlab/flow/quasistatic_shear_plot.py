@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from jamlab.flow.energy_balance import LIMIT, describe_balance
 from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
 if TYPE_CHECKING:
-    from jamlab.flow.quasistatic_shear import QuasistaticShear
+    from jamlab.flow.quasistatic_run import QuasistaticShear
 
 
 def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
@@ -27,4 +28,8 @@ def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
         label = f"not converged: {missed.sum()}"
         axes.plot(found.strain[missed], found.stress[missed], "x", color=BLACK, markersize=6, label=label)
     label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", found.unit))
-    axes.legend(fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)  # above: curves fill the axes
+    legend = axes.legend(
+        *axes.get_legend_handles_labels(), title=describe_balance(found.imbalance), fontsize=LEGEND, ncols=3,
+        title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
+    )  # fmt: skip  # above: curves fill the axes
+    legend.get_title().set_color(RED if found.imbalance > LIMIT else BLACK)

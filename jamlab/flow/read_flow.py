@@ -6,7 +6,7 @@ from jamlab.checks import checked
 from jamlab.errors import StorageError
 from jamlab.flow.creep_run import CreepRun
 from jamlab.flow.oscillation import Oscillation
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.flow.run_file import read_result
 from jamlab.flow.shear_run import ShearRun
 from jamlab.flow.steady_flow import FlowCurve

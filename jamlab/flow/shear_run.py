@@ -89,7 +89,7 @@ class ShearRun(FlowRun):
         return block_average(values[kept][1:])
 
     @property
-    def verdict(self) -> str:
+    def reached(self) -> str:
         """What the run has reached, in words."""
         words = [] if self.finished else [f"interrupted at strain {self.strain[-1]:.3g} of {self.strain_asked:g}"]
         peak = self.peak

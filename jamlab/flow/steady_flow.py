@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.flow.energy_balance import LIMIT, describe_balance, finer_steps, warn_of_imbalance
 from jamlab.flow.flow_run import describe_drag
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
@@ -36,6 +37,7 @@ class FlowCurve:
         dissipation: (m,) mean, per time and area, over all steps; stress times rate but for what elastic energy took.
         drift: (m,) change of the stress from the first to the second half of the average, in its standard errors.
         plastic_events: (m,) seen per unit of strain.
+        imbalance: (m,) part of the work of the average that is neither stored nor lost.
         seconds: (m,) wall time.
         discard, strain: of start-up, left out, and of the average.
         frames: the packing at the start and the last state of each rate.
@@ -54,6 +56,7 @@ class FlowCurve:
     dissipation: Array
     drift: Array
     plastic_events: Array
+    imbalance: Array
     seconds: Array
     discard: float
     strain: float
@@ -77,20 +80,27 @@ class FlowCurve:
 
     @property
     def verdict(self) -> str:
-        """What the curve has reached, in words."""
+        """What the curve has reached, in words, and a warning if energy is not balanced to 2 %."""
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.steady])
-        return f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
+        reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
+        off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > LIMIT]]
+        return "; ".join(filter(None, (reached, warn_of_imbalance(self._worst, finer_steps(self.tolerance), off))))
+
+    @property
+    def _worst(self) -> float:
+        return float(self.imbalance.max(initial=0.0))
 
     def describe(self) -> str:
-        """Say with which drag and accuracy it was run."""
-        return describe_drag(self.damping, self.background, self.tolerance)
+        """Say with which drag and accuracy it was run, and how well energy is balanced at the worst rate."""
+        how = describe_drag(self.damping, self.background, self.tolerance)
+        return f"{how}, {describe_balance(self._worst)}"
 
     def __repr__(self) -> str:
         points = ", ".join(
             f"{rate:g}: {stress:.4g} ± {error:.1g}"
             for rate, stress, error in zip(self.rates, self.stress, self.stress_error, strict=True)
         )
-        return f"FlowCurve({points}, {self.damping}; {self.verdict})"
+        return f"FlowCurve({points}, {self.damping}, {describe_balance(self._worst)}; {self.verdict})"
 
     @checked
     def herschel_bulkley(self, *, lowest: float = 0.0, highest: float = np.inf) -> HerschelBulkley:

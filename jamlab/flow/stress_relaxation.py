@@ -41,7 +41,7 @@ class StressRelaxation(FlowRun):
         return np.asarray((self.stress - self.residual) / self.step_strain)
 
     @property
-    def verdict(self) -> str:
+    def reached(self) -> str:
         """What the run has reached, in words."""
         g = self.modulus
         change = abs(float(np.interp(0.5 * self.time[-1], self.time, g)) - g[-1]) / abs(g[-1])

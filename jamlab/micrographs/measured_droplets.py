@@ -30,7 +30,8 @@ class Micrograph:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
         areas: (n,) with half of each film.
-        shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines.
+        shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
+            `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
         contacts: (n,) int64, droplets that each one touches, rattlers not counted, cut ones counted.
         rattlers: (n,) bool, fewer than three contacts, found recursively; cut droplets count as held.
@@ -42,7 +43,7 @@ class Micrograph:
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
-        film: width of films, in the unit of length.
+        film: widest gap between droplets that counts as a contact, in the unit of length.
         reasons: why the numbers may be wrong; empty if the picture is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.

@@ -12,21 +12,18 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
-from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
 from jamlab.packing.magnitudes import check_magnitudes
+from jamlab.packing.outlines import outlines, self_crossings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-
-_doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 
@@ -256,7 +253,7 @@ class Packing:
 
     def outlines(self) -> NDArray[np.object_]:
         """DP (n,): the polygons without rim as shapely geometries."""
-        return _outlines(self.positions, self._polygon_offsets)
+        return outlines(self.positions, self._polygon_offsets)
 
     @checked
     def with_state(self, *, provenance: Mapping[str, Any] | None = None, **changes: Any) -> Packing:
@@ -343,60 +340,6 @@ class Packing:
         if self.offsets is None:
             raise InputError("a packing of disks (model sp) has no polygons")
         return self.offsets
-
-
-@checked
-def self_crossings(positions: Array, offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Polygons whose outline crosses itself; edges shrunk to rounding size do not count.
-
-    Contacts keep different polygons apart, but nothing in the energy of Boromand et al. keeps a polygon from folding
-    over itself. A minimiser can do that far above onset or with weak line tension; no such state is a packing.
-
-    Args:
-        positions: (n_vertices, 2) float64, each polygon whole, as in `Packing.positions`.
-        offsets: (n + 1,) int64, as in `Packing.offsets`.
-
-    Returns:
-        (m,) int64, ascending.
-
-    Raises:
-        InputError: shapes that are not these, or offsets that do not cut the vertices into polygons.
-
-    Example:
-        >>> bow = np.array([[1.0, 1.0], [2.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
-        >>> square = bow[[0, 2, 1, 3]] + 2
-        >>> jamlab.self_crossings(np.vstack([square, bow]), np.array([0, 4, 8]))
-        array([1])
-    """
-    positions, offsets = np.asarray(positions), np.asarray(offsets)
-    if positions.ndim != 2 or positions.shape[1] != 2 or offsets.ndim != 1 or len(offsets) < 1:
-        raise InputError(f"positions {positions.shape} and offsets {offsets.shape}: must be (vertices, 2) and (n + 1,)")
-    if offsets[0] != 0 or offsets[-1] != len(positions) or (np.diff(offsets) < 3).any():
-        raise InputError(f"offsets: must rise from 0 to {len(positions)}, the number of vertices, by 3 or more")
-    positions, offsets = np.ascontiguousarray(positions, float), np.ascontiguousarray(offsets, np.int64)
-    doubtful = np.empty(len(offsets) - 1, dtype=bool)
-    if not _doubtful_outlines(len(doubtful), offsets, positions, doubtful):
-        return np.empty(0, dtype=np.int64)
-    outlines = _outlines(positions, offsets, np.flatnonzero(doubtful))
-    crossed = ~shapely.is_valid(outlines)
-    suspects = np.flatnonzero(doubtful)[crossed]
-    if not len(suspects):
-        return np.asarray(suspects)
-    size = float(np.ptp(positions, axis=0).max())
-    points = shapely.remove_repeated_points(outlines[crossed], 1e-12 * size)
-    return np.asarray(suspects[~shapely.is_valid(points)])
-
-
-def _outlines(
-    positions: Array, offsets: NDArray[np.int64], kept: NDArray[np.int64] | None = None
-) -> NDArray[np.object_]:
-    """All polygons, or some, as shapely geometries."""
-    size = np.diff(offsets)
-    if kept is not None:
-        some = np.zeros(len(size), dtype=bool)
-        some[kept] = True
-        positions, size = positions[np.repeat(some, size)], size[kept]
-    return np.asarray(shapely.polygons(shapely.linearrings(positions, indices=np.repeat(np.arange(len(size)), size))))
 
 
 def _check_box(box: Array) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root_scalar
 from scipy.special import gamma
 
 from jamlab.checks import checked
@@ -21,12 +21,14 @@ from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.damping import ContactDamping, drag_stiffness
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+_LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
 
 
 @dataclass(frozen=True)
@@ -164,8 +166,40 @@ def nonlinear_modulus(
         True
     """
     frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
-    stiffness = float(packing.params["k"] if packing.units == "k" else packing.params["eps"])
-    length = float(np.mean(packing.diameters)) if packing.diameters is not None else 1.0
-    tau = equivalent_time(frequencies, stress * length, alpha, stiffness=stiffness)
+    tau = equivalent_time(frequencies, stress * _length(packing), alpha, stiffness=drag_stiffness(packing))
     linear = complex_modulus(packing, frequencies * tau, ContactDamping(), prestress, method)
     return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error, linear.unit)
+
+
+def modulus_at_strain(packing: Packing, omega: float, amplitude: float, damping: ContactDamping) -> complex:
+    """G*(omega) under contact drag with exponent alpha, where the amplitude of the strain is given.
+
+    The stress amplitude that equivalent damping asks for is |G*| times that of the strain, which is solved for.
+
+    Args:
+        packing: SP or DP.
+        omega: angular frequency, 1/tau_1.
+        amplitude: of the strain.
+        damping: contact drag; of alpha = 1, G* of `complex_modulus`.
+    """
+    linear = ContactDamping(beta=damping.beta, tau=damping.tau, arms=damping.arms)
+    stiffness = drag_stiffness(packing)
+
+    def modulus(log_stress: float) -> complex:
+        force = np.exp(log_stress) * _length(packing)
+        tau = equivalent_time(omega * damping.tau, force, damping.alpha, stiffness=stiffness)[0]
+        found = complex_modulus(packing, [omega * tau], linear)
+        return complex(found.storage[0], found.loss[0])
+
+    if damping.alpha == 1.0:
+        return modulus(0.0)
+    first = complex_modulus(packing, [omega], linear)
+    guess = float(np.log(amplitude * np.hypot(first.storage[0], first.loss[0])))
+    solved = root_scalar(
+        lambda y: float(np.log(amplitude * abs(modulus(y)))) - y, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS
+    )
+    return modulus(solved.root)
+
+
+def _length(packing: Packing) -> float:
+    return float(np.mean(packing.diameters)) if packing.diameters is not None else 1.0

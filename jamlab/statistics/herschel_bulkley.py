@@ -121,7 +121,9 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
             _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(y.max(), start[1], 0.5)
         )
     except RuntimeError as failure:
-        raise ConvergenceError(f"no Herschel-Bulkley law fits these {len(x)} points: {failure}") from failure
+        raise ConvergenceError(
+            f"no Herschel-Bulkley law fits these {len(x)} points: give more rates, longer strain or more particles"
+        ) from failure
     freedom = len(x) - 3
     misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
     errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)

@@ -26,7 +26,8 @@ def test_defaults_stay_where_they_are(name, tmp_path):
     topic = TOPICS[name]
     seeds = topic.seeds[: int(os.environ.get("JAMLAB_SEEDS", "3"))]
     now = topic.points(measure_trials(tmp_path / "now.csv", topic, seeds).rows)
-    before = topic.points(shipped_trials(name).rows)
+    shipped_rows = shipped_trials(name).rows
+    before = topic.points(shipped_rows[shipped_rows["task"].isin(list(map(str, seeds)))])  # the same packings
     shipped, found = defaults(before), defaults(now)
     assert found.keys() == shipped.keys()
     for key, point in found.items():

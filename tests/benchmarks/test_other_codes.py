@@ -5,11 +5,12 @@ import pytest
 from commands import call
 
 import jamlab
+from jamlab.benchmarks.other_codes.analysis import HERE, AnalysisRow, compare_analysis
 from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum
 from jamlab.benchmarks.other_codes.lammps_peer import Lammps
 from jamlab.benchmarks.other_codes.numpy_disks import all_pairs
 from jamlab.benchmarks.other_codes.page import comparison_tables
-from jamlab.benchmarks.other_codes.peer import Peer, mean_diameters
+from jamlab.benchmarks.other_codes.peer import Analyst, Peer, mean_diameters
 from jamlab.benchmarks.other_codes.recipes import write_recipe
 
 
@@ -52,7 +53,29 @@ def test_absent_peer_is_reported(rows):
     row = rows[-1]
     assert row.energy is None and row.warm is None
     assert row.note == "not installed: pip install 'jamlab[peers]'"
-    assert "-" in comparison_tables(rows, 32, 0.88)[0].rows[-1]
+    assert "-" in comparison_tables(rows, [], 32, 0.88)[0].rows[-1]
+
+
+class Itself(Analyst):
+    """jamlab's own numbers, the modulus a thousandth too high."""
+
+    name, package = "itself", "jamlab"
+
+    def measure(self, packing):
+        return {name: find(packing) * (1.001 if name == "shear modulus" else 1) for name, find in HERE.items()}
+
+
+class NotThere(Itself):
+    package = Absent.package
+
+
+def test_libraries_of_analysis_see_the_backbone():
+    _, minimum = jolted_minimum(16, 1, 0.9)
+    *rows, absent = compare_analysis(minimum, analysts=[Itself(), NotThere()])
+    found = {row.quantity: row.difference for row in rows}
+    assert set(found) == set(HERE)
+    assert found.pop("shear modulus") == pytest.approx(1e-3) and not any(found.values())
+    assert absent == AnalysisRow("itself", note="not installed: pip install 'jamlab[peers]'")
 
 
 def test_numpy_disks_at_an_analytic_point():

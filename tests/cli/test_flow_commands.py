@@ -36,12 +36,18 @@ def test_command(folder, words):
     picture = ["--plot", f"{name}.png"] if name in ("shear", "flow-curve") else []
     done = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--csv", f"{name}.csv", *picture)
     assert done.exit_code == 0, done.stderr
-    assert column in done.stdout and note in done.stdout and f"wrote {name}.h5" in done.stdout
+    assert (
+        column in done.stdout
+        and note in done.stdout
+        and "energy balance to" in done.stdout
+        and f"wrote {name}.h5" in done.stdout
+    )
     assert not picture or (folder / f"{name}.png").stat().st_size > 5000
     found = jamlab.read_flow(folder / f"{name}.h5")
     again = call(folder, name, "p.h5", *options, "--out", f"{name}.h5", "--json")
     printed = json.loads(again.stdout)
     assert printed["stress"] == pytest.approx(found.stress.tolist()) and printed["verdict"] == found.verdict
+    assert np.max(printed["imbalance"]) == np.max(found.imbalance) < 0.02
     table = pd.read_csv(folder / f"{name}.csv")
     assert np.allclose(table["stress"], found.stress) and len(table) == len(found.stress)
 
@@ -57,3 +63,10 @@ def test_refusals(folder, monkeypatch):
         done = call(folder, *words)
         assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
     assert not (folder / "slow.h5").exists()
+
+
+def test_a_name_of_another_format_is_refused(folder):
+    for words in (["creep", "p.h5", "--stress", "1e-4", "--duration", "5"], ["pack", "--n", "8"]):
+        done = call(folder, *words, "--out", "x.csv")
+        assert done.exit_code == 1 and "x.csv" in done.stderr and ".h5" in done.stderr
+        assert not (folder / "x.csv").exists()

@@ -131,7 +131,10 @@ ALL = {"n": 50, "every": 16}
 
 @pytest.mark.parametrize(
     ("settings", "steps"),
-    [(FEW, {1: 1000, 2: 1000}), pytest.param(ALL, {1: 1000, 2: 1000, 4: 1000}, marks=pytest.mark.slow)],
+    [
+        pytest.param(FEW, {1: 1000, 2: 1000}, marks=pytest.mark.slow),
+        pytest.param(ALL, {1: 1000, 2: 1000, 4: 1000}, marks=pytest.mark.slow),
+    ],
     ids=["few", "all"],
 )
 def test_a_funnel_fills_alike_on_any_number_of_ranks(tmp_path, settings, steps):

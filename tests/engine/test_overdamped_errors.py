@@ -38,6 +38,7 @@ def test_drag_law(lmp, drag, message):
         ("rate 1 tolerance 1", "tolerance 1 must lie above 0, up to 0.1"),
         ("rate 1 solver 0", "solver 0 must lie between 1e-13 and 0.1"),
         ("rate 1 background -1", "background -1, .* must not be negative"),
+        ("rate 1 fluid -2", "fluid -2, .* must not be negative"),
         ("rate 1 speed 2", "speed is not one of"),
     ],
 )

@@ -107,7 +107,9 @@ def test_a_table_that_differs_is_told_from_the_paper():
     assert c.value == pytest.approx(0.9, abs=1e-3) and c.text.startswith("differs: C at one dphi")
 
 
-@pytest.mark.parametrize("name", list(gallery.FIGURES))
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "micrograph-errors" else ()) for n in gallery.FIGURES]
+)
 def test_every_figure_keeps_what_it_draws(name):
     drawing = drawn(name)
     table = drawing.table
@@ -316,9 +318,8 @@ def test_damaged_reference_tables_are_refused(tmp_path):
 def test_the_reference_data_are_packed_whole_and_small():
     folder = REFERENCE
     rows = json.loads((folder / "reference.json").read_text())["rows"]
-    packed = reference_tables()
     for name, count in rows.items():
-        assert len(getattr(packed, name)) == count > 0
+        assert gzip.open(folder / f"{name}.csv.gz").read().count(b"\n") == 1 + count > 1
     assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
     assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
 
@@ -386,12 +387,12 @@ def test_what_a_legend_covers_is_counted():
 
 
 def test_the_report_holds_pictures_and_marks_what_differs(tmp_path):
-    names = ["baumgarten-1", "baumgarten-5", "tables"]
+    names = ["baumgarten-5", "tables"]
     drawings, failures = gallery.write_all(names, tables(), tmp_path)
     assert not failures
     for name in names:
         assert drawings[names.index(name)].png == (tmp_path / f"{name}.png").read_bytes()
-        assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(gallery.draw(name, tables()).table)
+        assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(drawn(name).table)
         assert (tmp_path / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
         assert (tmp_path / f"{name}.pdf").read_bytes()[:5] == b"%PDF-"
     page = (tmp_path / gallery.PAGE).read_text()

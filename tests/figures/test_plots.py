@@ -16,7 +16,7 @@ from matplotlib.legend import Legend
 
 import jamlab
 from jamlab.campaign.table_plot import draw_means
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
 
@@ -79,7 +79,13 @@ def sheared():
     none, good = np.zeros(11), np.arange(11) != 6
     rows = dict.fromkeys((f.name for f in fields(QuasistaticShear) if f.type == "Array"), none)
     rows |= {"strain": strain, "stress": stress, "converged": good}
-    rows |= {"event_strain": strain[[4, 8]], "event_drop": np.array([2e-3, 1e-3])}
+    events = {
+        "strain": strain[[4, 8]],
+        "drop": np.array([2e-3, 1e-3]),
+        "released": np.zeros(2),
+        "width": np.full(2, 0.01),
+    }
+    rows |= {f"event_{name}": values for name, values in events.items()}
     rest = {"frames": (state("disks"),), "damping": None, "background": 0.0, "tolerance": 1e-12, "unit": "k"}
     counts = {"steps": 11, "iterations": 0, "seconds": 0.1, "shear_rate": 0.0, "strain_asked": 0.1}
     return QuasistaticShear(**rows, **rest, **counts)

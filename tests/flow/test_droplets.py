@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from creep_of_elements import compliance
 
 import jamlab
 
@@ -28,12 +29,24 @@ def test_a_small_step_relaxes_to_the_modulus_at_rest(droplets):
     assert np.all(np.diff(found.modulus) < 1e-3 * found.modulus[:-1])  # its tolerance
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [jamlab.StokesDrag(eta_f=0.5), jamlab.ContactDamping(beta=0.3)], ids=str)
+def test_creep_has_the_compliance_of_the_frequency_domain(droplets, law):
+    found = jamlab.creep(droplets, 1e-6, 100.0, law, tolerance=1e-4)
+    spectrum = jamlab.complex_modulus(droplets, [0.1], law, method="dense").spectrum
+    for wanted in (1.0, 10.0, 100.0):
+        k = np.argmin(np.abs(found.time - wanted))
+        assert abs(found.compliance[k] / compliance(spectrum, found.time[[k]])[0] - 1) < 1e-4
+    assert found.imbalance < 0.01
+
+
 @pytest.mark.parametrize(
-    "law", [jamlab.StokesDrag(eta_f=0.5), pytest.param(jamlab.ContactDamping(), marks=pytest.mark.slow)]
+    ("law", "rate"),
+    [(jamlab.StokesDrag(eta_f=0.5), 0.1), pytest.param(jamlab.ContactDamping(), 0.01, marks=pytest.mark.slow)],
 )
-def test_flow_over_a_flip_gives_a_packing(droplets, law, tmp_path):
+def test_flow_over_a_flip_gives_a_packing(droplets, law, rate, tmp_path):
     """Work is stored or lost; the last state is whole, with the energy and the stress that the run says."""
-    found = jamlab.shear(droplets, rate=0.1, strain=0.6, damping=law, rows=6, out=tmp_path / "run.h5")
+    found = jamlab.shear(droplets, rate, strain=0.6, damping=law, rows=6, out=tmp_path / "run.h5")
     state = jamlab.read(tmp_path / "run.h5")
     assert state.box[1, 0] < 0.5 * state.box[0, 0] and not state.converged
     native = jamlab.evaluate(state)

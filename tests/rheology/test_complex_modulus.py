@@ -95,8 +95,14 @@ def eliminated(motion, omega):
     return np.array(values)
 
 
-@pytest.mark.parametrize("beta", [1e-8, 1e-4, 1e2, 1e4, 1e6, 1e8])
-@pytest.mark.parametrize("case", [(16, 1e-2), (64, 1e-2), (64, 1e-6)], ids=str)
+@pytest.mark.parametrize(
+    ("case", "beta"),
+    [
+        pytest.param((n, p), beta, marks=() if n == 16 or (p == 1e-6 and beta in (1e-8, 1e8)) else pytest.mark.slow)
+        for n, p in [(16, 1e-2), (64, 1e-2), (64, 1e-6)]
+        for beta in [1e-8, 1e-4, 1e2, 1e4, 1e6, 1e8]
+    ],
+)
 def test_estimates_cover_the_error_of_uneven_drag(case, beta):
     """Disks, eighteen decades of frequency, sixteen of beta: 1e-7 at worst by the direct solver."""
     p, omega, law = jamlab.pack(n=case[0], pressure=case[1], seed=1), np.logspace(-10, 8, 7), ContactDamping(beta=beta)
@@ -108,9 +114,8 @@ def test_estimates_cover_the_error_of_uneven_drag(case, beta):
         assert error.max() < (1e-7 if method == "direct" else 1e-3)
 
 
-@pytest.mark.parametrize(
-    "beta", [pytest.param(1e-8, marks=pytest.mark.slow), pytest.param(1e4, marks=pytest.mark.slow), 1e8]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("beta", [1e-8, 1e4, 1e8])
 def test_estimates_cover_the_error_of_uneven_drag_between_droplets(dp_dense, beta):
     """Where rounding takes all digits the estimate is above 1, or the solver refuses and says what to do."""
     law = ContactDamping(beta=beta)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.benchmarks.cpu_time import one_core, shortest
+from jamlab.benchmarks.other_codes.analysis import AnalysisRow
 from jamlab.benchmarks.other_codes.ase_peer import ASE
 from jamlab.benchmarks.other_codes.jax_md_peer import JaxMD
 from jamlab.benchmarks.other_codes.lammps_peer import Lammps
@@ -86,7 +87,7 @@ def compare(
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
 
     Args:
-        n: even number of disks; each peer searches neighbours as it does by default, some over all n^2 pairs.
+        n: even number of disks; each peer searches neighbours in its own way.
         seed: of the start.
         phi: nominal packing fraction, above onset.
         peers: which codes.
@@ -169,9 +170,9 @@ def _peer_row(peer: Peer, start: Packing, target: dict[str, float], jamlab: Row)
     )
 
 
-def summary(rows: Sequence[Row]) -> dict[str, Any]:
+def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, Any]:
     """Rows as plain values for JSON."""
-    return {"rows": [asdict(row) for row in rows]}
+    return {"rows": [asdict(row) for row in rows], "analysis": [asdict(row) for row in analysis]}
 
 
 def jolted_minimum(n: int, seed: int, phi: float) -> tuple[Packing, Packing]:

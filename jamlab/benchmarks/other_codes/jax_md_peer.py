@@ -1,48 +1,69 @@
-"""Run jax-md: soft spheres by automatic differentiation, FIRE compiled into one loop."""
+"""Run jax-md: soft spheres by automatic differentiation over its neighbour list, FIRE compiled into one loop."""
 
 from typing import Any
 
 import numpy as np
 
 from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters
+from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
+
+_SKIN = 0.3  # mean diameters beyond the cutoff of its neighbour list
 
 
 class JaxMD(Peer):
-    """All pairs, double precision, on the CPU."""
+    """Double precision, on the CPU."""
 
     name = "jax-md"
     package = "jax-md"
     method = "fire_descent, jit"
 
     def evaluate(self, packing: Packing) -> Point:
-        """Energy, and its derivatives by automatic differentiation."""
+        """Energy, and its derivatives by automatic differentiation; stress from the law over all pairs."""
         jax = _double_precision()
-        from jax_md import quantity
+        from jax_md import energy as laws
+        from jax_md import quantity, space
 
-        energy, _ = _law(packing)
         x = jax.numpy.asarray(packing.positions)
-        slope = jax.grad(energy)(x)
-        stress = np.asarray(quantity.stress(energy, x, jax.numpy.asarray(packing.box)))
-        return Point(float(energy(x)), -np.asarray(slope), stress, 0.5 * float(np.trace(stress)))
+        near, energy, _ = _law(packing)
+        neighbors = near.allocate(x)
+        slope = jax.grad(energy)(x, neighbor=neighbors)
+        displacement, _ = space.periodic(jax.numpy.asarray(np.diag(packing.box)))
+        pairs = laws.soft_sphere_pair(displacement, **_parameters(packing))
+        stress = np.asarray(quantity.stress(pairs, x, jax.numpy.asarray(packing.box)))
+        return Point(float(energy(x, neighbor=neighbors)), -np.asarray(slope), stress, 0.5 * float(np.trace(stress)))
 
     def descent(self, packing: Packing, force: float) -> Descent:
         """Prepare `fire_descent` as one compiled loop, with the time steps of jamlab's FIRE."""
         jax = _double_precision()
         from jax_md import minimize
 
-        energy, shift = _law(packing)
+        near, energy, shift = _law(packing)
         start, step = minimize.fire_descent(energy, shift, dt_start=0.1, dt_max=0.4)
 
-        def descend(x: Any) -> Any:
+        def descend(x: Any, neighbors: Any) -> Any:
             def goes_on(carry: Any) -> Any:
-                state, taken = carry
+                state, _, taken = carry
                 return (jax.numpy.linalg.norm(state.force, axis=1).max() > force) & (taken < MOST_STEPS)
 
-            return jax.lax.while_loop(goes_on, lambda carry: (step(carry[0]), carry[1] + 1), (start(x), 0))[0].position
+            def go_on(carry: Any) -> Any:
+                state, neighbors, taken = carry
+                state = step(state, neighbor=neighbors)
+                return state, neighbors.update(state.position), taken + 1
+
+            state, neighbors, _ = jax.lax.while_loop(goes_on, go_on, (start(x, neighbor=neighbors), neighbors, 0))
+            return state.position, neighbors.did_buffer_overflow
 
         x, compiled = jax.numpy.asarray(packing.positions), jax.jit(descend)
-        return lambda: np.asarray(compiled(x).block_until_ready())
+        room = near.allocate(x)
+
+        def run() -> np.ndarray:
+            positions, overflow = compiled(x, room)
+            if overflow:
+                raise EngineError("jax-md: its neighbour list is too short for this descent")
+            return np.asarray(positions)
+
+        return run
 
 
 def _double_precision() -> Any:
@@ -52,12 +73,24 @@ def _double_precision() -> Any:
     return jax
 
 
-def _law(packing: Packing) -> tuple[Any, Any]:
+def _law(packing: Packing) -> tuple[Any, Any, Any]:
+    """Function that finds neighbours, energy over them, and function that moves particles."""
     from jax import numpy as jnp
     from jax_md import energy, space
 
+    box = jnp.asarray(np.diag(packing.box))
+    displacement, shift = space.periodic(box)
+    near, law = energy.soft_sphere_neighbor_list(displacement, box, dr_threshold=_SKIN, **_parameters(packing))
+    return near, law, shift
+
+
+def _parameters(packing: Packing) -> dict[str, Any]:
+    from jax import numpy as jnp
+
     species, s = mean_diameters(packing)
-    displacement, shift = space.periodic(jnp.asarray(np.diag(packing.box)))
-    eps = float(packing.params["eps"])
-    law = energy.soft_sphere_pair(displacement, jnp.asarray(species), sigma=jnp.asarray(s), epsilon=eps, alpha=2.0)
-    return law, shift
+    return {
+        "species": jnp.asarray(species),
+        "sigma": jnp.asarray(s),
+        "epsilon": float(packing.params["eps"]),
+        "alpha": 2.0,
+    }

@@ -1,4 +1,4 @@
-"""Evaluate soft disks in plain numpy, every pair: the independent reference, and the force field given to ASE."""
+"""Evaluate soft disks in plain numpy, every pair: the independent reference."""
 
 from collections.abc import Callable
 

@@ -8,18 +8,19 @@ from pathlib import Path
 
 import pandas as pd
 
+from jamlab.benchmarks.other_codes.analysis import AnalysisRow
 from jamlab.benchmarks.other_codes.compare import Row, summary
 from jamlab.figures.html_page import Section, TextTable, write_csv, write_report
 from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.packing.versions import versions
 
 
-def comparison_tables(rows: Sequence[Row], n: int, phi: float) -> list[TextTable]:
-    """Tables for the reader: same coordinates, same basin, speed."""
+def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
+    """Tables for the reader: same coordinates, same basin, speed, analysis."""
 
-    def table(heading: str, columns: dict[str, str]) -> TextTable:
+    def table(heading: str, columns: dict[str, str], of: Sequence[Row | AnalysisRow] = rows) -> TextTable:
         """Columns of the rows, each with its format."""
-        lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in rows]
+        lines = [[_text(getattr(row, name), form) for name, form in columns.items()] for row in of]
         return TextTable([name.replace("_", " ") for name in columns], lines, heading)
 
     small = ".1e"
@@ -36,27 +37,38 @@ def comparison_tables(rows: Sequence[Row], n: int, phi: float) -> list[TextTable
             "One minimisation, one core: seconds, and ratio to jamlab",
             {"name": "", "cold": ".4f", "cold_ratio": ".2f", "warm": ".5f", "warm_ratio": ".2f"},
         ),
+        table(
+            "Analysis of the minimum without rattlers: largest difference from jamlab, over the largest value",
+            {"name": "", "version": "", "quantity": "", "difference": small},
+            analysis,
+        ),
     ]
 
 
-def write_comparison(folder: Path, rows: Sequence[Row], n: int, phi: float) -> None:
-    """Write comparison.csv, comparison.json and index.html.
+def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:
+    """Write comparison.csv, analysis.csv, comparison.json with both, and index.html.
 
     Raises:
         StorageError: the folder cannot be written.
     """
     make_folder(folder)
     write_csv(folder / "comparison.csv", pd.DataFrame([asdict(row) for row in rows]))
+    write_csv(folder / "analysis.csv", pd.DataFrame([asdict(row) for row in analysis]))
     with atomic_file(folder / "comparison.json") as temporary:
-        temporary.write_text(json.dumps(summary(rows)) + "\n")
-    facts = {row.name: row.note for row in rows if row.note} | {"machine": platform.machine(), **versions()}
+        temporary.write_text(json.dumps(summary(rows, analysis)) + "\n")
+    facts = notes(rows, analysis) | {"machine": platform.machine(), **versions()}
     lead = (
         "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
         "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
     )
-    tables = comparison_tables(rows, n, phi)
+    tables = comparison_tables(rows, analysis, n, phi)
     sections = [Section(table.heading, tables=[replace(table, heading="")]) for table in tables]
     write_report(folder / "index.html", "jamlab beside other codes", lead, sections, facts)
+
+
+def notes(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, str]:
+    """What a reader must know, by name of the code."""
+    return {row.name: row.note for row in rows if row.note} | {row.name: row.note for row in analysis if row.note}
 
 
 def _text(value: object, form: str) -> str:

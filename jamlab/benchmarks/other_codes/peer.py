@@ -1,9 +1,10 @@
-"""Define a peer: a code that evaluates one point, minimises, and knows whether it is installed."""
+"""Define other codes: whether one is installed; peers, which evaluate and minimise; analysts, which measure."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,18 +36,16 @@ class Point:
     pressure: float
 
 
-class Peer(ABC):
-    """A code that knows the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2.
+class OtherCode(ABC):
+    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2.
 
     Attributes:
         name: as tables show it.
         package: distribution that must be installed.
-        method: its minimiser.
     """
 
     name: str
     package: str
-    method: str
 
     @property
     def version(self) -> str | None:
@@ -55,6 +54,24 @@ class Peer(ABC):
             return metadata.version(self.package)
         except metadata.PackageNotFoundError:
             return None
+
+
+class Analyst(OtherCode):
+    """A code that measures a packing."""
+
+    @abstractmethod
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Quantities by name, those of `analysis.HERE` that it knows; numbers or arrays."""
+
+
+class Peer(OtherCode):
+    """A code that evaluates one point and minimises.
+
+    Attributes:
+        method: its minimiser.
+    """
+
+    method: str
 
     @abstractmethod
     def evaluate(self, packing: Packing) -> Point:

@@ -37,7 +37,7 @@ def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequen
         panels: which to draw, all by default.
     """
     names = list(panels) or list(dict.fromkeys(point.panel for point in points))
-    methods = list(dict.fromkeys(point.method for point in points if point.panel in names))
+    methods = list(dict.fromkeys(point.method for point in points if point.panel in names and point.drawn))
     columns = 2 if len(names) == 4 else min(_COLUMNS, len(names))
     rows = -(-len(names) // columns)
     figure = Figure(figsize=(max(5.0 * columns, 6.4), 4.1 * rows + 1.0), layout="constrained")

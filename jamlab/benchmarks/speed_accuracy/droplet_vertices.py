@@ -19,7 +19,7 @@ _N, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet
 _FINEST = (32, 48)  # of the check and of the reference: with more some packings do not converge
 _FORM, _OTHERS = "outline", ("segment/smooth",)  # the form segment of the paper has no minima to end in
-_QUANTITIES = {"pressure": "pressure, relative", "shape": "shape factor 𝒜", "g": "G, relative", "z": "z"}
+_QUANTITIES = {"pressure": "pressure, relative", "shape": "shape factor", "g": "G, relative", "z": "z"}
 _RELATIVE = ("pressure", "g")
 
 

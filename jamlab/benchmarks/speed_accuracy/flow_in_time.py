@@ -68,6 +68,7 @@ TOPIC = Topic(
     "relative error of the stress",
     "tolerance: relative error of velocities in a step; mass of a disk in k τ₁²",
     "massless disks at a tolerance of 1e-9 in steps of at most 0.003 τ₁ (rate 0.01) and 0.03 τ₁ (0.001), its error by "
-    "steps three times as long. Below a tolerance of 1e-5 the shortest step, 0.01 τ₁, takes over",
+    "steps three times as long. Below a tolerance of 1e-5 the shortest step, 0.01 τ₁, takes over. Costs "
+    "of small inertia are without the start of LAMMPS",
     measure,
 )

@@ -12,7 +12,7 @@ from jamlab.benchmarks.speed_accuracy.topic import measure_trials, shipped_trial
 from jamlab.benchmarks.speed_accuracy.topics import TOPICS
 from jamlab.checks import check_choice
 from jamlab.errors import StorageError
-from jamlab.figures.html_page import TextTable
+from jamlab.figures.html_page import Section, TextTable
 from jamlab.packing.atomic_file import make_folder
 
 _LEAD = (
@@ -21,6 +21,9 @@ _LEAD = (
     "'exact' below the break of an axis: the difference to the reference is none, or below the floor, 100 times the "
     "error of the reference itself, or as the caption says. Open marks: some packings gave no number."
 )
+
+
+OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest as good", "reason"]
 
 
 def speed_accuracy(
@@ -69,7 +72,10 @@ def speed_accuracy(
         return Chart(topic.title, caption, curve_figure(topic.title, topic.error, points), table, rows)
 
     facts = {"data": "measured now" if measure else "shipped with jamlab"}
-    write_charts(out, "speed-accuracy", "Cost against error", _LEAD, chart, names, facts, progress=progress)
+    off = defaults_off_the_front(found)
+    opening = [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
+    title = "Cost against error"
+    write_charts(out, "speed-accuracy", title, _LEAD, chart, names, facts, opening=opening, progress=progress)
     return found
 
 
@@ -99,8 +105,7 @@ def plan(out: Path, topics: Sequence[str] = ()) -> list[list[str]]:
 
 
 def defaults_off_the_front(found: Mapping[str, Sequence[Point]]) -> list[list[str]]:
-    """A row for every default that costs more than 1.25 times the cheapest as good: topic and panel, default, its cost
-    and error, the price as a factor, and the reason."""
+    """A row of `OFF_COLUMNS` for every default that costs more than 1.25 times the cheapest one as good."""
     rows = []
     for name, points in found.items():
         for point in points:

@@ -1,0 +1,157 @@
+"""Measure how far simpler models of flow are off: linear spectrum, equivalent damping, linear drag at another rate.
+
+Half of the runs make the table, on a grid of conditions; the others, of other packings at random conditions, check
+what it promises.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+import pandas as pd
+
+from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.flow.flow_curve import flow_curve
+from jamlab.flow.flow_errors import COLUMNS, SIZE, STOKES, law_number, read_errors, relative_amplitude, relative_drag
+from jamlab.flow.oscillate import oscillate
+from jamlab.packing.atomic_file import atomic_file
+from jamlab.packing.packing import Packing
+from jamlab.packing.versions import versions
+from jamlab.protocols.target_pressure import pack
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.nonlinear_drag import modulus_at_strain
+
+N = SIZE
+PRESSURES = (1e-2, 3e-3)
+LAWS = (STOKES, 0.5, 2 / 3, 1.0)
+DRAGS = (3e-3, 3e-2, 0.3, 3.0)
+LEAST_DRAG = 3e-2  # of power laws: below, equivalent damping is no use, and runs take minutes
+AMPLITUDES = (1e-3, 0.03, 0.3, 3.0)  # over the mean overlap
+RATES = (1e-2, 1e-1)
+SEEDS = (1, 2, 3, 4, 5)
+CHECKS = tuple(range(101, 131))  # seeds of other packings
+_CASES = 5  # random conditions on each of them
+TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
+_STRAIN, _BACKGROUND = 3.0, 1e-2  # of the averages of steady flow; without that drag power laws take ten times longer
+
+
+class Condition(NamedTuple):
+    """One run: kind "oscillation" or "flow", law (alpha, or `STOKES`), drag and amplitude as in `flow_errors`."""
+
+    kind: str
+    alpha: float
+    drag: float
+    amplitude: float
+
+
+def damping(alpha: float) -> Damping:
+    """Drag of a row of the table."""
+    return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(alpha=alpha)
+
+
+def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, checks: tuple[int, ...] = CHECKS,
+                   progress: Callable[[str], None] | None = None) -> pd.DataFrame:  # fmt: skip
+    """Measure the table and write it after every packing; goes on from a file that holds a part.
+
+    Raises:
+        StorageError: the file cannot be written.
+    """
+    try:
+        rows = cast("list[dict[str, Any]]", read_errors(path).to_dict("records"))
+    except StorageError:
+        rows = []
+    done = {(row["part"], row["seed"]) for row in rows}
+    for part, each in (("calibrate", seeds), ("check", checks)):
+        for seed in each:
+            if (part, seed) in done:
+                continue
+            if progress is not None:
+                progress(f"{part}, seed {seed}")
+            packing, conditions = _grid(seed) if part == "calibrate" else _random(seed)
+            rows += [{"part": part, "seed": seed} | row for row in _runs(packing, conditions)]
+            _write(path, rows)
+    return read_errors(path)
+
+
+def _grid(seed: int) -> tuple[Packing, list[Condition]]:
+    packing = pack(N, PRESSURES[seed % len(PRESSURES)], seed)
+    small = [Condition("oscillation", a, w, x) for a in LAWS for w in _drags(a) for x in AMPLITUDES]
+    return packing, small + [Condition("flow", a, r, 1.0) for a in LAWS[1:] for r in RATES]
+
+
+def _drags(alpha: float) -> tuple[float, ...]:
+    return DRAGS if alpha in (STOKES, 1.0) else tuple(w for w in DRAGS if w >= LEAST_DRAG)
+
+
+def _random(seed: int) -> tuple[Packing, list[Condition]]:
+    """Another packing, of another size and pressure, and conditions anywhere within the grid."""
+    chance = np.random.default_rng(seed)
+
+    def between(values: tuple[float, ...]) -> float:
+        return float(np.exp(chance.uniform(np.log(min(values)), np.log(max(values)))))
+
+    packing = pack(int(chance.choice([64, 128, 256])), between(PRESSURES), seed)
+    found = []
+    for k in range(_CASES):
+        alpha = float(chance.choice([STOKES, 1.0, chance.uniform(0.5, 1.0), chance.uniform(0.5, 1.0)]))
+        found.append(Condition("oscillation", alpha, between(_drags(alpha)), between(AMPLITUDES)))
+        if k == 0 and packing.n == N:
+            found.append(Condition("flow", chance.uniform(0.5, 0.9), between(RATES), 1.0))
+    return packing, found
+
+
+def _runs(packing: Packing, conditions: list[Condition]) -> Iterator[dict[str, Any]]:
+    """Rows of the conditions that have an answer."""
+    pressure = 1.0 / relative_amplitude(packing, 1.0)
+    linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
+    for condition in conditions:
+        began = time.process_time()
+        try:
+            if condition.kind == "oscillation":
+                error, scatter = _oscillation(packing, condition)
+            else:
+                error, scatter = _flow(packing, condition, linear)
+        except (ConvergenceError, InputError):  # no answer, or a frequency that no run reaches
+            continue
+        facts = {"n": packing.n, "pressure": pressure, "seconds": time.process_time() - began}
+        yield condition._asdict() | facts | {"error": error, "scatter": scatter}
+
+
+def _oscillation(packing: Packing, wanted: Condition) -> tuple[float, float]:
+    """Relative error of G* without running, and the number of cycles that running took."""
+    law = damping(wanted.alpha)
+    amplitude = wanted.amplitude / relative_amplitude(packing, 1.0)
+    alpha = wanted.alpha or 1.0
+    omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
+    assert np.isclose(relative_drag(law, omega, amplitude), wanted.drag) and law_number(law) == wanted.alpha
+    run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
+    true = complex(run.storage, run.loss)
+    if isinstance(law, ContactDamping):
+        simple = modulus_at_strain(packing, omega, amplitude, law)
+    else:
+        spectrum = complex_modulus(packing, [omega], law)
+        simple = complex(spectrum.storage[0], spectrum.loss[0])
+    return abs(simple - true) / abs(true), run.cycles
+
+
+_FLOW: dict[str, Any] = {"strain": _STRAIN, "background": _BACKGROUND}
+
+
+def _flow(packing: Packing, wanted: Condition, linear: dict[float, float]) -> tuple[float, float]:
+    """Relative error of linear drag at the rate to the power alpha; and of the mean at unit strain."""
+    if wanted.drag not in linear:
+        linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], ContactDamping(), **_FLOW).stress[0])
+    curve = flow_curve(packing, [wanted.drag ** (1.0 / wanted.alpha)], damping(wanted.alpha), **_FLOW)
+    error = 0.0 if wanted.alpha == 1.0 else abs(linear[wanted.drag] / curve.stress[0] - 1.0)
+    return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
+
+
+def _write(path: Path, rows: list[dict[str, Any]]) -> None:
+    programs = ", ".join(f"{name} {version}" for name, version in versions().items())
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    with atomic_file(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write(f"# jamlab chart flow-table; {programs}; see jamlab/benchmarks/flow_errors.py\n")
+        table.to_csv(file, index=False, float_format="%.5g", lineterminator="\n")

@@ -1,0 +1,154 @@
+"""How far simpler models of flow are off, measured: runs beside them, and the error that they promise elsewhere.
+
+`flow_errors.csv` in this package, made by `jamlab chart flow-table`, holds runs of disks at many conditions, each with
+the error of the simpler model. Two numbers carry them over to other packings: amplitude over overlap, which says
+whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import stats
+
+from jamlab.errors import StorageError
+from jamlab.mechanics.stiffness import stress
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+
+Array = NDArray[np.float64]
+
+SIZE = 64  # disks of the packings that make the table
+STOKES = 0.0  # in the place of alpha
+CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
+LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
+_FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
+COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "error", "scatter", "seconds")
+
+
+def relative_amplitude(packing: Packing, amplitude: float) -> float:
+    """Strain over the mean overlap of contacts, pressure over stiffness: at 1 a good part of the contacts changes."""
+    pressure = 0.5 * float(np.trace(stress(packing)))
+    return amplitude * drag_stiffness(packing) / pressure
+
+
+def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
+    """Drag over elastic force of a contact that moves with the affine flow: (tau_1 omega)^alpha amplitude^(alpha - 1).
+
+    While contacts stay, G* depends on frequency and amplitude by it alone.
+    """
+    alpha = damping.alpha if isinstance(damping, ContactDamping) else 1.0
+    return float((damping.tau * omega) ** alpha * amplitude ** (alpha - 1.0))
+
+
+def law_number(damping: Damping) -> float:
+    """Exponent alpha of contact drag, or `STOKES`."""
+    return STOKES if isinstance(damping, StokesDrag) else damping.alpha
+
+
+@cache
+def read_errors(path: Path | None = None) -> pd.DataFrame:
+    """The shipped runs, or those written by `jamlab chart flow-table`.
+
+    Raises:
+        StorageError: it cannot be read, or is no such table.
+    """
+    source = path or resources.files("jamlab.flow").joinpath("flow_errors.csv")
+    try:
+        with source.open("rb") as file:
+            table = pd.read_csv(file, comment="#")
+    except (OSError, ValueError) as error:
+        raise StorageError(f"cannot read {source}: {error}; make it with `jamlab chart flow-table`") from error
+    if tuple(table.columns) != COLUMNS:
+        raise StorageError(f"{source} is no table of errors of flow: make one with `jamlab chart flow-table`")
+    return table
+
+
+def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
+    """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
+
+    Student's prediction interval at each condition of the table, of the logarithm of the errors of G*, and of the
+    errors of a stress, which are mostly noise; scatter is pooled over drag. Interpolated between. Less drag or strain
+    than in the table counts as its least where errors tend to a limit.
+
+    Args:
+        kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
+            the rate to the power alpha.
+        alpha: of contact drag, or `STOKES`.
+        drag: see `relative_drag`; of flow, the rate of linear drag.
+        amplitude: see `relative_amplitude`; 1 of flow.
+        table: see `read_errors`.
+    """
+    stokes = alpha == STOKES
+    axes, upper = _shipped_upper_errors(kind, stokes) if table is None else _upper_errors(kind, stokes, table)
+    alphas, drags, amplitudes = axes
+    x, y = float(np.log(drag)), float(np.log(amplitude))
+    if kind == "flow":
+        alpha = min(alpha, alphas[-1])
+    else:  # linear drag tends to the limit of slow shear, and all drag to that of small strains
+        x = max(x, drags[0]) if alpha in (STOKES, 1.0) else x
+        x, y = min(x, drags[-1]), max(y, amplitudes[0])
+    if any(not axis[0] - 1e-4 <= at <= axis[-1] + 1e-4 for at, axis in ((alpha, alphas), (x, drags), (y, amplitudes))):
+        return float("inf")
+
+    def along(values: Array) -> float:  # over drag; of one amplitude
+        return float(np.interp(x, drags, values))
+
+    found = [np.interp(y, amplitudes, [along(column) for column in each.T]) for each in upper]
+    # as 1 - alpha, errors grow linearly
+    return max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
+
+
+def kept_promises(table: pd.DataFrame | None = None) -> tuple[int, int]:
+    """How many of the checks, on other packings at random conditions, stayed below the error promised; and of how many.
+
+    Conditions for which nothing is promised are left out.
+    """
+    rows = read_errors() if table is None else table
+    checks = rows[rows["part"] == "check"]
+    columns = (checks[name].tolist() for name in ("kind", "alpha", "drag", "amplitude"))
+    cases = zip(*columns, strict=True)
+    promised = np.array([promised_error(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
+    known = np.isfinite(promised)
+    return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
+
+
+def scatter_of_flow(table: pd.DataFrame | None = None) -> float:
+    """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over all runs."""
+    rows = read_errors() if table is None else table
+    return float(rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)]["scatter"].mean())
+
+
+@cache
+def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
+    return _upper_errors(kind, stokes, read_errors())
+
+
+def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:
+    """Axes (alpha, ln drag, ln amplitude) of a table, and on them the logarithm of the error that is promised."""
+    rows = table[(table["part"] == "calibrate") & (table["kind"] == kind) & ((table["alpha"] == STOKES) == stokes)]
+    if kind == "flow":  # linear drag beside itself has no error, not even noise
+        rows = rows[rows["alpha"] < 1.0]
+    names = ["alpha", "drag", "amplitude"]
+    axes = [np.unique(rows[name].to_numpy(dtype=np.float64)) for name in names]
+    shape = [len(axis) for axis in axes]
+    count, mean, spread = np.zeros(shape, dtype=int), np.full(shape, np.inf), np.zeros(shape)
+    for spot in np.ndindex(*shape):
+        condition = [axis[k] for axis, k in zip(axes, spot, strict=True)]
+        errors = np.maximum(rows[(rows[names] == condition).all(axis=1)]["error"].to_numpy(), _FLOOR)
+        errors = np.log(errors) if kind == "oscillation" else errors
+        if len(errors) > 1:
+            count[spot], mean[spot], spread[spot] = len(errors), errors.mean(), errors.var(ddof=1)
+    freedom = (count - 1) * (spread > 0)  # conditions where all errors are at the floor say nothing of scatter
+    total = np.maximum(freedom.sum(axis=1, keepdims=True), 1)
+    width = stats.t.ppf(CONFIDENCE, total) * np.sqrt((freedom * spread).sum(axis=1, keepdims=True) / total)
+    upper = mean + np.where(spread > 0, width * np.sqrt(1 + 1 / np.maximum(count, 1)), 0.0)
+    upper = upper if kind == "oscillation" else np.log(upper)
+    for k in range(upper.shape[2] - 2, -1, -1):  # a frequency that no run reaches: errors grow with amplitude
+        upper[:, :, k] = np.where(np.isfinite(upper[:, :, k]), upper[:, :, k], upper[:, :, k + 1])
+    return [axes[0], np.log(axes[1]), np.log(axes[2])], upper

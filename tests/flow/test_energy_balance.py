@@ -1,0 +1,65 @@
+"""Results say themselves how well energy is balanced, and warn where it is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+
+RUNS = {
+    "shear": lambda p: jamlab.shear(p, 0.1, 0.1, rows=10),
+    "quasi-static": lambda p: jamlab.shear(p, 0, 2e-3, step=1e-3),
+    "oscillate": lambda p: jamlab.oscillate(p, 1.0, 1e-3, cycles=2),
+    "creep": lambda p: jamlab.creep(p, 1e-4, 5.0),
+    "relax-stress": lambda p: jamlab.relax_stress(p, 1e-3, 5.0),
+    "flow-curve": lambda p: jamlab.flow_curve(p, [0.3], strain=1.0, discard=0.2),
+}
+
+
+@pytest.mark.parametrize("kind", RUNS)
+def test_every_result_carries_its_imbalance_and_warns(disks, kind):
+    """The same run with a part of its energy left out is flagged wherever it is shown."""
+    run = RUNS[kind](disks)
+    assert np.max(run.imbalance) < 0.02 and "ENERGY" not in run.verdict
+    assert "energy balance to " in run.describe() and "energy balance to " in repr(run)
+    calm = run.plot()
+    if kind == "flow-curve":
+        off = replace(run, imbalance=run.imbalance + 0.05)
+        where = " at rate 0.3"
+    else:  # energy appears from nowhere
+        scale = max(np.abs(values - values[0]).max() for values in (run.work, run.dissipated))
+        off = replace(run, energy=run.energy + 0.05 * scale * np.linspace(0, 1, len(run.energy)))
+        assert off.imbalance == pytest.approx(0.05, abs=run.imbalance)
+        assert off.energy_gap[-1] == pytest.approx(run.energy_gap[-1] - 0.05 * scale)
+        where = ""
+    assert "ENERGY BALANCE OFF by 5" in off.verdict and f"%{where}, above 2%: " in off.verdict
+    assert ("half the step" if kind == "quasi-static" else "give tolerance = 0.00") in off.verdict
+    assert off.verdict in repr(off)
+    assert _balance(off.plot()) == "energy balance to 5" != _balance(calm)
+
+
+def _balance(axes):
+    """Beginning of what a picture says of energy: on its right, or over its legend."""
+    legend = axes.get_legend().get_title().get_text()
+    return (axes.get_title("right") or legend).removesuffix(": DOUBTFUL").rstrip(" %")[:19]
+
+
+def test_a_picture_of_two_runs_warns_of_the_worse(disks):
+    run = RUNS["shear"](disks)
+    off = replace(run, dissipated=0.5 * run.dissipated)
+    axes = run.plot(off.plot())
+    assert "DOUBTFUL" in axes.get_title("right")
+
+
+@pytest.mark.slow
+def test_fast_droplets_with_contact_drag_are_flagged():
+    """Vertices that slip jump; at a tenth of the rate, or under Stokes drag, energy is balanced."""
+    droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
+    fast, slow, stokes = (
+        jamlab.shear(droplets, rate, 0.4, law, rows=50)
+        for rate, law in ((0.1, None), (0.01, None), (0.1, jamlab.StokesDrag(eta_f=0.0)))
+    )
+    assert fast.imbalance > 0.05 and "ENERGY BALANCE OFF" in repr(fast)
+    assert slow.imbalance < 0.01 and stokes.imbalance < 1e-3 and "ENERGY" not in repr(slow) + repr(stokes)

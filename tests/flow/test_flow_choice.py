@@ -1,0 +1,123 @@
+"""The least model of a flow: what is promised, what is chosen, and whether a run agrees."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import jamlab
+from jamlab.flow.flow_errors import COLUMNS, kept_promises, promised_error, read_errors, relative_amplitude
+from jamlab.rheology.inertia import inertia_error
+from jamlab.rheology.nonlinear_drag import modulus_at_strain
+
+FILM = jamlab.ContactDamping(alpha=0.5)
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=32, pressure=1e-2, seed=1)
+
+
+def test_small_strains_need_the_linear_spectrum_and_a_run_agrees(packing):
+    choice = jamlab.choose_flow(packing, omega=1.0, amplitude=1e-4, tolerance=0.05)
+    assert choice.way == "linear spectrum" and choice.strain == 0 and "contact" not in choice.warning
+    run = jamlab.oscillate(packing, 1.0, 1e-4, cycles=3, tolerance=5e-3)
+    true = complex(run.storage, run.loss)
+    assert abs(choice.modulus - true) <= choice.error * abs(true)
+    assert choice.others["static modulus"] > 0.05 and "Stokes drag instead would change G*" in choice.why
+
+
+def test_infinitely_slow_shear_needs_no_drag_law(packing):
+    choice = jamlab.choose_flow(packing, omega=1e-8)
+    assert choice.way == "static modulus" and "Stokes or contact" in choice.why
+    assert choice.modulus.real == pytest.approx(jamlab.complex_modulus(packing, [1.0]).g0)
+
+
+def test_large_strains_and_slow_films_need_a_run(packing):
+    large = jamlab.choose_flow(packing, omega=1.0, amplitude=0.1)
+    slow = jamlab.choose_flow(packing, FILM, omega=1e-8, amplitude=1e-3)
+    for choice in (large, slow):
+        assert (
+            choice.way == "oscillation" and choice.modulus is None and not np.isfinite(choice.others["linear spectrum"])
+        )
+        assert choice.call.startswith("jamlab.oscillate(p, ") and choice.strain > 0
+
+
+def test_films_that_move_fast_need_equivalent_damping(packing):
+    """Its call gives the modulus that the choice carries."""
+    choice = jamlab.choose_flow(packing, jamlab.ContactDamping(alpha=0.9), omega=3.0, amplitude=1e-4, tolerance=0.2)
+    assert choice.way == "equivalent damping" and choice.others["linear spectrum"] > 0.2
+    found = eval(choice.call, {"jamlab": jamlab, "p": packing})
+    assert complex(found.storage[0], found.loss[0]) == pytest.approx(choice.modulus, rel=2e-3)
+
+
+def test_steady_flow(packing):
+    """Ten times the accuracy takes a hundred times the strain; disks four times as many, a quarter."""
+    fast, slow = (jamlab.choose_flow(packing, rate=1e-2, tolerance=t) for t in (0.2, 0.02))
+    assert fast.way == slow.way == "flow" and slow.call.startswith("jamlab.flow_curve(p, [0.01]")
+    assert slow.strain > 10 * fast.strain
+    wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
+    assert wide.strain - 1 == pytest.approx((slow.strain - 1) / 4)
+    film = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.3)
+    assert film.way == "linear flow" and film.damping == jamlab.ContactDamping()
+    assert "jamlab.flow_curve(p, [0.03162], jamlab.ContactDamping()" in film.call
+
+
+def test_inertia(packing):
+    """LAMMPS' disks of small mass are off by 4 % at mass times frequency 0.1, and by a tenth of that at 0.01."""
+    heavy, light = (inertia_error(packing, jamlab.ContactDamping(), 0.1, mass) for mass in (1.0, 0.1))
+    assert 0.02 < heavy < 0.08 and light == pytest.approx(0.1 * heavy, rel=0.1)
+    assert "irrelevant" in jamlab.choose_flow(packing, omega=0.1, mass=0.1).why
+    assert "gran/hooke" in jamlab.choose_flow(packing, omega=0.1, mass=10.0).warning
+
+
+def test_promises_hold_in_the_checks():
+    """Of other packings at random conditions; 95 % are promised."""
+    kept, of = kept_promises()
+    assert of >= 40 and kept >= 0.9 * of
+
+
+def test_a_promise_is_the_upper_end_of_what_was_measured():
+    """Equal errors promise just these, others more; where nothing was measured, nothing is promised."""
+
+    def promise(*errors, drag=1.0):
+        rows = [("oscillation", "calibrate", k, 64, 1e-2, 1.0, 1.0, 1.0, e, 3, 0.1) for k, e in enumerate(errors)]
+        return promised_error("oscillation", 1.0, drag, 1.0, pd.DataFrame(rows, columns=list(COLUMNS)))
+
+    assert promise(0.1, 0.1, 0.1) == pytest.approx(0.1)
+    assert promise(0.05, 0.1, 0.2) > 0.2 and promise(1e-6, 1e-7) == 0.01
+    assert promise(0.1) == np.inf
+    table = read_errors()
+    assert promised_error("oscillation", 0.3, 1.0, 0.1) == promised_error("oscillation", 0.5, 1e-3, 0.1) == np.inf
+    calm, wild = (promised_error("oscillation", 1.0, 1.0, x) for x in (1e-3, 3.0))
+    assert calm < 0.05 < 0.5 < wild and len(table) > 200
+
+
+def test_a_strain_of_one_overlap(packing):
+    overlap = jamlab.evaluate(packing).pressure / packing.params["k"]
+    assert relative_amplitude(packing, overlap) == pytest.approx(1.0, rel=1e-6)
+
+
+def test_equivalent_damping_at_a_strain(packing):
+    """Its stress is |G*| times the strain; linear drag has no such choice."""
+    found = modulus_at_strain(packing, 0.3, 1e-3, FILM)
+    same = jamlab.nonlinear_modulus(packing, [0.3], 0.5, stress=abs(found) * 1e-3)
+    assert complex(same.storage[0], same.loss[0]) == pytest.approx(found, rel=1e-3)
+    linear = jamlab.complex_modulus(packing, [0.3])
+    plain = modulus_at_strain(packing, 0.3, 1e-3, jamlab.ContactDamping())
+    assert plain == pytest.approx(complex(linear.storage[0], linear.loss[0]))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "omega = None, rate = None: give one of them"),
+        ({"omega": 1.0, "rate": 1.0}, "give one of them"),
+        ({"omega": 1.0, "damping": FILM}, "depend on amplitude however small"),
+        ({"omega": 1.0, "tolerance": 1e-4}, "tolerance = 0.0001: no error below 0.01"),
+        ({"rate": 1.0, "mass": -1.0}, "mass = -1.0"),
+        ({"rate": 0.0}, "rate = 0.0: must be"),
+    ],
+)
+def test_refused(packing, given, message):
+    with pytest.raises(jamlab.InputError, match=message):
+        jamlab.choose_flow(packing, **given)
