@@ -14,11 +14,13 @@ from jamlab.benchmarks.failure_maps.plain_physics import (
     plain_stress,
 )
 from jamlab.benchmarks.failure_maps.verdict import Trial, worst_of
+from jamlab.engine.deck_defaults import defaults
+from jamlab.flow.energy_balance import LIMIT
 from jamlab.flow.flow_run import FlowRun
 from jamlab.flow.oscillate import TOLERANCE as OSCILLATION
 from jamlab.flow.oscillate import oscillate
-from jamlab.flow.overdamped_session import BACKGROUND, LEAST_TOLERANCE
-from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.overdamped_session import LEAST_TOLERANCE
+from jamlab.flow.quasistatic_run import QuasistaticShear
 from jamlab.flow.shear import TOLERANCE, shear
 from jamlab.flow.shear_run import ShearRun
 from jamlab.geometry.contact_network import contacts
@@ -33,7 +35,7 @@ _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05
 _SUMMED = 10.0  # by which the errors of steps may add up, over the tolerance of one
 _PARTED = 1e-6  # of stress or work: beyond, paths differ by more than rounding
 _ENERGY = 1e-8  # of the work: stored energy is a difference of two larger ones
-BALANCED = 0.02  # part of the work that may be neither stored nor lost, before a result is called doubtful
+_BACKGROUND = float(defaults("flow")["background_sp"])
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
 
@@ -55,11 +57,11 @@ def try_shear(
 ) -> Trial:
     """Start-up at a constant rate: energy, elastic stress and, of linear drag on disks, viscous stress at the end."""
     run = _start_up(packing, rate, tolerance, background, alpha)
-    verdict = "converged" if imbalance(run) <= BALANCED else "stalled"
+    verdict = "converged" if run.imbalance <= LIMIT else "stalled"
     checks = [energy_trial(run), elastic_trial(run)]
     if packing.model == "sp" and alpha == 1:
         checks.append(viscous_trial(run))
-    return _as(verdict, worst_of(*checks), f"energy balanced to {imbalance(run):.1g}")
+    return _as(verdict, worst_of(*checks), f"energy balanced to {run.imbalance:.1g}")
 
 
 def try_tolerance(start: tuple[Packing, float], tolerance: float) -> Trial:
@@ -85,13 +87,6 @@ def _as(verdict: str, trial: Trial, note: str) -> Trial:
 def _start_up(packing: Packing, rate: float, tolerance: float, background: float | None, alpha: float) -> ShearRun:
     law = ContactDamping(alpha=alpha)
     return shear(packing, rate, _STRAIN, law, rows=5, tolerance=tolerance, background=background)
-
-
-def imbalance(run: ShearRun) -> float:
-    """What the run itself says of its energy: work that is neither stored nor lost, over the largest of the three."""
-    stored = float(run.energy[-1] - run.energy[0])
-    work, lost = float(run.work[-1]), float(run.dissipated[-1])
-    return abs(work - lost - stored) / max(abs(work), abs(lost), abs(stored))
 
 
 def energy_trial(run: ShearRun) -> Trial:
@@ -202,7 +197,7 @@ MAPS = {
     ),
     "flow-background": Map(
         f"Start-up of disks: background drag against rate, N = {_N}",
-        log_axis("background drag, kτ₁", 1e-10, 10.0, BACKGROUND["sp"]),
+        log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
         _RATES,
         3,
         lambda rate, seed: (packed(seed), rate),
