@@ -195,7 +195,7 @@ MAPS = {
         "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
     ),
     "large-n": Map(
-        "`relax`: force tolerance against N, φ = 0.9",
+        "Minima of disks, large N: force tolerance, φ = 0.9",
         log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
         1,
