@@ -39,15 +39,21 @@ class MeasuredTable:
     Attributes:
         rows: as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with
             what it had to prepare.
-        provenance: `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks.
+        provenance: `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks;
+            `empty`, tasks that gave no row.
     """
 
     rows: pd.DataFrame
     provenance: dict[str, Any]
 
     @property
+    def tasks(self) -> set[str]:
+        """Names of all tasks that were done."""
+        return set(self.rows["task"]) | set(self.provenance["empty"])
+
+    @property
     def seconds(self) -> float:
-        """CPU seconds that the measurement took."""
+        """CPU seconds that the tasks with rows took."""
         return float(self.rows.groupby("task")["took"].first().sum())
 
     @property
@@ -122,7 +128,7 @@ def measure_table(
 
 def done_tasks(path: Path) -> set[str]:
     """Names of the tasks that a file holds; none if there is no file."""
-    return set(read_table(path).rows["task"]) if path.exists() else set()
+    return read_table(path).tasks if path.exists() else set()
 
 
 class _Writer:
@@ -133,22 +139,33 @@ class _Writer:
         self._body = io.StringIO()
         self.tasks: set[str] = set()
         sessions: list[dict[str, Any]] = []
+        empty: list[str] = []
         facts = json.loads(json.dumps(dict(facts)))
         if path.exists():
             before = read_table(path)
             if before.provenance["facts"] != facts or list(before.rows.columns) != self._columns:
                 raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
             self._body.write(path.read_text(encoding="utf-8").split("\n", 2)[2])
-            self.tasks |= set(before.rows["task"])
-            sessions = before.provenance["sessions"]
+            self.tasks |= before.tasks
+            sessions, empty = before.provenance["sessions"], before.provenance["empty"]
         today = datetime.now(UTC).date().isoformat()
         self._session: dict[str, Any] = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
         if sessions and sessions[-1] | {"tasks": 0} == self._session:
             self._session = sessions.pop()
-        self._provenance = {"schema": SCHEMA, "version": 1, "facts": facts, "sessions": [*sessions, self._session]}
+        sessions = [*sessions, self._session]
+        self._provenance: dict[str, Any] = {
+            "schema": SCHEMA,
+            "version": 1,
+            "facts": facts,
+            "sessions": sessions,
+            "empty": empty,
+        }
 
     def add(self, task: str, took: float, rows: Iterable[Row]) -> None:
         lines = csv.writer(self._body, lineterminator="\n")
+        rows = list(rows)
+        if not rows:
+            self._provenance["empty"] += [task]
         for row in rows:
             full = {"task": task, "took": took, **row}
             if unknown := full.keys() - set(self._columns):
@@ -183,7 +200,7 @@ def commit() -> str:
 def _parse(text: str, name: str) -> MeasuredTable:
     first, _, body = text.partition("\n")
     try:
-        provenance = json.loads(first.removeprefix("# "))
+        provenance = {"empty": []} | json.loads(first.removeprefix("# "))
         known = provenance["schema"] == SCHEMA and provenance["version"] == 1
         rows = pd.read_csv(io.StringIO(body), dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
     except (ValueError, KeyError, TypeError) as error:

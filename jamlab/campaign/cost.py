@@ -51,6 +51,9 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
     "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
 }
 _FLOW_TIME = (0.7, 1.1e-3)  # of 256 disks, s per unit of strain: at high rates, and over the rate at low ones
+_MINIMUM_TIME = 0.07  # of 256 disks, s: after a step of quasi-static shear
+_CYCLE_TIME = (0.3, 1.5e-3)  # of 256 disks, s: at high frequencies, and over the frequency at low ones
+_CREEP_TIME = 4e-4  # of 256 disks, s per unit of time
 _FLOW_GROWTH = 1.2  # exponent of n
 _ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
 
@@ -121,16 +124,28 @@ def measuring_seconds(parameters: dict[str, Any], known: Collection[str] = ()) -
     each = spectra * _interpolate(_SPECTRUM_TIME[model], n)
     for name, points in (("states", _MEASURE_TIME), ("voids", _VOIDS_TIME)):
         each += _interpolate(points[model], n) * (name in wanted)
-    if "flow" in wanted:
-        each += _flow_seconds(parameters)
-    return each * state_count(parameters)
+    return each * state_count(parameters) + _flow_seconds(parameters, wanted)
 
 
-def _flow_seconds(parameters: dict[str, Any]) -> float:
+def _flow_seconds(parameters: dict[str, Any], wanted: set[str]) -> float:
+    """Time of all flows: by every damping law, from every state unless the last alone is asked for."""
     fast, slow = _FLOW_TIME
-    flow, laws = parameters["flow"], sum(map(len, parameters["damping"].values()))
-    strain = sum(fast + slow / rate for rate in flow["rates"]) * (flow["strain"] + flow["discard"])
-    return float(laws * strain * (parameters["n"] / 256) ** _FLOW_GROWTH)
+    seconds, states = 0.0, state_count(parameters)
+    if "flow" in wanted:
+        how = parameters["flow"]
+        strain = how["strain"] + how["discard"]
+        each = [fast + slow / rate ** how["alpha"] if rate else _MINIMUM_TIME / how["step"] for rate in how["rates"]]
+        seconds += sum(each) * strain * (1 if how["last"] else states)
+    if "oscillation" in wanted:
+        how = parameters["oscillation"]
+        alpha, fast, slow = how["alpha"], *_CYCLE_TIME
+        drag = [omega**alpha * a ** (alpha - 1) for omega in how["omega"] for a in how["amplitudes"]]  # omega tau_alpha
+        seconds += sum(fast + slow / d for d in drag) * how["cycles"] * states
+    if "creep" in wanted:
+        how = parameters["creep"]
+        seconds += _CREEP_TIME * how["duration"] * len(how["stresses"]) * states
+    laws = sum(map(len, parameters["damping"].values())) if seconds else 0
+    return float(laws * seconds * (parameters["n"] / 256) ** _FLOW_GROWTH)
 
 
 @cache

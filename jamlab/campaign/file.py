@@ -36,14 +36,23 @@ from jamlab.campaign.file_problems import explain
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.flow.creep import LONGEST
+from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE as LARGEST_TOLERANCE_OF_FLOW
 from jamlab.flow.overdamped_session import LEAST_TOLERANCE as LEAST_TOLERANCE_OF_FLOW
+from jamlab.flow.quasistatic_shear import LARGEST_STEP
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
 from jamlab.rheology.damping import LEAST_ALPHA
 
-OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow")
+OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation", "creep")
+
+FLOWS = {  # observables of flow in time, each with a table of that name, and what to give in it
+    "flow": "a table with rates",
+    "oscillation": "a table with omega and amplitudes",
+    "creep": "a table with stresses and duration",
+}
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
@@ -85,8 +94,12 @@ def _check_observable(value: str) -> str:
 
 Observable = Annotated[str, AfterValidator(_check_observable)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST_NUMBER)]
-Drag = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST_NUMBER)]
 Frequencies = Annotated[list[Positive], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
+Rates = Annotated[list[NotNegative], BeforeValidator(_space_evenly_in_log), Field(min_length=1)]
+Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
+Background = Annotated[float, Field(ge=0, le=1e3)]
+FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)]
 
 
 class _OmegaGrid(_Table):
@@ -102,23 +115,27 @@ class _OmegaGrid(_Table):
 
 
 class Flow(_Table):
-    """Arguments of `jamlab.flow_curve`, for every state and damping law.
+    """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`.
 
     Attributes:
-        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate.
+        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
         strain: of the average.
         discard: strain of start-up before.
+        step: of strain, at rate 0.
         alpha: power of the velocity in contact damping, 1 is linear.
         background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
         tolerance: relative error of velocities in a step.
+        last: true: only of the last state of each packing.
     """
 
-    rates: Frequencies
+    rates: Rates
     strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
     discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
-    alpha: Annotated[float, Field(ge=LEAST_ALPHA, le=1)] = 1.0
-    background: Annotated[float, Field(ge=0, le=1e3)] | None = None
-    tolerance: Annotated[float, Field(ge=LEAST_TOLERANCE_OF_FLOW, le=LARGEST_TOLERANCE_OF_FLOW)] = 1e-2
+    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3
+    alpha: Alpha = 1.0
+    background: Background | None = None
+    tolerance: FlowTolerance = 1e-2
+    last: bool = False
 
     @field_validator("rates")
     @classmethod
@@ -126,6 +143,49 @@ class Flow(_Table):
         if max(value) > LARGEST_RATE:
             raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
         return value
+
+
+class Oscillating(_Table):
+    """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude.
+
+    Attributes:
+        omega: frequencies, 1/tau_1.
+        amplitudes: of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm.
+        alpha, background, tolerance: see `Flow`.
+        cycles: at most.
+    """
+
+    omega: Frequencies
+    amplitudes: Frequencies
+    alpha: Alpha = 1.0
+    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20
+    background: Background = 0.0
+    tolerance: FlowTolerance = 1e-3
+
+    @field_validator("amplitudes")
+    @classmethod
+    def _check_amplitudes(cls, value: list[float]) -> list[float]:
+        if max(value) > LARGEST_AMPLITUDE:
+            raise ValueError(f"{max(value):g} is above {LARGEST_AMPLITUDE:g}, the largest strain there is: lower it")
+        return value
+
+
+class Creeping(_Table):
+    """Arguments of `jamlab.creep`, for every state, damping law and stress.
+
+    Attributes:
+        stresses: beside the residual one, in the packing's unit.
+        duration: time, tau_1.
+        largest_strain: at which a run ends early.
+        alpha, background, tolerance: see `Flow`.
+    """
+
+    stresses: Frequencies
+    duration: Annotated[float, Field(gt=0, le=LONGEST)]
+    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    alpha: Alpha = 1.0
+    background: Background = 0.0
+    tolerance: FlowTolerance = 1e-3
 
 
 class Compression(_Table):
@@ -153,8 +213,8 @@ class Compression(_Table):
 class DampingLaws(_Table):
     """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
-    contact: list[Drag] = []
-    stokes: list[Drag] = []
+    contact: list[NotNegative] = []
+    stokes: list[NotNegative] = []
 
 
 class Tolerances(_Table):
@@ -189,8 +249,9 @@ class SweepTable(_Table):
         prestress: true, false or both.
         omega: frequencies of the spectra: a list, or { lowest, highest, points } for even spacing in log omega.
         correlation_omega: frequencies of the displacement correlation.
-        flow: { rates = [...], strain, discard, alpha, background, tolerance }: steady flow by each damping
-            law, see `Flow`; table "flow".
+        flow: { rates = [...], ... }: start-up and steady flow by each damping law, see `Flow`; table "flow".
+        oscillation: { omega = [...], amplitudes = [...], ... }, see `Oscillating`; table "oscillation".
+        creep: { stresses = [...], duration, ... }, see `Creeping`; table "creep".
         force_law: parameters of droplets that replace the defaults.
         tolerances: see `Tolerances`.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
@@ -217,6 +278,8 @@ class SweepTable(_Table):
     omega: Frequencies | None = None
     correlation_omega: Frequencies | None = None
     flow: Flow | None = None
+    oscillation: Oscillating | None = None
+    creep: Creeping | None = None
     force_law: dict[str, Any] = {}
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
@@ -280,11 +343,10 @@ class SweepTable(_Table):
         if self.force_law and "sp" in self.model:
             raise ValueError("force_law is for model dp: give droplets a separate sweep")
         laws = len(self.damping.contact) + len(self.damping.stokes)
-        needs = {"spectra": "omega", "correlation": "correlation_omega", "flow": "flow"}
+        needs = {"spectra": "omega", "correlation": "correlation_omega"} | {name: name for name in FLOWS}
         for observable, key in needs.items():
             if observable in self.observables and getattr(self, key) is None:
-                what = "a table with rates" if observable == "flow" else "frequencies"
-                raise ValueError(f"observable {observable!r} needs {key}: give {what} in 1/tau_1")
+                raise ValueError(f"observable {observable!r} needs {key}: give {FLOWS.get(observable, 'frequencies')}")
             if observable in self.observables and not laws:
                 raise ValueError(f"observable {observable!r} needs a damping law: add contact or stokes to damping")
             if getattr(self, key) is not None and observable not in self.observables:
@@ -372,6 +434,10 @@ def _known_keys(place: list[Any]) -> list[str]:
         "omega": _OmegaGrid,
         "correlation_omega": _OmegaGrid,
         "flow": Flow,
+        "oscillation": Oscillating,
+        "creep": Creeping,
+        "amplitudes": _OmegaGrid,
+        "stresses": _OmegaGrid,
         "rates": _OmegaGrid,
         "tolerances": Tolerances,
     }

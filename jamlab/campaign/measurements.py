@@ -1,34 +1,39 @@
 """Measure the states of one task: one table of columns for each observable."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from jamlab.campaign.flow_rows import (
+    CREEP,
+    EQUIVALENT,
+    OSCILLATION,
+    PEAK,
+    STEADY,
+    creep_rows,
+    flow_rows,
+    oscillation_rows,
+)
 from jamlab.campaign.states import TaskStates
+from jamlab.campaign.table_rows import Row, damping_laws, law_columns, state_columns
 from jamlab.errors import BoundaryError, ConvergenceError
-from jamlab.flow.flow_curve import flow_curve
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.slow_shear import slow_shear
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import Damping
 from jamlab.rheology.displacement_correlation import displacement_correlation
 
 Columns = dict[str, NDArray[Any]]
-Row = dict[str, ArrayLike]  # column -> a number, or an array: as many rows as it is long
 
 # columns of each table in a task file; `state` is the frame to which a row belongs
 FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_)
 _STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}
 _LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "prestress": FLAG}
-_FLOW = (  # attributes of `FlowCurve`; its pressure stands apart from that of the state
-    *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
-    *("normal_stress_difference_error", "dissipation", "plastic_events"),
-)
+_FLOW_LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "alpha": FLOAT}
 _SPECTRUM = ("storage", "loss", "g0", "eta0", "eta_inf", "error")  # attributes of `ComplexModulus`
 SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     "onset": {"rho_J": FLOAT, "phi_J": FLOAT, "z_J": FLOAT, "n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
@@ -37,9 +42,21 @@ SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     "correlation": {**_STATE, **_LAW, **dict.fromkeys(("omega", "delta", "c", "box"), FLOAT)},
     "flow": {
         **_STATE,
-        **{name: kind for name, kind in _LAW.items() if name != "prestress"},
-        **dict.fromkeys(("alpha", "rate", *_FLOW, "flow_pressure", "flow_pressure_error"), FLOAT),
+        **_FLOW_LAW,
+        **dict.fromkeys(("rate", *STEADY, "flow_pressure", "flow_pressure_error", *PEAK), FLOAT),
         "converged": FLAG,
+    },
+    "oscillation": {
+        **_STATE,
+        **_FLOW_LAW,
+        **dict.fromkeys(("omega", "amplitude", *OSCILLATION, *EQUIVALENT), FLOAT),
+        "converged": FLAG,
+    },
+    "creep": {
+        **_STATE,
+        **_FLOW_LAW,
+        **dict.fromkeys(("stress", *CREEP), FLOAT),
+        **dict.fromkeys(("flows", "rests", "converged"), FLAG),
     },
     "voids": {"state": WHOLE, "sides": WHOLE} | dict.fromkeys(("area", "perimeter", "shape", "particle_area"), FLOAT),
 }
@@ -74,8 +91,9 @@ def measure_tables(
         tables["quasistatic"] = _quasistatic_rows(parameters, states, pressure)
     if "correlation" in observables:
         tables["correlation"] = _correlation_rows(parameters, states, pressure)
-    if "flow" in observables:
-        tables["flow"] = _flow_rows(parameters, states, pressure)
+    for name, rows in {"flow": flow_rows, "oscillation": oscillation_rows, "creep": creep_rows}.items():
+        if name in observables:
+            tables[name] = rows(parameters, states, pressure)
     if "voids" in observables:
         tables["voids"] = _void_rows(states)
     return {**known, **{name: _stack(name, rows) for name, rows in tables.items()}}
@@ -110,7 +128,7 @@ def _spectrum_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDA
     rows = []
     for k, packing in enumerate(states.packings):
         for law, prestress in _laws(parameters):
-            row = _state_columns(states, pressure, k) | _law_columns(law, prestress) | {"omega": omega}
+            row = state_columns(states, pressure, k) | law_columns(law) | {"prestress": prestress} | {"omega": omega}
             try:
                 spectrum = complex_modulus(packing, omega, law, prestress)
             except ConvergenceError:  # not jammed, or unstable in a fixed box
@@ -126,7 +144,7 @@ def _quasistatic_rows(parameters: dict[str, Any], states: TaskStates, pressure: 
     rows = []
     for k, packing in enumerate(states.packings):
         for prestress in parameters["prestress"]:
-            row = _state_columns(states, pressure, k) | {"prestress": prestress}
+            row = state_columns(states, pressure, k) | {"prestress": prestress}
             try:
                 motion = slow_shear(packing, prestress=prestress)
             except ConvergenceError:  # not jammed, or unstable in a fixed box
@@ -147,31 +165,9 @@ def _correlation_rows(parameters: dict[str, Any], states: TaskStates, pressure: 
                     found = displacement_correlation(packing, omega, law, prestress)
                 except ConvergenceError:  # not jammed, or unstable in a fixed box
                     continue
-                row = _state_columns(states, pressure, k) | _law_columns(law, prestress)
+                row = state_columns(states, pressure, k) | law_columns(law) | {"prestress": prestress}
                 row |= {"omega": omega, "delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
                 rows.append(row)
-    return rows
-
-
-def _flow_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
-    how = dict(parameters["flow"])
-    rates, alpha = how.pop("rates"), how.pop("alpha")
-    rows = []
-    for k, packing in enumerate(states.packings):
-        for linear in dict.fromkeys(law for law, _ in _laws(parameters | {"prestress": [True]})):
-            law = replace(linear, alpha=alpha) if isinstance(linear, ContactDamping) else linear
-            row = _state_columns(states, pressure, k) | _law_columns(law, True) | {"rate": np.array(rates)}
-            row["alpha"] = alpha if isinstance(law, ContactDamping) else np.nan
-            given = how if isinstance(law, ContactDamping) else how | {"background": None}
-            try:
-                curve = flow_curve(packing, rates, law, **given)
-            except ConvergenceError:  # drag too weak to be resolved
-                row |= dict.fromkeys((*_FLOW, "flow_pressure", "flow_pressure_error"), np.nan) | {"converged": False}
-            else:
-                row |= {name: getattr(curve, name) for name in _FLOW}
-                row |= {"flow_pressure": curve.pressure, "flow_pressure_error": curve.pressure_error}
-                row["converged"] = states.converged[k] & curve.steady
-            rows.append(row)
     return rows
 
 
@@ -191,18 +187,6 @@ def _void_rows(states: TaskStates) -> list[Row]:
     return rows
 
 
-def _state_columns(states: TaskStates, pressure: NDArray[np.float64], k: int) -> Row:
-    return {"state": k, "pressure": pressure[k], "target_pressure": states.target_pressures[k]}
-
-
 def _laws(parameters: dict[str, Any]) -> list[tuple[Damping, bool]]:
     """List every damping law with and without prestress, as the task asks."""
-    laws: list[Damping] = [ContactDamping(beta=beta) for beta in parameters["damping"]["contact"]]
-    laws += [StokesDrag(eta_f=eta_f) for eta_f in parameters["damping"]["stokes"]]
-    return [(law, prestress) for law in laws for prestress in parameters["prestress"]]
-
-
-def _law_columns(law: Damping, prestress: bool) -> Row:
-    if isinstance(law, StokesDrag):
-        return {"stokes": True, "beta": np.nan, "eta_f": law.eta_f, "prestress": prestress}
-    return {"stokes": False, "beta": law.beta, "eta_f": np.nan, "prestress": prestress}
+    return [(law, prestress) for law in damping_laws(parameters) for prestress in parameters["prestress"]]

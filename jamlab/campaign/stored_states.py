@@ -8,6 +8,7 @@ the tables do not depend on the order in which observables were asked for.
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from jamlab.campaign.file import FLOWS
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import TaskFile, damage, read_gaps, read_task_file
 from jamlab.campaign.tasks import Batch, Task, state_key
@@ -21,7 +22,7 @@ _DEPENDS_ON = {  # table -> the parameters of measuring on which its content dep
     "spectra": ("damping", "prestress", "omega"),
     "quasistatic": ("prestress",),
     "correlation": ("damping", "prestress", "correlation_omega"),
-    "flow": ("damping", "flow"),
+    **{name: ("damping", name) for name in FLOWS},
 }
 
 

@@ -1,10 +1,12 @@
 """Collect task files into tidy tables."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jamlab.campaign.file import FLOWS
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.measurements import SCHEMA
 from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
@@ -15,11 +17,12 @@ from jamlab.measure import COLUMNS
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids", "flow")
+TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids", *FLOWS)
 
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 
 _WHO = ("task", "model", "n", "seed")
+_FLOW_STATE = ("phi", "rho", "background", "tolerance")  # of a flow: where it starts, and how it was run
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
@@ -30,7 +33,11 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "voids": (*_WHO, "state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area"),
     **{
         name: (*_WHO, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
-        for name in ("spectra", "quasistatic", "correlation", "flow")
+        for name in ("spectra", "quasistatic", "correlation")
+    },
+    **{
+        name: (*_WHO, *_FLOW_STATE, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
+        for name in FLOWS
     },
 }
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
@@ -59,9 +66,9 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
     own: dict[str, str] = {}
     for task in names:
         path = folder.task_file(task)
-        if name in ("states", "onset", "voids"):
+        if name in _OF_FILES:
             file = read_task_file(path)
-            columns = {"states": _states, "onset": _onset, "voids": _voids}[name](file)
+            columns = _OF_FILES[name](file)
             parameters = file.parameters
             if name == "states":
                 columns |= _own(file, own)
@@ -129,6 +136,14 @@ def _voids(file: TaskFile) -> dict[str, Any]:
     return {**columns, "rho": file.observables["rho"][columns["state"]], "onset": _at_onset(file)[0]}
 
 
+def _flow(name: str, file: TaskFile) -> dict[str, Any]:
+    if name not in file.tables:
+        return {}
+    columns, how = _name_laws(file.tables[name]), file.parameters[name]
+    given = {key: np.nan if how[key] is None else how[key] for key in ("background", "tolerance")}
+    return {**columns, **given, **{key: file.observables[key][columns["state"]] for key in ("phi", "rho")}}
+
+
 def _at_onset(file: TaskFile) -> tuple[float, float]:
     """Return rho_J and phi_J; nan for packings at a pressure."""
     if "onset" not in file.tables:
@@ -140,3 +155,9 @@ def _name_laws(columns: dict[str, Any]) -> dict[str, Any]:
     if "stokes" not in columns:
         return columns
     return {**columns, "law": np.where(columns["stokes"], "stokes", "contact")}
+
+
+_OF_FILES: dict[str, Callable[[TaskFile], dict[str, Any]]] = {  # tables that take more than one table of a file
+    **{"states": _states, "onset": _onset, "voids": _voids},
+    **{name: partial(_flow, name) for name in FLOWS},
+}

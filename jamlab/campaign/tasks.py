@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from jamlab.campaign.file import CampaignTable, SweepTable
+from jamlab.campaign.file import FLOWS, CampaignTable, SweepTable
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.verified_file import SCHEMA_VERSION
@@ -29,7 +29,7 @@ _MEASURING = (
     "prestress",
     "omega",
     "correlation_omega",
-    "flow",
+    *FLOWS,
 )  # parameters without effect on states
 
 
@@ -159,12 +159,14 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
         parameters["phi"] = sorted(map(float, sweep.phi))
     else:
         parameters["onset"] = True
-    if {"spectra", "correlation", "flow"} & set(sweep.observables):
+    if {"spectra", "correlation", *FLOWS} & set(sweep.observables):
         parameters["damping"] = {law: sorted(map(float, values)) for law, values in sweep.damping.model_dump().items()}
     if {"spectra", "correlation", "quasistatic"} & set(sweep.observables):
         parameters["prestress"] = sorted(sweep.prestress)
-    if sweep.flow is not None:
-        parameters["flow"] = sweep.flow.model_dump() | {"rates": sorted(map(float, sweep.flow.rates))}
+    for key in FLOWS:
+        if (flow := getattr(sweep, key)) is not None:
+            given = flow.model_dump()
+            parameters[key] = {k: sorted(map(float, v)) if isinstance(v, list) else v for k, v in given.items()}
     for key in ("omega", "correlation_omega"):
         if getattr(sweep, key) is not None:
             parameters[key] = sorted(map(float, getattr(sweep, key)))

@@ -29,6 +29,9 @@ def figure(
     add: Annotated[
         bool, typer.Option("--add", help="With the name reference: keep packings that the folder has already.")
     ] = False,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="With the name reference: a table to write; default: all.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
@@ -36,7 +39,7 @@ def figure(
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:
-        _write_reference(source, out, commit, add, as_json)
+        _write_reference(source, out, commit, add, only or [], as_json)
     else:
         _draw_figures(names, source, out, as_json)
 
@@ -51,12 +54,12 @@ def _list_figures(as_json: bool) -> None:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
 
 
-def _write_reference(source: Path | None, out: Path, commit: str, add: bool, as_json: bool) -> None:
+def _write_reference(source: Path | None, out: Path, commit: str, add: bool, only: list[str], as_json: bool) -> None:
     from jamlab.cli.figure_tables import save_reference
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
-    written = save_reference(source, out, commit, add)
+    written = save_reference(source, out, commit, add, only)
     if as_json:
         print_json({"out": str(out), "bytes": written})
     else:

@@ -1,10 +1,12 @@
 """Open the tables behind the figures: those of a campaign, or the reference data installed with jamlab."""
 
 import json
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from jamlab.campaign.campaign import open_campaign
+from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.tables import NAMES, RECORD, EnsembleTables, combine, read_folder, reference_tables, save
 from jamlab.packing.versions import versions
@@ -27,7 +29,9 @@ def open_tables(source: Path | None) -> EnsembleTables:
     return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})
 
 
-def save_reference(source: Path, folder: Path, commit: str, add: bool = False) -> dict[str, int]:
+def save_reference(
+    source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()
+) -> dict[str, int]:
     """Reduce the tables of a campaign to reference data, and record their origin.
 
     Args:
@@ -35,6 +39,7 @@ def save_reference(source: Path, folder: Path, commit: str, add: bool = False) -
         folder: to write to.
         commit: of the code that ran the campaign.
         add: keep the packings that the folder has and the campaign lacks, and their origin.
+        only: tables to write; by default all.
 
     Returns:
         Table -> size in bytes.
@@ -43,14 +48,26 @@ def save_reference(source: Path, folder: Path, commit: str, add: bool = False) -
         InputError: there is no campaign, or none of its tasks is finished.
         StorageError: the folder cannot be written.
     """
+    names = _check_tables(only)
     campaign = open_campaign(source)
     facts = {"campaign": campaign.name, "commit": commit, **versions()}
     tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
     if not add:
-        return save(tables, folder, facts, text)
+        return save(tables, folder, facts, text, names=names)
     old = read_folder(folder)
     before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    for name in NAMES:  # all are read before any is replaced
+    for name in names:  # all are read before any is replaced
         with suppress(InputError, StorageError):
             getattr(old, name)
-    return save(combine(tables, old), folder, facts, text, before)
+    return save(combine(tables, old), folder, facts, text, before, names)
+
+
+def _check_tables(only: Sequence[str]) -> Sequence[str]:
+    """Names of the tables asked for, all if none is.
+
+    Raises:
+        InputError: an unknown name.
+    """
+    for name in only:
+        check_choice("only", name, NAMES)
+    return only or NAMES

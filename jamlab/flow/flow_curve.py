@@ -127,17 +127,18 @@ def _measure(item: _Item, report: Callable[..., None]) -> None:
         background=background,
         progress=lambda _, share: report(share),
     )
-    report(_steady_point(run, discard), run.packing)
+    report(steady_point(run, discard), run.packing)
 
 
-def _steady_point(run: ShearRun, discard: float) -> dict[str, float]:
+def steady_point(run: ShearRun, discard: float) -> dict[str, float]:
+    """Means of a start-up beyond some strain, with their errors, by the names of `FlowCurve`."""
     means = {name: run.steady(name, discard=discard) for name in _AVERAGED}
     kept = run.strain >= discard * (1 - 1e-9)
     time, lost, strain = run.time[kept], run.dissipated[kept], run.strain[kept]
     return {
         **{name: mean.value for name, mean in means.items()},
         **{f"{name}_error": mean.error for name, mean in means.items()},
-        "dissipation": float((lost[-1] - lost[0]) / (time[-1] - time[0])),
+        "dissipation": float((lost[-1] - lost[0]) / (time[-1] - time[0])) if run.shear_rate else 0.0,
         "drift": means["stress"].drift,
         "plastic_events": float(np.sum(run.drops.strain >= discard) / (strain[-1] - strain[0])),
         "imbalance": energy_imbalance(energy_gap(run.work[kept], lost, run.energy[kept]), run.work[kept], lost),

@@ -40,6 +40,17 @@ TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
 # Phys. Rev. Lett. 105, 088303 (2010)
 FLOW_AT_ONSET = Published(0.5)
 
+# critical point, exponent of stress over rate there, of the yield stress and of the viscosity, with drag against the
+# mean flow and corrections to scaling: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
+JAMMING_IN_SHEAR = Published(0.84347, 0.0002, scale=NEAR_ONSET)
+STRESS_AT_ONSET = Published(0.28, 0.02)
+YIELD_EXPONENT = Published(1.08, 0.03)
+VISCOSITY_EXPONENT = Published(2.77, 0.2)
+
+# strain at which the answer of soft disks to shear stops being linear goes as this power of the pressure: Boschan et
+# al., Soft Matter 12, 5450 (2016)
+SOFTENING_EXPONENT = Published(1.0, 0.1)
+
 
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
     """c_0 d^0.5 + c_1 d at a distance d from onset, [B] eqs 13 and 14."""

@@ -16,6 +16,8 @@ def tasks(*seeds, done=None):
         def run():
             if done is not None:
                 done.append(seed)
+            if seed == 7:
+                return []
             if seed == 13:
                 raise jamlab.InputError("thirteen")
             return [{"seed": seed, "error": 1.23456789e-9 * seed, "note": 'a, "b"'}, {"seed": seed, "error": np.nan}]
@@ -28,18 +30,18 @@ def tasks(*seeds, done=None):
 def test_a_run_that_breaks_off_goes_on_where_it_stopped(tmp_path):
     path, done = tmp_path / "t.csv", []
     with pytest.raises(jamlab.InputError, match="thirteen"):
-        measure_table(path, COLUMNS, tasks(1, 2, 13, 3, done=done), {"n": (8, 16)})
-    assert done_tasks(path) == {"seed 1", "seed 2"}
-    found = measure_table(path, COLUMNS, tasks(1, 2, 3, done=done), {"n": (8, 16)})
-    assert done == [1, 2, 13, 3]
+        measure_table(path, COLUMNS, tasks(1, 2, 7, 13, 3, done=done), {"n": (8, 16)})
+    assert done_tasks(path) == {"seed 1", "seed 2", "seed 7"}
+    found = measure_table(path, COLUMNS, tasks(1, 2, 7, 3, done=done), {"n": (8, 16)})
+    assert done == [1, 2, 7, 13, 3]
     assert found.rows["seed"].tolist() == [1, 1, 2, 2, 3, 3]
     assert found.rows["error"].isna().tolist() == [False, True] * 3
     assert found.rows["error"][0] == 1.23457e-9 and found.rows["note"][0] == 'a, "b"'
     assert found.provenance["facts"] == {"n": [8, 16]} and "numpy" in found.made
-    assert sum(session["tasks"] for session in found.provenance["sessions"]) == 3
+    assert sum(session["tasks"] for session in found.provenance["sessions"]) == 4
     assert found.seconds == pytest.approx(found.rows["took"][::2].sum())
     before = path.read_bytes()
-    measure_table(path, COLUMNS, tasks(1, 2, 3), {"n": (8, 16)})
+    measure_table(path, COLUMNS, tasks(1, 2, 7, 3), {"n": (8, 16)})
     assert path.read_bytes() == before
 
 

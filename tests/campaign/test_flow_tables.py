@@ -5,6 +5,7 @@ import pytest
 from campaigns import run_here, written
 
 import jamlab
+from jamlab.campaign.cost import measuring_seconds
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.tasks import batches, state_key
 
@@ -55,6 +56,53 @@ def test_flow_from_quenches_below_and_above_onset(tmp_path):
     assert campaign.table("onset").empty
 
 
+def test_oscillation_and_creep(tmp_path):
+    """Each row is what the function gives, beside the linear answer; the stored packings serve both campaigns."""
+    oscillation = {"omega": [1.0], "amplitudes": [1e-6, 0.1], "cycles": 3}
+    creep = {"stresses": [1e-7], "duration": 10.0, "background": 0.0}
+    changes = {"flow": None, "observables": ["oscillation", "creep"], "oscillation": oscillation, "creep": creep}
+    changes |= {"seeds": 1, "damping": {"contact": [1.0]}}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
+    assert [outcome[0] for outcome in run_here(campaign)] == ["finished"]
+    packing = jamlab.pack(n=16, pressure=2e-2, seed=1)
+    small, large = campaign.table("oscillation").to_dict("records")
+    assert small["storage"] == pytest.approx(jamlab.oscillate(packing, 1.0, 1e-6, cycles=3).storage, rel=1e-9)
+    assert small["equivalent_loss"] == pytest.approx(jamlab.complex_modulus(packing, [1.0]).loss[0], rel=1e-9)
+    assert small["loss"] == pytest.approx(small["equivalent_loss"], rel=5e-3)
+    assert small["equivalent_time"] == pytest.approx(1.0)
+    assert large["storage"] < 0.9 * small["storage"] and small["phi"] == pytest.approx(packing.phi)
+    (row,) = campaign.table("creep").to_dict("records")
+    found = jamlab.creep(packing, 1e-7, 10.0)
+    assert row["final_strain"] == pytest.approx(found.strain[-1], rel=1e-9) and not row["flows"]
+    assert row["residual"] == pytest.approx(found.residual) and row["tolerance"] == 1e-3
+
+
+@pytest.mark.slow
+def test_rate_0_is_quasistatic_shear_and_last_takes_one_state(tmp_path):
+    flow = {"rates": [0.0, 1.0], "strain": 1.0, "discard": 0.1, "step": 0.05, "background": 1e-2, "last": True}
+    changes = {"pressures": [2e-2, 1e-2], "seeds": 1, "damping": {"contact": [1.0]}, "flow": flow}
+    campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **SWEEP | changes))
+    run_here(campaign)
+    table = campaign.table("flow")
+    assert table["state"].tolist() == [1, 1] and table["target_pressure"].tolist() == [1e-2, 1e-2]
+    still, fast = table.to_dict("records")
+    found = jamlab.shear(jamlab.pack(n=16, pressure=1e-2, seed=1), 0, 1.1, step=0.05)
+    assert still["stress"] == pytest.approx(found.steady(discard=0.1).value, rel=1e-9) and still["dissipation"] == 0
+    assert still["peak_stress"] == pytest.approx(found.peak.stress, rel=1e-9)
+    assert fast["stress"] > 3 * still["stress"]
+
+
+def test_cost_of_flows_grows_with_what_is_asked(tmp_path):
+    def seconds(**flow):
+        path = written(tmp_path / "c.toml", **SWEEP | {"flow": FLOW | flow, "pressures": [2e-2, 1e-2]})
+        (batch,) = batches(read_campaign_file(path))
+        return measuring_seconds(batch.parameters)
+
+    assert seconds(rates=[1e-4]) > 3 * seconds() and seconds(rates=[0.0]) > seconds()
+    assert seconds(last=True) < 0.6 * seconds()
+    assert seconds(rates=[1e-4], alpha=0.5) < seconds(rates=[1e-4])  # as that of linear drag at a rate of 1e-2
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -62,6 +110,11 @@ def test_flow_from_quenches_below_and_above_onset(tmp_path):
         ({"flow": {"rates": [1e4]}}, r"flow.rates.*10000 is above 1000"),
         ({"flow": {"rates": [1.0], "alpha": 0.1}}, r"flow.alpha"),
         ({"flow": {"rates": [1.0], "speed": 1}}, r"flow.speed"),
+        ({"flow": {"rates": [-1.0]}}, r"flow.rates"),
+        ({"oscillation": {"omega": [1.0], "amplitudes": [0.1]}}, r"observable 'oscillation' is not: add it"),
+        ({"observables": ["creep"], "flow": None}, r"observable 'creep' needs creep: give a table with stresses"),
+        ({"oscillation": {"omega": [1.0], "amplitudes": [9.0]}}, r"oscillation.amplitudes.*9 is above 2"),
+        ({"creep": {"stresses": [1e-3]}}, r"creep.duration"),
         ({"observables": ["states"]}, r"flow is given, but observable 'flow' is not"),
     ],
 )

@@ -11,6 +11,7 @@ import jamlab
 from jamlab.campaign import measurements
 from jamlab.campaign import states as making
 from jamlab.campaign.exchange import export, merge
+from jamlab.campaign.file import FLOWS
 from jamlab.campaign.tables import TABLES
 from jamlab.campaign.tasks import batches, state_key
 from jamlab.engine.session import Session
@@ -70,16 +71,13 @@ def run(path):
     return campaign
 
 
+SELDOM = ("onset", "spectra", "quasistatic", "correlation", *FLOWS)  # tables that not every campaign has
+
+
 def assert_same_tables(one, other):
     for name in TABLES:
         first, second = (c.table(name).drop(columns=["wall_time", "seconds"], errors="ignore") for c in (one, other))
-        assert len(first) or name in (
-            "onset",
-            "spectra",
-            "quasistatic",
-            "correlation",
-            "flow",
-        )  # not every campaign has these
+        assert len(first) or name in SELDOM
         pd.testing.assert_frame_equal(first, second, check_exact=True)
 
 

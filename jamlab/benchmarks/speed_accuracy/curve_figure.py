@@ -24,8 +24,8 @@ _RIGHT = 0.75  # part of the axes beyond which a label stands left of its mark
 _EXACT = 1.3  # decades between the break and the line of what is exact
 
 
-def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequence[str] = ()) -> Figure:
-    """Draw one panel for each `Point.panel`, or for those given.
+def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
+    """Draw one panel for each `Point.panel`.
 
     Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
     stands on a line of its own below a break of the axis. Open marks: some packings gave no number.
@@ -34,10 +34,9 @@ def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequen
         title: above all panels.
         error: label of the vertical axes.
         points: of all panels.
-        panels: which to draw, all by default.
     """
-    names = list(panels) or list(dict.fromkeys(point.panel for point in points))
-    methods = list(dict.fromkeys(point.method for point in points if point.panel in names and point.drawn))
+    names = list(dict.fromkeys(point.panel for point in points))
+    methods = list(dict.fromkeys(point.method for point in points if point.drawn))
     columns = 2 if len(names) == 4 else min(_COLUMNS, len(names))
     rows = -(-len(names) // columns)
     figure = Figure(figsize=(max(5.0 * columns, 6.4), 4.1 * rows + 1.0), layout="constrained")
@@ -45,15 +44,18 @@ def curve_figure(title: str, error: str, points: Sequence[Point], panels: Sequen
     style = {m: (_COLOURS[k % 8], _MARKERS[k % 8]) for k, m in enumerate(methods)}
     for axes, name in zip(grid, names, strict=False):
         here = [point for point in points if point.panel == name]
-        _draw_panel(axes, [point for point in here if point.drawn], style)
+        if any(point.drawn for point in here):
+            _draw_panel(axes, [point for point in here if point.drawn], style)
         missing = sum(not point.drawn for point in here)
-        axes.set_title(name + (f"   ({missing} settings gave no number)" if missing else ""), fontsize=TICK)
+        axes.set_title(name + (f"   (without a number: {missing} settings)" if missing else ""), fontsize=TICK)
         axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
         axes.set_ylabel(error, fontsize=LABEL)
     for axes in grid[len(names) :]:
         axes.set_axis_off()
     figure.suptitle(title, fontsize=14)
-    figure.legend(handles=_handles(style), loc="outside lower center", ncols=min(5, len(methods) + 3), fontsize=LEGEND)
+    figure.legend(
+        handles=_handles(style, points), loc="outside lower center", ncols=min(5, len(methods) + 3), fontsize=LEGEND
+    )
     return figure
 
 
@@ -61,7 +63,7 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
     axes.set_xscale("log")
     axes.set_yscale("log")
     above = [value for p in points for value in (p.low, p.error) if value > p.floor and not p.exact]
-    bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points)
+    bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points) or 1e-16
     top = max([10 * bottom, *(2 * max(p.error, p.high) for p in points)])
     exact = bottom / 10 ** (_EXACT * max(1.0, np.log10(top / bottom) / 8))
     broken = any(p.exact or p.low <= p.floor for p in points)
@@ -137,20 +139,15 @@ def _tick(axes: Axes, bottom: float, top: float, exact: float | None) -> None:
     axes.tick_params(labelsize=TICK)
 
 
-def _handles(style: dict[str, tuple[str, str]]) -> list[Line2D | Patch]:
+def _handles(style: dict[str, tuple[str, str]], points: Sequence[Point]) -> list[Line2D | Patch]:
     handles: list[Line2D | Patch] = [
         Line2D([], [], marker=m, color=c, markersize=7, label=name) for name, (c, m) in style.items()
     ]
     handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
-    ring: dict[str, Any] = {
-        "marker": "o",
-        "markersize": 13,
-        "markerfacecolor": "none",
-        "color": "black",
-        "linestyle": "",
-    }
-    handles.append(Line2D([], [], label="jamlab's default", **ring))
-    handles.append(
-        Line2D([], [], marker="o", markerfacecolor="white", color="#444444", linestyle="", label="some failed")
-    )
+    loose: dict[str, Any] = {"marker": "o", "linestyle": ""}
+    if any(p.default for p in points):
+        ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "color": "black"}
+        handles.append(Line2D([], [], label="jamlab's default", **loose, **ring))
+    if any(p.failed and p.drawn for p in points):
+        handles.append(Line2D([], [], markerfacecolor="white", color="#444444", label="some failed", **loose))
     return handles

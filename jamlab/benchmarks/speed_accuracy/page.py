@@ -97,7 +97,7 @@ def plan(out: Path, topics: Sequence[str] = ()) -> list[list[str]]:
         left = len({str(seed) for seed in TOPICS[name].seeds} - done_tasks(out / f"{name}.csv"))
         try:
             shipped = shipped_trials(name)
-            seconds = f"{left * shipped.seconds / shipped.rows['task'].nunique():.0f}"
+            seconds = f"{left * shipped.seconds / len(shipped.tasks):.0f}"
         except StorageError:
             seconds = "unknown"
         rows.append([name, str(left), seconds])

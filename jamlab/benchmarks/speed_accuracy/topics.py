@@ -4,6 +4,7 @@ from jamlab.benchmarks.speed_accuracy import (
     disk_minimisers,
     droplet_minimisers,
     droplet_vertices,
+    ensemble_means,
     flow_in_time,
     moduli,
     onset_search,
@@ -22,4 +23,5 @@ TOPICS = {
     "spectrum": spectra.TOPIC,
     "droplet-vertices": droplet_vertices.TOPIC,
     "flow-in-time": flow_in_time.TOPIC,
+    "ensemble-means": ensemble_means.TOPIC,
 }

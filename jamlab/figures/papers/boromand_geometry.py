@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR, select_below_confluence
+from jamlab.figures.papers.boromand_confluence import select_below_confluence
+from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.conventions import at, eq_11
 from jamlab.figures.papers.ensembles import ensemble, has, log_places, nearest_size

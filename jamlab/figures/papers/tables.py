@@ -2,7 +2,7 @@
 
 import gzip
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from importlib import resources
 from pathlib import Path
@@ -15,12 +15,18 @@ from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.ensembles import add_distances, select_usual
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
-NAMES = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
+OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
+OF_FLOWS = ("flow", "oscillation", "creep")
+NAMES = (*OF_PAPERS, *OF_FLOWS)
 RECORD = "reference.json"  # origin of the tables
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
+)
+_FLOW_RUN = (  # what tells packings, laws and settings of flows apart
+    *("model", "n", "seed", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
+    *("background", "tolerance"),
 )
 _COLUMNS = {
     "states": STATES,
@@ -32,6 +38,19 @@ _COLUMNS = {
     ),
     "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
     "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
+    "flow": (
+        *_FLOW_RUN,
+        *("rate", "stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure"),
+        *("flow_pressure_error", "peak_stress", "peak_strain", "converged"),
+    ),
+    "oscillation": (
+        *(*_FLOW_RUN, "omega", "amplitude", "storage", "loss", "third_over_first", "error", "equivalent_storage"),
+        *("equivalent_loss", "equivalent_time", "converged"),
+    ),
+    "creep": (
+        *(*_FLOW_RUN, "stress", "residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests"),
+        "converged",
+    ),
 }
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
@@ -85,6 +104,21 @@ class EnsembleTables:
         """One row per packing, law, frequency and distance."""
         return _require_rows("correlation", _replace_pressure(self._read("correlation")))
 
+    @cached_property
+    def flow(self) -> pd.DataFrame:
+        """One row per packing, law and rate of shear; runs without an answer are left out."""
+        return _require_rows("flow", self._read("flow").dropna(subset=["stress"]))
+
+    @cached_property
+    def oscillation(self) -> pd.DataFrame:
+        """One row per packing, law, frequency and amplitude; runs without an answer are left out."""
+        return _require_rows("oscillation", self._read("oscillation").dropna(subset=["storage"]))
+
+    @cached_property
+    def creep(self) -> pd.DataFrame:
+        """One row per packing, law and stress; runs without an answer are left out."""
+        return _require_rows("creep", self._read("creep").dropna(subset=["final_strain"]))
+
 
 def _replace_pressure(table: pd.DataFrame) -> pd.DataFrame:
     """Replace the measured pressure by the target, which packings share to the last digit."""
@@ -117,6 +151,9 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
     "spectra": ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"],
     "quasistatic": ["n", "seed", "pressure", "prestress"],
     "correlation": ["n", "seed", "pressure", "law", "beta", "eta_f", "prestress"],
+    "flow": [*_FLOW_RUN, "rate"],
+    "oscillation": [*_FLOW_RUN, "omega", "amplitude"],
+    "creep": [*_FLOW_RUN, "stress"],
 }
 
 
@@ -140,12 +177,19 @@ def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
 
 
 def reference_tables() -> EnsembleTables:
-    """Tables of the reference data shipped with jamlab.
+    """Tables of the reference data shipped with jamlab: those of the papers, and of flows from a campaign of their own.
 
     Raises:
         StorageError: the data are missing.
     """
-    return read_folder(Path(str(resources.files("jamlab.figures.papers").joinpath("reference"))))
+    place = Path(str(resources.files("jamlab.figures.papers")))
+    papers, flows = read_folder(place / "reference"), read_folder(place / "reference_flows")
+    facts = papers.facts | {f"{name} of flows": flows.facts[name] for name in ("campaign", "commit")}
+    return EnsembleTables(partial(_read_shipped, place), facts)
+
+
+def _read_shipped(place: Path, name: str) -> pd.DataFrame:
+    return _read_table(place / ("reference_flows" if name in OF_FLOWS else "reference"), name)
 
 
 def read_folder(folder: Path) -> EnsembleTables:
@@ -179,6 +223,7 @@ def save(
     facts: dict[str, Any],
     campaign: str = "",
     before: dict[str, Any] | None = None,
+    names: Sequence[str] = NAMES,
 ) -> dict[str, int]:
     """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
 
@@ -188,6 +233,7 @@ def save(
         facts: versions, commit and other entries for the page; kept in reference.json.
         campaign: text of the campaign file, kept there too.
         before: content of the reference.json that some of the packings had before, see `combine`.
+        names: of the tables to write.
 
     Returns:
         Name of each table -> bytes written. Tables without rows are left out.
@@ -199,7 +245,7 @@ def save(
     make_folder(folder)
     written: dict[str, int] = {}
     rows: dict[str, int] = {}
-    for name in NAMES:
+    for name in names:
         path = folder / f"{name}.csv.gz"
         try:
             table = getattr(tables, name)

@@ -1,0 +1,60 @@
+"""Choose rows of the tables of flow, and average them over packings."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from jamlab.errors import InputError
+from jamlab.figures.papers.ensembles import average, bootstrap
+from jamlab.statistics.bootstrap import Interval
+
+Array = NDArray[np.float64]
+
+RATE = r"rate of shear $\dot\gamma\,\tau_1$"
+STRESS = r"shear stress $\sigma$  [k]"
+AMPLITUDE = r"amplitude of the strain $\gamma_0$"
+
+
+def balanced_disks(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
+    """Rows of disks with balanced contact drag that grows as a power of velocity; packing fractions to four digits."""
+    kept = (table["model"] == "sp") & (table["law"] == "contact") & (table["beta"] == 1)
+    kept &= np.isclose(table["alpha"], alpha, rtol=1e-4)
+    return table[kept].assign(phi=table.loc[kept, "phi"].round(4))
+
+
+def usual_runs(table: pd.DataFrame, value: str = "n") -> pd.DataFrame:
+    """Rows of the value that most rows share, such as the number of disks, or the tolerance."""
+    return table[table[value] == table[value].mode()[0]] if len(table) else table
+
+
+def steady_flows(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
+    """Rows of steady flow at a rate, of the usual number of disks and the usual accuracy.
+
+    Raises:
+        InputError: there are none.
+    """
+    rows = balanced_disks(table, alpha)
+    rows = rows[rows["rate"] > 0]
+    for setting in ("n", "background", "tolerance"):
+        rows = usual_runs(rows, setting)
+    if rows.empty:
+        raise InputError(f"the table flow has no steady flow of disks with alpha = {alpha:g}: run a campaign with some")
+    return rows
+
+
+def by_packing(rows: pd.DataFrame, columns: str, value: str) -> tuple[Array, Array]:
+    """Places (m,), such as rates, and values (packings, m); nan where a packing has none."""
+    table = rows.pivot_table(index="seed", columns=columns, values=value, dropna=False)
+    return table.columns.to_numpy(dtype=np.float64), table.to_numpy(dtype=np.float64)
+
+
+def mean_over_packings(values: Array) -> Interval:
+    """Means (m,) of values (packings, m), with their intervals."""
+    return bootstrap([values], lambda groups: average(groups[0]))
+
+
+def nearest(values: Sequence[float], wanted: float) -> float:
+    """The value at hand that is nearest to the one wanted."""
+    return min(values, key=lambda value: abs(value - wanted))

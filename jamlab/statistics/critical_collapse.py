@@ -1,0 +1,113 @@
+"""Collapse data on both sides of a critical point: y = s^q f((x - x_c)/s^w) with one smooth function f.
+
+Of flow, x is the packing fraction, s the rate and y the stress: Olsson & Teitel, Phys. Rev. Lett. 99, 178001 (2007);
+the form that is smooth through x_c, with ln f a polynomial, is that of Phys. Rev. E 83, 030302 (2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from jamlab.checks import finite_array
+from jamlab.errors import InputError
+
+Array = NDArray[np.float64]
+
+ORDER = 4  # of the polynomial
+
+
+@dataclass(frozen=True)
+class CriticalCollapse:
+    """What brings the data onto one curve.
+
+    Attributes:
+        critical: x_c.
+        q: y ~ s^q at x_c.
+        w: the width of the critical region in x grows as s^w.
+        coefficients: (k,) of ln f, highest power first.
+        spread: root mean square distance of ln y from the curve.
+        before: the same of ln y from one curve in x alone.
+    """
+
+    critical: float
+    q: float
+    w: float
+    coefficients: Array = field(repr=False)
+    spread: float
+    before: float
+
+    @property
+    def above(self) -> float:
+        """Exponent y of the limit of small s above x_c, y ~ (x - x_c)^(q/w): of the yield stress."""
+        return self.q / self.w
+
+    @property
+    def below(self) -> float:
+        """Exponent beta below x_c, y/s ~ (x_c - x)^-beta if y ~ s there, beta = (1 - q)/w: of the viscosity."""
+        return (1 - self.q) / self.w
+
+    def function(self, z: ArrayLike) -> Array:
+        """f, of the shape of z; inside the data only."""
+        return np.asarray(np.exp(np.polyval(self.coefficients, np.asarray(z, dtype=np.float64))))
+
+
+def collapse_through(
+    x: ArrayLike,
+    s: ArrayLike,
+    y: ArrayLike,
+    start: Sequence[float],
+    *,
+    critical: float | None = None,
+    order: int = ORDER,
+) -> CriticalCollapse:
+    """Fit both exponents, and the critical point unless it is given, by least squares in ln y.
+
+    A narrow range of s does not settle all three: data far above x_c scale with many of them.
+
+    >>> x, s = (part.ravel() for part in np.meshgrid(np.linspace(0.82, 0.86, 9), np.geomspace(1e-4, 1e-2, 5)))
+    >>> found = collapse_through(x, s, s**0.4 * np.exp((x - 0.84) / s**0.3), (0.835, 0.5, 0.35))
+    >>> bool(abs(found.critical - 0.84) < 1e-4), round(found.q, 2), round(found.w, 2)
+    (True, 0.4, 0.3)
+
+    Args:
+        x: (m,) distance from the critical point is measured in it.
+        s, y: (m,) positive.
+        start: first guess of (x_c, q, w).
+        critical: x_c, if it is known.
+        order: of the polynomial ln f.
+
+    Raises:
+        InputError: fewer points than unknowns, or values that are not positive.
+    """
+    points = [finite_array(name, value, (None,)) for name, value in (("x", x), ("s", s), ("y", y))]
+    place, log_s, log_y = points[0], *(np.log(np.maximum(p, 1e-300)) for p in points[1:])
+    if not len(place) == len(log_s) == len(log_y) > order + 4:
+        raise InputError(f"{len(place)} points: {order + 5} or more are needed for {order + 4} unknowns")
+    if min(points[1].min(), points[2].min()) <= 0:
+        raise InputError("a collapse is measured in logarithms: s and y must be positive")
+    width, middle = float(np.ptp(place)) or 1.0, float(np.median(log_s))
+
+    def misfit(at: float, q: float, w: float) -> tuple[Array, Array]:
+        """Distances (m,) of ln y from the polynomial that is best for these numbers, and its coefficients."""
+        z = (place - at) * np.exp(-w * log_s)
+        powers = np.vander(z / np.exp(-w * middle) / width, order + 1)
+        found, *_ = np.linalg.lstsq(powers, log_y - q * log_s, rcond=None)
+        return powers @ found - log_y + q * log_s, found / (np.exp(-w * middle) * width) ** np.arange(order, -1, -1)
+
+    first, steps = np.array(start, dtype=np.float64), np.array([0.1 * width, 0.1, 0.1])
+    if critical is not None:
+        first[0] = critical
+    fixed = 0 if critical is None else 1  # leading unknowns that stay
+
+    def unknowns(move: Array) -> list[float]:
+        return [*first[:fixed].tolist(), *(first[fixed:] + steps[fixed:] * move).tolist()]
+
+    at, q, w = unknowns(least_squares(lambda move: misfit(*unknowns(move))[0], np.zeros(3 - fixed)).x)
+    rest, coefficients = misfit(at, q, w)
+    spread, before = (float(np.sqrt(np.mean(part**2))) for part in (rest, misfit(at, 0.0, 0.0)[0]))
+    return CriticalCollapse(at, q, w, coefficients, spread, before)
