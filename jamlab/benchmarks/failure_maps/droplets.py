@@ -173,6 +173,7 @@ MAPS = {
         _CHECK,
         lambda start: collapse(start[1]),
         "a free droplet collapses",
+        elsewhere="contacts change in the hand-over",
     ),
     "droplet-rims": Map(
         f"Droplets: width of rims against number of vertices, N = {_N}, ρ = 0.88",
@@ -185,6 +186,7 @@ MAPS = {
         _CHECK,
         lambda start: edge_at_rest(start[1]),
         "edge at rest",
+        elsewhere="contacts change in the hand-over",
     ),
     "droplet-density": Map(
         f"Droplets from disks: packing fraction against line tension, N = {_N}",
@@ -195,6 +197,7 @@ MAPS = {
         lambda start, rho: try_hand_over(jammed_disks(rho, start[1]), gamma=start[0]),
         "Near onset droplets may come loose, near confluence the disks have contacts that droplets have not.",
         _CHECK,
+        elsewhere="contacts change in the hand-over",
     ),
     "droplet-timestep": Map(
         f"FIRE of plain LAMMPS decks, droplets: time step against area stiffness, N = {_N}",
