@@ -107,7 +107,7 @@ MAPS = {
         "Packings at a pressure in a box that shears until no shear stress is left",
         Axis("pressure, k", _PRESSURES),
         Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
-        1,
+        3,
         lambda n, seed: (n, seed),
         lambda start, pressure: try_pressure(start[0], pressure, start[1], ensemble="shear-stabilized"),
         "Refused besides: searches of few disks near onset that end without the pressure; another seed may meet it.",

@@ -221,7 +221,7 @@ MAPS = {
         "Start-up of droplets: tolerance of steps against rate, N = 4",
         log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
         log_axis("rate, 1/τ₁", 1e-2, 2e3),
-        1,
+        3,
         lambda rate, seed: (droplets(seed), rate),
         lambda start, tolerance: try_shear(start[0], start[1], tolerance),
         "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
