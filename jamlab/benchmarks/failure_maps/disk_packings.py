@@ -6,12 +6,8 @@ from typing import Any
 import numpy as np
 
 from jamlab.benchmarks.failure_maps.map import Axis, Map, linear_axis, log_axis
-from jamlab.benchmarks.failure_maps.plain_physics import (
-    plain_forces,
-    plain_packing_fraction,
-    plain_pressure,
-    plain_shear_modulus,
-)
+from jamlab.benchmarks.failure_maps.plain_physics import plain_forces, plain_packing_fraction, plain_pressure
+from jamlab.benchmarks.failure_maps.plain_response import plain_shear_modulus
 from jamlab.benchmarks.failure_maps.verdict import Trial, balanced, worst_of
 from jamlab.engine.deck_defaults import defaults
 from jamlab.packing.packing import Packing

@@ -6,13 +6,8 @@ import numpy as np
 
 from jamlab.benchmarks.failure_maps.droplets import jammed_disks
 from jamlab.benchmarks.failure_maps.map import Axis, Map, linear_axis, log_axis
-from jamlab.benchmarks.failure_maps.plain_physics import (
-    plain_complex_modulus,
-    plain_drag,
-    plain_forces,
-    plain_max_force,
-    plain_stress,
-)
+from jamlab.benchmarks.failure_maps.plain_physics import plain_forces, plain_max_force, plain_stress
+from jamlab.benchmarks.failure_maps.plain_response import plain_complex_modulus, plain_drag
 from jamlab.benchmarks.failure_maps.verdict import Trial, worst_of
 from jamlab.engine.deck_defaults import defaults
 from jamlab.flow.energy_balance import LIMIT

@@ -6,7 +6,7 @@ import numpy as np
 
 from jamlab.benchmarks.failure_maps.disk_packings import modulus_trial
 from jamlab.benchmarks.failure_maps.map import Axis, Map, log_axis
-from jamlab.benchmarks.failure_maps.plain_physics import plain_shear_modulus
+from jamlab.benchmarks.failure_maps.plain_response import plain_shear_modulus
 from jamlab.benchmarks.failure_maps.verdict import Trial
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session

@@ -1,4 +1,4 @@
-"""Energy, forces, stress and moduli once more, from nothing but the definitions: what maps of failure judge by.
+"""Energy, forces, stress and packing fraction from nothing but the definitions: what maps of failure judge by.
 
 Every pair of particles in every periodic image is looked at, without neighbour lists, LAMMPS, compiled loops or
 `jamlab.mechanics`. Derivatives that are not written out are taken by complex steps, Im f(x + ih)/h, which lose no
@@ -20,9 +20,7 @@ from jamlab.packing.packing import Packing
 
 Array = NDArray[Any]  # float64, or complex128 on a complex step
 
-_STEP = 1e-30  # of complex steps: no difference is taken, so it can be this small
-_LEAST_CONTACTS = 3  # of a disk that is held
-_NO_STIFFNESS = 1e-13  # of the largest eigenvalue: translations leave 1e-16 and less
+STEP = 1e-30  # of complex steps: no difference is taken, so it can be this small
 
 
 def plain_forces(packing: Packing) -> tuple[float, Array]:
@@ -31,7 +29,7 @@ def plain_forces(packing: Packing) -> tuple[float, Array]:
     Args:
         packing: SP or DP; time and memory grow as the square of the number of sites.
     """
-    energy, forces = _energy_and_forces(packing, packing.positions, packing.box)
+    energy, forces = energy_and_forces(packing, packing.positions, packing.box)
     return float(energy), forces
 
 
@@ -40,9 +38,9 @@ def plain_stress(packing: Packing) -> Array:
     stress = np.empty((2, 2))
     for k, m in np.ndindex(2, 2):
         stretch = np.eye(2, dtype=np.complex128)
-        stretch[k, m] += 1j * _STEP
-        energy, _ = _energy_and_forces(packing, packing.positions @ stretch.T, packing.box @ stretch.T)
-        stress[k, m] = -energy.imag / _STEP / packing.area
+        stretch[k, m] += 1j * STEP
+        energy, _ = energy_and_forces(packing, packing.positions @ stretch.T, packing.box @ stretch.T)
+        stress[k, m] = -energy.imag / STEP / packing.area
     return stress
 
 
@@ -83,147 +81,8 @@ def plain_packing_fraction(packing: Packing) -> float:
     return float(shapely.intersection(shapely.union_all(copies), cell).area / packing.area)
 
 
-def plain_hessian(packing: Packing) -> Array:
-    """(2n + 4, 2n + 4) second derivatives of the energy of disks, by complex steps of the forces.
-
-    Coordinates: x and y of every disk, then the displacement gradient E_xx, E_xy, E_yx, E_yy of box and disks.
-    """
-    size = packing.positions.size
-    columns = [(np.zeros((2, 2)), site) for site in np.eye(size).reshape(size, -1, 2)]
-    columns += [(np.eye(4)[k].reshape(2, 2), np.zeros_like(packing.positions)) for k in range(4)]
-    hessian = np.empty((size + 4, size + 4))
-    for column, (gradient, shift) in enumerate(columns):
-        stretch = np.eye(2) + 1j * _STEP * gradient
-        positions = packing.positions @ stretch.T + 1j * _STEP * shift
-        _, forces = _energy_and_forces(packing, positions, packing.box @ stretch.T)
-        hessian[:size, column] = -forces.imag.ravel() / _STEP
-    hessian[size:, :size] = hessian[:size, size:].T
-    hessian[size:, size:] = _affine_stiffness(packing)
-    return hessian
-
-
-def plain_moduli(packing: Packing) -> Array:
-    """(2, 2, 2, 2) relaxed elastic tensor of disks, by a dense pseudo-inverse.
-
-    Args:
-        packing: SP at an energy minimum; rattlers are taken out.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held, or the packing is not stable.
-    """
-    packing = without_loose_disks(packing)
-    size = packing.positions.size
-    hessian = plain_hessian(packing)
-    values, modes = np.linalg.eigh(hessian[:size, :size])
-    soft = values < _NO_STIFFNESS * values[-1]
-    if soft.sum() != 2:
-        raise np.linalg.LinAlgError(f"{soft.sum()} modes without stiffness, translations are 2")
-    along = modes[:, ~soft].T @ hessian[:size, size:]
-    relaxed = hessian[size:, size:] - along.T @ (along / values[~soft, None])
-    return np.asarray(relaxed.reshape(2, 2, 2, 2) / packing.area)
-
-
-def plain_shear_modulus(packing: Packing) -> float:
-    """G of disks for simple shear along x."""
-    return float(plain_moduli(packing)[0, 1, 0, 1])
-
-
-def _affine_stiffness(packing: Packing) -> Array:
-    """(4, 4) d2U/dE dE of disks: of every contact, force law and direction written out."""
-    found = _touching(packing, packing.positions, packing.box)
-    r, s = found.r, found.reach
-    distance = np.hypot(*r.T)
-    stiffness, push = _spring(packing, s), _spring(packing, s) * (s - distance)
-    n = r / distance[:, None]
-    across = np.eye(2)[None] - n[:, :, None] * n[:, None, :]
-    second = stiffness[:, None, None] * n[:, :, None] * n[:, None, :] - (push / distance)[:, None, None] * across
-    # half: every contact is found from both its sides
-    return np.asarray(0.5 * np.einsum("mik,mj,ml->ijkl", second, r, r).reshape(4, 4))
-
-
-def without_loose_disks(packing: Packing) -> Packing:
-    """Take out disks with fewer than three contacts, again and again.
-
-    Raises:
-        numpy.linalg.LinAlgError: none is left.
-    """
-    found = _touching(packing, packing.positions, packing.box)
-    held = np.ones(packing.n, dtype=bool)
-    while True:
-        bearing = held[found.i] & held[found.j]
-        few = held & (np.bincount(found.i[bearing], minlength=packing.n) < _LEAST_CONTACTS)
-        if not few.any():
-            break
-        held &= ~few
-    if not held.any():
-        raise np.linalg.LinAlgError("no disk is held")
-    return packing.select(held)
-
-
-def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> Array:
-    """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii.
-
-    Coordinates: velocities beside the affine flow, angular velocities, rate of x -> x + gamma y.
-
-    Args:
-        packing: SP, units "k".
-        beta: drag of sliding over that of approach.
-        background: drag of every disk against the affine flow, over k tau_1.
-    """
-    assert packing.diameters is not None
-    n, found = packing.n, _touching(packing, packing.positions, packing.box)
-    total = np.zeros((3 * n + 1, 3 * n + 1))
-    for i, j, r, s in zip(found.i, found.j, found.r, found.reach, strict=True):
-        normal = r / np.hypot(*r)
-        for direction, weight in ((normal, 1.0), (np.array([-normal[1], normal[0]]), beta)):
-            row = np.zeros(3 * n + 1)
-            row[2 * i : 2 * i + 2] += direction
-            row[2 * j : 2 * j + 2] -= direction
-            row[-1] = r[1] * direction[0]
-            if direction is not normal:
-                row[2 * n + i] -= 0.5 * packing.diameters[i]
-                row[2 * n + j] -= 0.5 * packing.diameters[j]
-            stiffness = float(_spring(packing, np.array([s]))[0])
-            total += 0.5 * weight * stiffness * np.outer(row, row)  # half: found from both sides
-    total[: 2 * n, : 2 * n] += background * packing.params[packing.units] * np.eye(2 * n)
-    return total
-
-
-def plain_complex_modulus(packing: Packing, omega: float, beta: float = 1.0) -> complex:
-    """G* of disks for simple shear along x, contact damping, by dense elimination in extended precision.
-
-    Args:
-        packing: SP, units "k", at an energy minimum; rattlers are taken out.
-        omega: angular frequency, 1/tau_1.
-        beta: drag of sliding over that of approach.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held.
-    """
-    packing = without_loose_disks(packing)
-    n = packing.n
-    shear = np.r_[0 : 2 * n, 2 * n + 1]  # of E only E_xy
-    k = np.zeros((3 * n + 1, 3 * n + 1))
-    used = np.r_[0 : 2 * n, 3 * n]
-    k[np.ix_(used, used)] = plain_hessian(packing)[np.ix_(shear, shear)]
-    matrix = k.astype(np.clongdouble) + 1j * np.longdouble(omega) * plain_drag(packing, beta)
-    if beta == 0:  # rotations meet no drag
-        matrix[range(2 * n, 3 * n), range(2 * n, 3 * n)] = 1.0
-    return complex(_eliminate(matrix[2:, 2:]) / np.longdouble(packing.area))
-
-
-def _eliminate(matrix: Array) -> Any:
-    """The last element after elimination of all others, the largest pivot of a column first."""
-    matrix = matrix.copy()
-    last = len(matrix) - 1
-    for k in range(last):
-        best = k + int(np.abs(matrix[k:last, k]).argmax())
-        matrix[[k, best]] = matrix[[best, k]]
-        matrix[k + 1 :, k:] -= np.outer(matrix[k + 1 :, k] / matrix[k, k], matrix[k, k:])
-    return matrix[last, last]
-
-
-def _energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+def energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+    """Energy and (n_sites, 2) forces at other positions in another box, complex ones on a complex step."""
     if packing.model == "sp":
         return _disks(packing, positions, box)
     return _droplets(packing, positions, box)
@@ -233,7 +92,7 @@ def _energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[
 
 
 @dataclass(frozen=True)
-class _Touching:
+class Touching:
     """Disks that touch, each contact from both sides.
 
     Attributes:
@@ -248,7 +107,8 @@ class _Touching:
     reach: Array
 
 
-def _touching(packing: Packing, positions: Array, box: Array) -> _Touching:
+def touching_disks(packing: Packing, positions: Array, box: Array) -> Touching:
+    """Disks that touch at other positions in another box, in any periodic image."""
     assert packing.diameters is not None
     reach = 0.5 * (packing.diameters[:, None] + packing.diameters[None, :])
     found = []
@@ -260,20 +120,20 @@ def _touching(packing: Packing, positions: Array, box: Array) -> _Touching:
             np.fill_diagonal(touch, False)
         i, j = np.nonzero(touch)
         found.append((i, j, r[i, j], reach[i, j]))
-    return _Touching(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+    return Touching(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 def _disks(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
-    found = _touching(packing, positions, box)
+    found = touching_disks(packing, positions, box)
     distance = np.sqrt(found.r[:, 0] ** 2 + found.r[:, 1] ** 2)
-    stiffness = _spring(packing, found.reach)
+    stiffness = spring(packing, found.reach)
     overlap = found.reach - distance
     forces = np.zeros_like(positions)
     np.add.at(forces, found.i, (stiffness * overlap / distance)[:, None] * found.r)
     return 0.25 * np.sum(stiffness * overlap**2), forces
 
 
-def _spring(packing: Packing, reach: Array) -> Array:
+def spring(packing: Packing, reach: Array) -> Array:
     """Stiffness of contacts: k, or eps/s^2 in the law of Boromand et al. eq 5."""
     if packing.units == "k":
         return np.full(len(reach), float(packing.params["k"]))

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from jamlab.benchmarks.failure_maps.map import Axis, Map, log_axis
-from jamlab.benchmarks.failure_maps.plain_physics import plain_complex_modulus
+from jamlab.benchmarks.failure_maps.plain_response import plain_complex_modulus
 from jamlab.benchmarks.failure_maps.verdict import Trial
 from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
