@@ -51,7 +51,7 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
     "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
 }
 _FLOW_TIME = (0.7, 1.1e-3)  # of 256 disks, s per unit of strain: at high rates, and over the rate at low ones
-_MINIMUM_TIME = 0.07  # of 256 disks, s: after a step of quasi-static shear
+_MINIMUM_TIME = 0.12  # of 256 disks, s: after a step of quasi-static shear
 _CYCLE_TIME = (0.3, 1.5e-3)  # of 256 disks, s: at high frequencies, and over the frequency at low ones
 _CREEP_TIME = 4e-4  # of 256 disks, s per unit of time
 _FLOW_GROWTH = 1.2  # exponent of n

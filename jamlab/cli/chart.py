@@ -18,7 +18,6 @@ chart = typer.Typer(
 Out = Annotated[Path, typer.Option(help="Folder for CSV, PNG and HTML.")]
 Measure = Annotated[bool, typer.Option("--measure", help="Measure anew into --out, on with what is there.")]
 Plan = Annotated[bool, typer.Option("--plan", help="Only say what --measure would do, and how long it takes.")]
-Quick = Annotated[bool, typer.Option("--quick", help="Smaller and fewer packings, under a minute.")]
 
 
 @chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts")
@@ -63,27 +62,29 @@ def _print_plan(kind: str, rows: list[list[str]], as_json: bool) -> None:
     out_console.print(f"{total / 60:.0f} CPU minutes; an interrupted run goes on where it stopped", highlight=False)
 
 
-@chart.command("stability", epilog="Example: jamlab chart stability --quick --out charts")
+@chart.command("stability", epilog="Example: jamlab chart stability --map fire-timestep --out charts")
 def stability(
     maps: Annotated[list[str] | None, typer.Option("--map", help="One map; can be repeated; default: all.")] = None,
-    quick: Quick = False,
+    measure: Measure = False,
+    plan: Plan = False,
     out: Out = Path("jamlab-charts"),
     as_json: Json = False,
 ) -> None:
-    """Map where methods fail, one verdict for each run: maps, CSV, one HTML page."""
-    from dataclasses import asdict
-
-    from jamlab.benchmarks.failure_maps.page import counts
+    """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
+    from jamlab.benchmarks.failure_maps.page import COUNTED, counts
+    from jamlab.benchmarks.failure_maps.page import plan as plan_maps
     from jamlab.benchmarks.failure_maps.page import stability as run
-    from jamlab.benchmarks.failure_maps.verdict import VERDICTS
 
-    expect_output(out)
-    found = run(out, maps or (), quick=quick, progress=print_stage)
-    if as_json:
-        runs: dict[str, Any] = {name: [asdict(r) for r in rows] for name, rows in found.items()}
-        print_json({"out": str(out), "maps": runs})
+    if plan:
+        _print_plan("map", plan_maps(out, maps or ()), as_json)
         return
-    print_table("runs by verdict", ["map", *VERDICTS], counts(found))
+    expect_output(out)
+    found = run(out, maps or (), measure=measure, progress=print_stage)
+    if as_json:
+        cells: dict[str, Any] = {name: table.to_dict("records") for name, table in found.items()}
+        print_json({"out": str(out), "maps": cells})
+        return
+    print_table("runs by how they ended", COUNTED, counts(found))
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 

@@ -123,7 +123,10 @@ def descend_with_box(session: Session, border: Border, tolerance: float, *, step
             u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        longest = min(1.0, BORDER.reach * size / np.abs(u).max(), BORDER.longest_strain / np.abs(e).max())
+        limits = ((BORDER.reach * size, np.abs(u).max()), (BORDER.longest_strain, np.abs(e).max()))
+        longest = min(
+            [1.0, *(most / moved for most, moved in limits if moved > 0)]
+        )  # of loose disks the box alone moves
         step = Step(longest * u.reshape(-1, 2), longest * e)
         found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force)
         if found is not None:

@@ -17,6 +17,8 @@ from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
+from jamlab.benchmarks.failure_maps.map_figure import failure_figure
+from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
 from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
 from jamlab.benchmarks.speed_accuracy.curve_points import Point
 from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
@@ -89,6 +91,12 @@ def test_complex_modulus():
 def test_speed_accuracy_chart():
     """Curves with bands along their dials, what is exact below a break, the default ringed, open where some failed."""
     return bare(chart(), columns=2)
+
+
+@picture
+def test_failure_map():
+    """Shares of runs in every cell of a shipped map, the limit of theory over them."""
+    return bare(failure_figure(MAPS["moved"], shipped_map("moved").rows))
 
 
 @picture

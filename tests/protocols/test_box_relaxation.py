@@ -132,3 +132,9 @@ def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
                 energies.append(relax(session).evaluation.energy)
         difference = (energies[0] - 2 * energies[1] + energies[2]) / h**2 / packing.area
         assert found[a, a] == pytest.approx(difference, rel=1e-3)
+
+
+def test_a_step_of_the_box_alone_does_not_divide_by_zero():
+    """On the way to this pressure nothing touches, and only the box moves; warnings are errors here."""
+    p = jamlab.pack(16, 1e-6, 2)
+    assert p.converged

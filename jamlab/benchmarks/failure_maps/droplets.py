@@ -1,54 +1,100 @@
-"""Map where droplets fail: parameters, width of the circulo-lines, broken shapes."""
+"""Maps where droplets fail: parameters, wide rims, few vertices, packing fraction, time steps, broken shapes."""
 
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy import linalg
 
-from jamlab.benchmarks.failure_maps.verdict import Map, Outcome, attempt, try_relaxing
+from jamlab.benchmarks.failure_maps.map import Axis, Map, linear_axis, log_axis
+from jamlab.benchmarks.failure_maps.plain_physics import plain_packing_fraction
+from jamlab.benchmarks.failure_maps.verdict import Trial, balanced, judge_descent, worst_of
 from jamlab.engine.deck_defaults import defaults
-from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.engine.session import Session
+from jamlab.errors import EngineError
+from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
+from jamlab.protocols.relaxation import force_tolerance, relax
+
+_N = 4
+_LAW = defaults("dp")
+_GAMMA, _KA, _DELTA = (float(_LAW[name]) for name in ("gamma", "ka", "delta"))
+_COVERED = 2e-4  # error of rho that the plain union of outlines leaves room for
+_JOLT = 2e-3  # l
+_FIRE_STEPS = 10_000
 
 
-def try_hand_over(disks: Packing, **parameters: Any) -> tuple[str, str]:
-    """Judge droplets with other parameters put in the place of jammed disks."""
-    packing = to_polygons(disks, **parameters)
-    note = f"max force {packing.max_force:.1g}"
-    if not packing.converged:
-        return "stalled", note
-    return ("converged" if packing.provenance["handover"]["continuous"] else "wrong basin"), note
-
-
-def _compress_disks(quick: bool) -> Packing:
-    *_, disks = compress(jam("sp", 6 if quick else 8, 1), 0.9, 0.02)
+@lru_cache(maxsize=64)
+def jammed_disks(rho: float, seed: int) -> Packing:
+    """Disks at a true packing fraction, to be handed over."""
+    *_, disks = compress(jam("sp", _N, seed), rho, 0.02)
     return disks
 
 
-def _vary_elasticity(quick: bool) -> list[Outcome]:
-    disks, law = _compress_disks(quick), defaults("dp")
-    runs = []
-    for gamma in (0.1, 10.0) if quick else (1e-3, 1e-2, 0.1, 1.0, 10.0):
-        for ka in (1.0, 50.0) if quick else (0.5, 5.0, 50.0, 500.0, 5000.0):
-            g, k = gamma * float(law["gamma"]) / 0.1, ka * float(law["ka"]) / 50.0
-            runs.append(attempt(g, k, partial(try_hand_over, disks, gamma=g, ka=k)))
-    return runs
+def try_hand_over(disks: Packing, **parameters: Any) -> Trial:
+    """Droplets with other parameters in the place of jammed disks: forces, and what they cover."""
+    packing = to_polygons(disks, **parameters)
+    if not packing.converged:
+        return Trial("stalled", f"max force {packing.max_force:.1g}")
+    handed = packing.provenance["handover"]
+    verdict = "converged" if handed["continuous"] else "another basin"
+    scale = max(1.0, float(packing.params["ka"]) + float(packing.params["gamma"]))
+    return worst_of(
+        balanced(verdict, packing, force_tolerance("dp"), stiffness=scale),
+        Trial(verdict, "rho", abs(plain_packing_fraction(packing) - handed["rho"]), _COVERED),
+    )
 
 
-def _vary_width(quick: bool) -> list[Outcome]:
-    disks = _compress_disks(quick)
+def collapse(ka: float) -> float:
+    """Line tension at which a free small droplet shrinks to a point, gamma = 2 ka (a0/3)^(3/2)/sqrt(c)."""
     nv, params = droplet_params(2)
-    edge = float(np.sqrt(4 * np.tan(np.pi / nv[0]) / nv[0] * params["a0"][0]))
-    runs = []
-    for contact in CONTACT_FORMS[:1] if quick else CONTACT_FORMS:
-        for ratio in (0.5, 4.0) if quick else (0.1, 0.3, 0.6, 1.0, 2.0, 4.0):
-            run = partial(try_hand_over, disks, contact=contact, delta=ratio * edge)
-            runs.append(attempt(contact, ratio, run))
-    return runs
+    c = nv[0] * np.tan(np.pi / nv[0])
+    return float(2 * ka * (params["a0"][0] / 3) ** 1.5 / np.sqrt(c))
+
+
+@dataclass(frozen=True)
+class Jolted:
+    """Droplets a little beside a minimum, and the energy and the largest stiffness there."""
+
+    start: Packing
+    energy: float
+    stiffest: float
+
+
+@lru_cache(maxsize=64)
+def jolt_droplets(ka: float, seed: int) -> Jolted:
+    """Relax droplets of an area stiffness and move their vertices a little."""
+    with Session(to_polygons(jammed_disks(0.88, seed), ka=ka)) as session:
+        found = relax(session)
+        minimum = session.packing()
+    stiffest = float(linalg.eigvalsh(hessian(minimum).toarray())[-1])
+    moves = _JOLT * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
+    return Jolted(minimum.with_state(positions=minimum.positions + moves), found.evaluation.energy, stiffest)
+
+
+def try_fire(jolted: Jolted, timestep: float) -> Trial:
+    """FIRE of plain LAMMPS decks with another time step, to the force that it can reach."""
+    loose = 1e-4  # kinks keep FIRE above the tolerance of a minimum
+    with Session(jolted.start) as session:
+        before = session.evaluate().energy
+        try:
+            session.include("minimize.fire")
+            session.command(f"timestep {timestep}")
+            session.command(f"minimize 0.0 {0.5 * loose:g} {_FIRE_STEPS} {10 * _FIRE_STEPS}")
+            end = session.evaluate()
+        except EngineError as error:
+            return Trial("blew up", str(error).splitlines()[0])
+        if len(session.self_crossings()):
+            return Trial("blew up", "a droplet folds over itself")
+        verdict = judge_descent(end.max_force, loose, end.energy, before, jolted.energy)
+        if verdict == "blew up":
+            return Trial(verdict, f"energy {end.energy:.1g}")
+        return balanced("converged" if verdict == "another basin" else verdict, session.packing(), loose)
 
 
 def place_pair(shape: np.ndarray, second: np.ndarray, gap: float, **parameters: Any) -> Packing:
@@ -68,59 +114,112 @@ def ring(count: int, radius: float = 0.55, dents: float = 0.0) -> np.ndarray:
     return np.asarray(reach[:, None] * np.column_stack([np.cos(turn), np.sin(turn)]))
 
 
-def shapes() -> dict[str, tuple[np.ndarray, float]]:
-    """Broken and awkward outlines, each with its gap to a regular neighbour; negative gaps overlap."""
-    delta = float(defaults("dp")["delta"])
-    overlap = 0.7 * delta
-    collapsed = ring(12)
+def shapes() -> dict[str, np.ndarray]:
+    """Broken and awkward outlines, most of them of 12 vertices."""
+    collapsed, close, crossing, folded = (ring(12) for _ in range(4))
     collapsed[1] = collapsed[0]
-    crossing = ring(12)
+    close[1] = close[0] + 1e-9
     crossing[[2, 5]] = crossing[[5, 2]]
+    folded[3] = 2 * folded[4] - folded[3]
     return {
-        "regular": (ring(12), overlap),
-        "edge of no length": (collapsed, overlap),
-        "concave corners": (ring(12, dents=0.35), overlap),
-        "spikes": (ring(12, dents=0.8), overlap),
-        "crosses itself": (crossing, 0.3),
-        "clockwise": (ring(12)[::-1].copy(), 0.3),
-        "outlines cross": (ring(12), -0.4),
-        "rims just touch": (ring(12), delta),
+        "regular": ring(12),
+        "triangle": ring(3),
+        "edge of no length": collapsed,
+        "edge of 1e-9": close,
+        "concave corners": ring(12, dents=0.35),
+        "spikes": ring(12, dents=0.8),
+        "needle": ring(12) * [1.0, 0.02],
+        "tiny": 0.05 * ring(12),
+        "huge": 3.0 * ring(12),
+        "one vertex turned over": folded,
+        "crosses itself": crossing,
+        "clockwise": ring(12)[::-1].copy(),
     }
 
 
-def _vary_shape(quick: bool) -> list[Outcome]:
-    runs = []
-    forms = CONTACT_FORMS[:1] if quick else CONTACT_FORMS
-    for contact in forms:
-        for name, (shape, gap) in shapes().items():
+def try_shape(contact: str, name: str, gap: float) -> Trial:
+    """`relax` on one outline beside a regular one, a gap apart in units of the width of rims."""
+    packing = place_pair(shapes()[name], ring(12), gap * _DELTA, contact=contact)
+    with Session(packing) as session:
+        found = relax(session)
+        if not found.converged:
+            return Trial("stalled", f"max force {found.evaluation.max_force:.1g}")
+        return balanced("converged", session.packing(), force_tolerance("dp"), stiffness=_KA)
 
-            def run(shape: np.ndarray = shape, gap: float = gap, contact: str = contact) -> tuple[str, str]:
-                return try_relaxing(place_pair(shape, ring(12), gap, contact=contact))
 
-            runs.append(attempt(contact, name, run))
-    return runs
+def edge_at_rest(vertices: int) -> float:
+    """Edge of a regular polygon of the rest area of the smaller droplet."""
+    _, params = droplet_params(2, nv_small=vertices, nv_large=large_count(vertices))
+    return float(np.sqrt(4 * np.tan(np.pi / vertices) / vertices * params["a0"][0]))
 
+
+def large_count(vertices: int) -> int:
+    """Vertices of a large droplet beside a small one, as 17 beside 12."""
+    return round(vertices * 17 / 12)
+
+
+_CHECK = "Forces anew from the energy terms, every vertex against every edge in every image; ρ as area of a union."
+_FORMS = ("outline", "segment/smooth", "segment")  # seeds take one after the other
 
 MAPS = {
     "droplet-elasticity": Map(
-        "Droplets: line tension against area stiffness, rho = 0.9",
-        "gamma, eps/l",
-        "ka, eps/l^4",
-        _vary_elasticity,
+        f"Droplets: line tension against area stiffness, N = {_N}, ρ = 0.88",
+        log_axis("γ, ε/l", 1e-3, 300.0, _GAMMA),
+        log_axis("kₐ, ε/l⁴", 1.0, 3e4, _KA),
+        2,
+        lambda ka, seed: (jammed_disks(0.88, seed), ka),
+        lambda start, gamma: try_hand_over(start[0], gamma=gamma, ka=start[1]),
         "Handed over from disks. Where line tension squeezes soft areas to half their size, jamlab refuses.",
+        _CHECK,
+        lambda start: collapse(start[1]),
+        "a free droplet collapses",
+        elsewhere="contacts change in the hand-over",
     ),
-    "droplet-width": Map(
-        "Droplets: width of the circulo-lines over the edge at rest, rho = 0.9",
-        "contact form",
-        "delta / edge",
-        _vary_width,
-        "Wide rims leave no room for the polygons. Form segment has its minima at kinks: its states do not converge.",
+    "droplet-rims": Map(
+        f"Droplets: width of rims against number of vertices, N = {_N}, ρ = 0.88",
+        log_axis("δ, l", 0.01, 1.5, _DELTA),
+        Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
+        1,
+        lambda nv, seed: (jammed_disks(0.88, seed), nv),
+        lambda start, delta: try_hand_over(start[0], delta=delta, nv_small=start[1], nv_large=large_count(start[1])),
+        "Wide rims leave no room for the polygons; narrow ones let vertices of coarse outlines slip past each other.",
+        _CHECK,
+        lambda start: edge_at_rest(start[1]),
+        "edge at rest",
+        elsewhere="contacts change in the hand-over",
+    ),
+    "droplet-density": Map(
+        f"Droplets from disks: packing fraction against line tension, N = {_N}",
+        Axis("ρ", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False),
+        log_axis("γ, ε/l", 0.02, 20.0, _GAMMA),
+        2,
+        lambda gamma, seed: (gamma, seed),
+        lambda start, rho: try_hand_over(jammed_disks(rho, start[1]), gamma=start[0]),
+        "Near onset droplets may come loose, near confluence the disks have contacts that droplets have not.",
+        _CHECK,
+        elsewhere="contacts change in the hand-over",
+    ),
+    "droplet-timestep": Map(
+        f"FIRE of plain LAMMPS decks, droplets: time step against area stiffness, N = {_N}",
+        log_axis("time step, τ", 1e-3, 10.0, 0.1),
+        log_axis("kₐ, ε/l⁴", 3.0, 3e5, _KA),
+        3,
+        jolt_droplets,
+        try_fire,
+        "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
+        "Forces anew from the energy terms, every vertex against every edge in every image.",
+        lambda jolted: float(2 / np.sqrt(jolted.stiffest)),
+        "$2/\\omega_{\\max}$",
     ),
     "droplet-shapes": Map(
         "Droplets: broken and awkward shapes beside a regular one",
-        "contact form",
-        "shape",
-        _vary_shape,
-        "Outlines that cross themselves, each other, or run clockwise are refused; collapsed edges and dents relax.",
+        linear_axis("gap between outlines, δ", -1.2, 1.2, count=13),
+        Axis("shape", tuple(shapes())),
+        3,
+        lambda name, seed: (_FORMS[(seed - 1) % 3], name),
+        lambda start, gap: try_shape(start[0], start[1], gap),
+        "One run for each contact form. Outlines that cross themselves, each other, or run clockwise are refused or "
+        "said to be at no minimum.",
+        "Forces anew from the energy terms, every vertex against every edge in every image.",
     ),
 }

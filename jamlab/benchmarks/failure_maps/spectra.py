@@ -1,88 +1,90 @@
-"""Map where G*(omega) fails: extreme frequencies, vanishing sliding friction, rattlers, unsuitable packings."""
+"""Maps where G*(omega) fails: extreme frequencies, vanishing or overwhelming sliding friction, rattlers."""
 
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from jamlab.benchmarks.failure_maps.verdict import Map, Outcome, attempt
-from jamlab.geometry.contact_network import without_rattlers
+from jamlab.benchmarks.failure_maps.map import Axis, Map, log_axis
+from jamlab.benchmarks.failure_maps.plain_response import plain_complex_modulus
+from jamlab.benchmarks.failure_maps.verdict import Trial
 from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.rounding_error import ROUNDING
 
-_GOOD = 1e-4  # relative error of G* beyond which a result counts as failed: it would show in a plot or a fit
-_SLOW = 1e-10  # omega below which G' must equal G_0
-
-
-def try_frequency(packing: Packing, omega: float, method: str, beta: float = 1.0) -> tuple[str, str]:
-    """Judge one solver by its own estimate of its error and, at the lowest frequencies, by G_0."""
-    s = complex_modulus(packing, [omega], ContactDamping(beta=beta), method=method)
-    error = float(s.error[0])
-    if omega <= _SLOW:
-        error = max(error, abs(float(s.storage[0]) / s.g0 - 1))
-    return ("converged" if error < _GOOD else "stalled"), f"error {error:.1g}"
+_GOOD = 1e-4  # relative error of G' or G'' beyond which a result counts as failed: it would show in a plot or a fit
+_ESTIMATE = 10.0  # by which an error may exceed the estimate of the solver
+_METHODS = ("dense", "direct", "reduced")  # seeds take one after the other
+_N = 12
 
 
-def _vary_frequency(quick: bool) -> list[Outcome]:
-    packing = pack(32 if quick else 128, 1e-3, 3)
-    runs = []
-    for method in ("dense", "direct", "reduced"):
-        for omega in (1e-12, 1.0, 1e6) if quick else 10.0 ** np.arange(-12, 7, 2):
-            runs.append(attempt(method, float(omega), partial(try_frequency, packing, float(omega), method)))
-    return runs
+@dataclass(frozen=True)
+class Spectrum:
+    """A packing, and how its G* is found; what is None is the dial."""
+
+    packing: Packing
+    method: str
+    omega: float | None = None
+    beta: float | None = None
 
 
-def _vary_sliding(quick: bool) -> list[Outcome]:
-    packing = pack(32 if quick else 128, 1e-3, 3)
-    runs = []
-    for method in ("dense", "direct", "reduced"):
-        for beta in (1e-12, 1.0) if quick else (1e-16, 1e-12, 1e-8, 1e-4, 1e-2, 1.0, 1e2):
-            runs.append(attempt(method, beta, partial(try_frequency, packing, 1e-2, method, beta)))
-    return runs
+def prepare(seed: int, pressure: float = 1e-3, **how: float) -> Spectrum:
+    """The packing of a seed, with one of the methods."""
+    return Spectrum(_packing(pressure, (seed - 1) // len(_METHODS)), _METHODS[(seed - 1) % len(_METHODS)], **how)
 
 
-def states() -> dict[str, Packing]:
-    """A packing with rattlers, and states that are not at rest."""
-    packing = pack(32, 1e-3, 3)
-    moves = 1e-5 * np.random.default_rng(1).standard_normal(packing.positions.shape)
-    loose = packing.with_state(diameters=0.9 * np.asarray(packing.diameters))
-    return {
-        "with rattlers": packing,
-        "backbone alone": without_rattlers(packing),
-        "not at a minimum": packing.with_state(positions=packing.positions + moves),
-        "not jammed": loose,
-    }
+@lru_cache(maxsize=16)
+def _packing(pressure: float, index: int) -> Packing:
+    return pack(_N, pressure, index + 1)
 
 
-def _vary_state(quick: bool) -> list[Outcome]:
-    runs = []
-    for name, packing in states().items():
-        for method in ("dense",) if quick else ("dense", "direct", "reduced"):
-            runs.append(attempt(method, name, partial(try_frequency, packing, 1e-2, method)))
-    return runs
+def try_spectrum(start: Spectrum, omega: float, beta: float) -> Trial:
+    """One solver at one frequency, judged by its own estimate."""
+    s = complex_modulus(start.packing, [omega], ContactDamping(beta=beta), method=start.method)
+    estimate = float(s.error[0])
+    if not estimate < _GOOD:
+        return Trial("stalled", f"{start.method}: says that its error is {estimate:.1g}")
+    plain = _plain(start.packing.positions.tobytes(), start, omega, beta)
+    error = max(abs(s.storage[0] / plain.real - 1), abs(s.loss[0] / plain.imag - 1))
+    return Trial("converged", f"{start.method}: error {error:.1g}", error, max(_GOOD, _ESTIMATE * estimate))
 
+
+def _plain(key: bytes, start: Spectrum, omega: float, beta: float) -> complex:
+    """The reference, which is the same for all methods."""
+    if (key, omega, beta) not in _KNOWN:
+        _KNOWN[key, omega, beta] = plain_complex_modulus(start.packing, omega, beta)
+    return _KNOWN[key, omega, beta]
+
+
+_KNOWN: dict[tuple[bytes, float, float], complex] = {}
+
+
+_CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."
 
 MAPS = {
     "spectrum-frequency": Map(
-        "G*(omega): extreme frequencies, p = 1e-3",
-        "method",
-        "omega, 1/tau_1",
-        _vary_frequency,
-        "Converged: the solver's own estimate of its error is below 1e-4, and G' meets G_0 at the low end.",
+        f"G*: frequency against pressure, three solvers, N = {_N}",
+        Axis("ω, 1/τ₁", tuple(float(f"{w:.3g}") for w in np.geomspace(1e-30, 1e30, 16))),
+        Axis("pressure, k", (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)),
+        6,
+        lambda p, seed: prepare(seed, p),
+        lambda start, omega: try_spectrum(start, omega, 1.0),
+        "Stalled would be: the solver says that the error of G' or of G'' is above 1e-4.",
+        _CHECK,
     ),
     "spectrum-sliding": Map(
-        "G*(omega): sliding friction that vanishes, omega = 1e-2",
-        "method",
-        "beta",
-        _vary_sliding,
-        "Without sliding friction rotations carry no drag; the solvers must not divide by it.",
-    ),
-    "spectrum-states": Map(
-        "G*(omega): rattlers, and packings that are not at rest",
-        "method",
-        "packing",
-        _vary_state,
-        "Rattlers are taken out before the matrices are built; what is not at a minimum is refused.",
+        f"G*: sliding friction against frequency, three solvers, N = {_N}, p = 10⁻³ k",
+        log_axis("β", 1e-16, 1e12, 1.0, count=15),
+        log_axis("ω, 1/τ₁", 1e-8, 1e8),
+        6,
+        lambda omega, seed: prepare(seed, omega=omega),
+        lambda start, beta: try_spectrum(start, start.omega, beta),
+        "Without sliding friction rotations carry no drag, and with much of it both dampings share 16 digits. Stalled: "
+        "the solver says that the error of G' or of G'' is above 1e-4.",
+        _CHECK,
+        lambda start: _GOOD / ROUNDING,
+        "rounding leaves 4 digits of drag",
     ),
 }

@@ -1,69 +1,67 @@
-"""Judge the runs of a map of failure: converged, stalled, in the wrong basin, blown up, or refused."""
+"""Judge one run of a map of failure: by what it says of itself, and by a check that shares no code with it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from jamlab.engine.session import Session
+from jamlab.benchmarks.failure_maps.plain_physics import plain_max_force
 from jamlab.errors import JamlabError
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import relax
 
 _RUNAWAY = 10.0  # times the energy at the start: a descent loses energy, rounding gains far less than this
 _SAME_BASIN = 1e-6  # relative difference of energies: far above what a force within tolerance leaves of them
+_ROUNDING = 30 * np.finfo(np.float64).eps  # of forces of order 1, summed in another order
 
-VERDICTS = ("converged", "stalled", "wrong basin", "blew up", "refused")
+SILENT = "silent"
+VERDICTS = ("converged", "another basin", "stalled", "blew up", "refused", SILENT)
+_CLAIMS = ("converged", "another basin")  # give a number as if it were right
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """A point of a map: what one run came to.
+class Trial:
+    """One run.
 
     Attributes:
-        x, y: its place; numbers, or names on axes without a scale.
-        verdict: one of `VERDICTS`. "converged": met its tolerance, in the basin it started from. "stalled": ended above
-            it. "wrong basin": met it elsewhere. "blew up": positions or energies ran away. "refused": jamlab raised an
-            error instead of giving a number.
+        verdict: one of `VERDICTS`. "converged": met its tolerance where it should. "another basin": met it in another
+            minimum. "stalled": said that it ended above its tolerance. "blew up": positions or energies ran away, for
+            all to see. "refused": jamlab raised an error instead of giving a number. "silent": gave a number as if it
+            were right, and the check says that it is wrong.
         note: what the run reached, or the message of the error.
+        error: of what is claimed, by the independent check; 0 where nothing is.
+        allowed: the largest error that the claim leaves room for.
     """
 
-    x: float | str
-    y: float | str
     verdict: str
     note: str = ""
+    error: float = 0.0
+    allowed: float = np.inf
+
+    @property
+    def excess(self) -> float:
+        """Error over the allowed one, of claims; not finite where the check found no number."""
+        return self.error / self.allowed if self.verdict in (*_CLAIMS, SILENT) else 0.0
 
 
-@dataclass(frozen=True)
-class Map:
-    """A map of failure, before it is measured.
-
-    Attributes:
-        title, x, y: of the chart and its axes.
-        measure: function of `quick` that makes the runs and judges them.
-        meaning: what the map shows.
-        mark: (x, y) of jamlab's default, None on an axis without one.
-    """
-
-    title: str
-    x: str
-    y: str
-    measure: Callable[[bool], list[Outcome]]
-    meaning: str
-    mark: tuple[float | str | None, float | str | None] = (None, None)
+def judged(trial: Trial) -> Trial:
+    """Give the verdict "silent" to a claim that the check refutes."""
+    if trial.verdict in _CLAIMS and not trial.error <= trial.allowed:
+        note = f"{trial.note}; error {trial.error:.2g}, allowed {trial.allowed:.2g}"
+        return Trial(SILENT, note, trial.error, trial.allowed)
+    return trial
 
 
-def attempt(x: float | str, y: float | str, run: Callable[[], tuple[str, str]]) -> Outcome:
-    """Make a run that returns its verdict and a note; an error of jamlab counts as "refused"."""
+def attempt(run: Callable[[], Trial]) -> Trial:
+    """Make a run and judge it; an error of jamlab counts as "refused", any other passes through."""
     try:
-        verdict, note = run()
+        trial = run()
     except JamlabError as error:
-        return Outcome(x, y, "refused", str(error).splitlines()[0])
-    return Outcome(x, y, verdict, note)
+        return Trial("refused", str(error).splitlines()[0])
+    return judged(trial)
 
 
-def judge(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
-    """Judge a minimisation.
+def judge_descent(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
+    """Judge a minimisation by what it reached.
 
     Args:
         left: largest force at its end.
@@ -76,12 +74,24 @@ def judge(left: float, tolerance: float, energy: float, start: float, minimum: f
         return "blew up"
     if left > tolerance:
         return "stalled"
-    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "wrong basin"
+    return "converged" if abs(energy - minimum) <= _SAME_BASIN * minimum else "another basin"
 
 
-def try_relaxing(packing: Packing) -> tuple[str, str]:
-    """Judge `relax` on a packing."""
-    with Session(packing) as session:
-        found = relax(session)
-    left = found.evaluation.max_force
-    return ("converged" if found.converged else "stalled"), f"max force {left:.1g}"
+def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
+    """Check the claim that no force above a tolerance is left, by forces computed anew.
+
+    Args:
+        verdict: of the run.
+        packing: where it ended.
+        tolerance: on the largest force.
+        note: of the run.
+        stiffness: force over length that rounding of positions is multiplied with.
+    """
+    left = plain_max_force(packing)
+    size = float(np.abs(packing.box).max())
+    return Trial(verdict, note or f"max force {left:.1g}", left, tolerance + _ROUNDING * max(1.0, stiffness * size))
+
+
+def worst_of(*trials: Trial) -> Trial:
+    """Of several checks of one run the one that it fails by most."""
+    return max(trials, key=lambda trial: trial.excess if np.isfinite(trial.excess) else np.inf)

@@ -1,0 +1,36 @@
+"""
+Where methods fail
+==================
+
+Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Each number that was
+given as right was checked by physics written anew from the definitions; one that fails it would be a silent wrong
+number. The data ship with jamlab; ``jamlab chart stability`` draws all maps, and ``--measure`` makes them anew.
+"""
+
+import matplotlib.pyplot as plt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from jamlab.benchmarks.failure_maps.boundary import default_distance
+from jamlab.benchmarks.failure_maps.map_figure import failure_figure
+from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
+
+
+def show(name):
+    """Draw one map from the data that ship, and say where the default lies in it."""
+    table = shipped_map(name)
+    drawn = failure_figure(MAPS[name], table.rows)
+    canvas = FigureCanvasAgg(drawn)
+    canvas.draw()
+    plt.figure(figsize=drawn.get_size_inches()).figimage(canvas.buffer_rgba())
+    print(f"{MAPS[name].meaning}\ndefault: {default_distance(MAPS[name], table.rows) or 'none'}\nmade {table.made}")
+
+
+# %%
+# FIRE over droplets in plain decks: beyond two over the largest frequency of the Hessian it stalls, then blows up.
+
+show("droplet-timestep")
+
+# %%
+# Linear response of disks that were moved off their minimum: the modulus is right to a per cent, or it is refused.
+
+show("moved")

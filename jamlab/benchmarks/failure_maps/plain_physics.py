@@ -1,0 +1,268 @@
+"""Energy, forces, stress and packing fraction from nothing but the definitions: what maps of failure judge by.
+
+Every pair of particles in every periodic image is looked at, without neighbour lists, LAMMPS, compiled loops or
+`jamlab.mechanics`. Derivatives that are not written out are taken by complex steps, Im f(x + ih)/h, which lose no
+digits; Squire & Trapp, SIAM Rev. 40, 110 (1998). Meant for tens of particles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import affinity
+
+from jamlab.packing.packing import Packing
+
+Array = NDArray[Any]  # float64, or complex128 on a complex step
+
+STEP = 1e-30  # of complex steps: no difference is taken, so it can be this small
+
+
+def plain_forces(packing: Packing) -> tuple[float, Array]:
+    """Energy, and (n_sites, 2) forces.
+
+    Args:
+        packing: SP or DP; time and memory grow as the square of the number of sites.
+    """
+    energy, forces = energy_and_forces(packing, packing.positions, packing.box)
+    return float(energy), forces
+
+
+def plain_stress(packing: Packing) -> Array:
+    """(2, 2) stress -(1/A) dU/dE, positive in compression, by complex steps of the energy."""
+    stress = np.empty((2, 2))
+    for k, m in np.ndindex(2, 2):
+        stretch = np.eye(2, dtype=np.complex128)
+        stretch[k, m] += 1j * STEP
+        energy, _ = energy_and_forces(packing, packing.positions @ stretch.T, packing.box @ stretch.T)
+        stress[k, m] = -energy.imag / STEP / packing.area
+    return stress
+
+
+def plain_max_force(packing: Packing) -> float:
+    """Largest norm of a force."""
+    return float(np.hypot(*plain_forces(packing)[1].T).max())
+
+
+def plain_pressure(packing: Packing) -> float:
+    """Half the trace of the stress."""
+    return float(0.5 * np.trace(plain_stress(packing)))
+
+
+def plain_packing_fraction(packing: Packing) -> float:
+    """Area of the union of all disks, or of all droplets with their rims, over that of the cell; right to 1e-4.
+
+    Outlines are polygons of 256 sides, of the area of the disk.
+    """
+    quarter = 64
+    if packing.model == "sp":
+        assert packing.diameters is not None
+        turn = np.pi / (2 * quarter)
+        equal = np.sqrt(turn / np.sin(turn))
+        shapes = shapely.buffer(shapely.points(packing.positions), 0.5 * packing.diameters * equal, quad_segs=quarter)
+    else:
+        assert packing.offsets is not None
+        rings = np.split(packing.positions, packing.offsets[1:-1])
+        shapes = shapely.buffer(
+            [shapely.Polygon(ring) for ring in rings], 0.5 * packing.params["delta"], quad_segs=quarter
+        )
+    box = packing.box
+    lattice = np.floor(np.linalg.solve(box.T, shapely.get_coordinates(shapely.centroid(shapes)).T).T)
+    copies = []
+    for shape, home in zip(shapes, lattice, strict=True):
+        for image in np.ndindex(3, 3):
+            copies.append(affinity.translate(shape, *((np.array(image) - 1 - home) @ box)))
+    cell = shapely.Polygon([np.zeros(2), box[0], box[0] + box[1], box[1]])
+    return float(shapely.intersection(shapely.union_all(copies), cell).area / packing.area)
+
+
+def energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+    """Energy and (n_sites, 2) forces at other positions in another box, complex ones on a complex step."""
+    if packing.model == "sp":
+        return _disks(packing, positions, box)
+    return _droplets(packing, positions, box)
+
+
+# disks ----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Disks that touch, each contact from both sides.
+
+    Attributes:
+        i, j: (m,) disks.
+        r: (m, 2) from j to i.
+        reach: (m,) sum of radii.
+    """
+
+    i: NDArray[np.int64]
+    j: NDArray[np.int64]
+    r: Array
+    reach: Array
+
+
+def touching_disks(packing: Packing, positions: Array, box: Array) -> Touching:
+    """Disks that touch at other positions in another box, in any periodic image."""
+    assert packing.diameters is not None
+    reach = 0.5 * (packing.diameters[:, None] + packing.diameters[None, :])
+    found = []
+    nearest, images = _differences(positions, box, float(reach.max()))
+    for a, b in images:
+        r = nearest + a * box[0] + b * box[1]
+        touch = np.einsum("ijk,ijk->ij", r.real, r.real) < reach**2
+        if not (a or b):
+            np.fill_diagonal(touch, False)
+        i, j = np.nonzero(touch)
+        found.append((i, j, r[i, j], reach[i, j]))
+    return Touching(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+def _disks(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+    found = touching_disks(packing, positions, box)
+    distance = np.sqrt(found.r[:, 0] ** 2 + found.r[:, 1] ** 2)
+    stiffness = spring(packing, found.reach)
+    overlap = found.reach - distance
+    forces = np.zeros_like(positions)
+    np.add.at(forces, found.i, (stiffness * overlap / distance)[:, None] * found.r)
+    return 0.25 * np.sum(stiffness * overlap**2), forces
+
+
+def spring(packing: Packing, reach: Array) -> Array:
+    """Stiffness of contacts: k, or eps/s^2 in the law of Boromand et al. eq 5."""
+    if packing.units == "k":
+        return np.full(len(reach), float(packing.params["k"]))
+    return np.asarray(packing.params["eps"] / reach**2)
+
+
+def _differences(points: Array, box: Array, reach: float) -> tuple[Array, list[tuple[int, int]]]:
+    """(m, m, 2) vectors from j to i by the nearest lattice vector, and the images besides that may lie within reach."""
+    difference = points[:, None, :] - points[None, :, :]
+    lattice = np.round(np.linalg.solve(box.real.T, difference.real.reshape(-1, 2).T).T).reshape(difference.shape)
+    area = box[0, 0].real * box[1, 1].real
+    heights = area / np.array([np.hypot(*box[1].real), np.hypot(*box[0].real)])
+    a, b = (int(np.floor(reach / height + 0.5)) for height in heights)
+    images = [(p, q) for p in range(-a, a + 1) for q in range(-b, b + 1)]
+    return difference - lattice @ box, images
+
+
+# droplets -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Feet:
+    """Every vertex against every edge in one periodic image; (v, e) arrays.
+
+    Attributes:
+        distance: from the vertex to the nearest point of the edge.
+        r: (v, e, 2) from that point to the vertex.
+        place: of the point, from tail (0) to head (1).
+    """
+
+    distance: Array
+    r: Array
+    place: Array
+
+
+def _droplets(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+    offsets, count = packing.offsets, packing.n
+    assert offsets is not None
+    after = packing.successor
+    forces = np.zeros_like(positions)
+    energy = _bare_droplets(packing, positions, forces)
+    owner = packing.particle
+    centres = np.array([positions[offsets[m] : offsets[m + 1]].mean(axis=0) for m in range(count)])
+    radius = max(np.hypot(*(positions.real - centres.real[owner]).T).max(), 0.0)
+    nearest, images = _differences(centres, box, 2 * float(radius) + float(packing.params["delta"]))
+    shift = nearest - (centres[:, None, :] - centres[None, :, :])
+    feet = {}
+    for a, b in images:
+        moved = shift + a * box[0] + b * box[1]
+        feet[a, b] = _find_feet(positions, positions[after] - positions, moved[owner[:, None], owner[None, :]])
+    for (a, b), here in feet.items():
+        foreign = np.ones((count, count), dtype=bool) if (a or b) else ~np.eye(count, dtype=bool)
+        if packing.params["contact"] == "outline":
+            close = _nearest_edges(here, foreign, offsets, owner)
+        elif packing.params["contact"] == "segment/smooth":
+            v, e = np.nonzero(foreign[owner[:, None], owner[None, :]])
+            close = v, e
+        else:
+            half = [(m, o) for m, o in np.argwhere(foreign) if (m, a, b) > (o, -a, -b)]
+            for m, o in half:
+                energy += _nearest_of_four(packing, (here, feet[-a, -b]), (m, o), forces)
+            continue
+        energy += _push(packing, here, *close, forces)
+    return energy, forces
+
+
+def _bare_droplets(packing: Packing, positions: Array, forces: Array) -> Any:
+    """Line tension and area elasticity; adds to the forces."""
+    assert packing.offsets is not None
+    gamma, ka, eta = (float(packing.params[name]) for name in ("gamma", "ka", "eta"))
+    energy: Any = 0.0
+    for m, (first, last) in enumerate(pairwise(packing.offsets)):
+        x = positions[first:last]
+        ahead, behind = np.roll(x, -1, axis=0), np.roll(x, 1, axis=0)
+        edge = ahead - x
+        length = np.sqrt(edge[:, 0] ** 2 + edge[:, 1] ** 2 + eta**2)
+        area = 0.5 * np.sum(x[:, 0] * ahead[:, 1] - ahead[:, 0] * x[:, 1])
+        excess = area - packing.params["a0"][m]
+        energy = energy + gamma * np.sum(length) + 0.5 * ka * excess**2
+        pull = gamma * edge / np.where(length.real > 0, length, 1.0)[:, None]
+        chord = ahead - behind
+        forces[first:last] += pull - np.roll(pull, 1, axis=0)
+        forces[first:last] -= 0.5 * ka * excess * np.column_stack([chord[:, 1], -chord[:, 0]])
+    return energy
+
+
+def _find_feet(positions: Array, edge: Array, shift: Array) -> _Feet:
+    """Feet of all vertices on all edges; shift (v, e, 2) brings the vertex into the image of the edge."""
+    along = positions[:, None, :] - positions[None, :, :] + shift
+    square = edge[:, 0] ** 2 + edge[:, 1] ** 2
+    place = np.einsum("vek,ek->ve", along, edge) / np.where(square.real > 0, square, 1.0)
+    place = np.where(place.real <= 0, 0.0, np.where(place.real >= 1, 1.0, place))
+    r = along - place[..., None] * edge
+    return _Feet(np.sqrt(r[..., 0] ** 2 + r[..., 1] ** 2), r, place)
+
+
+def _nearest_edges(here: _Feet, foreign: Array, offsets: Array, owner: Array) -> tuple[Array, Array]:
+    """Vertices and the edge of every other polygon that is nearest to each."""
+    vertices, edges = [], []
+    for m, (first, last) in enumerate(pairwise(offsets)):
+        v = np.flatnonzero(foreign[owner, m])
+        vertices.append(v)
+        edges.append(first + here.distance[v, first:last].real.argmin(axis=1))
+    return np.concatenate(vertices), np.concatenate(edges)
+
+
+def _push(packing: Packing, here: _Feet, v: Array, e: Array, forces: Array) -> Any:
+    """Energy of vertices v on edges e, eps/2 (1 - d/delta)^2 each; adds to the forces."""
+    delta, eps = float(packing.params["delta"]), float(packing.params["eps"])
+    near = here.distance[v, e].real < delta
+    v, e = v[near], e[near]
+    distance, t = here.distance[v, e], here.place[v, e][:, None]
+    force = (eps / delta * (1 - distance / delta) / distance)[:, None] * here.r[v, e]
+    np.add.at(forces, v, force)
+    np.subtract.at(forces, e, (1 - t) * force)
+    np.subtract.at(forces, packing.successor[e], t * force)
+    return 0.5 * eps * np.sum((1 - distance / delta) ** 2)
+
+
+def _nearest_of_four(packing: Packing, both: tuple[_Feet, _Feet], pair: tuple[int, int], forces: Array) -> Any:
+    """Energy of all pairs of edges of two polygons, Boromand et al. eq 8: of four feet only the nearest counts."""
+    assert packing.offsets is not None
+    here, back = both
+    one, two = (np.arange(packing.offsets[m], packing.offsets[m + 1]) for m in pair)
+    e, f = (grid.ravel() for grid in np.meshgrid(one, two, indexing="ij"))
+    after = packing.successor
+    ends = [(here, e, f), (here, after[e], f), (back, f, e), (back, after[f], e)]
+    least = np.argmin([feet.distance[v, edge].real for feet, v, edge in ends], axis=0)
+    energy: Any = 0.0
+    for k, (feet, v, edge) in enumerate(ends):
+        energy += _push(packing, feet, v[least == k], edge[least == k], forces)
+    return energy

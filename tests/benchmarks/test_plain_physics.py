@@ -1,0 +1,81 @@
+"""The physics that judges maps of failure, against plain loops, analytic cases and jamlab's own."""
+
+import numpy as np
+import pytest
+import reference
+
+import jamlab
+from jamlab.benchmarks.failure_maps import plain_physics as plain
+from jamlab.benchmarks.failure_maps import plain_response
+from jamlab.benchmarks.failure_maps.droplets import ring
+from jamlab.packing.law_parameters import CONTACT_FORMS
+from jamlab.protocols.random_start import droplet_params
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(12, 1e-2, 1)
+
+
+@pytest.fixture(scope="module")
+def droplets():
+    """Two droplets of 5 and 7 vertices in a leaning box, into whose images they press."""
+    shapes = [c + ring(count, 0.55) for count, c in ((5, [0.3, 0.3]), (7, [1.25, 0.5]))]
+    _, params = droplet_params(2, nv_small=5, nv_large=7)
+    box = np.array([[2.0, 0.0], [0.3, 1.3]])
+    return jamlab.Packing("dp", box, np.concatenate(shapes), params, offsets=np.array([0, 5, 12]))
+
+
+def check(packing):
+    expected = reference.evaluate(packing)
+    energy, forces = plain.plain_forces(packing)
+    assert energy == pytest.approx(expected.energy, rel=1e-13)
+    scale = np.abs(expected.forces).max()
+    np.testing.assert_allclose(forces, expected.forces, atol=1e-12 * scale)
+    np.testing.assert_allclose(plain.plain_stress(packing), expected.stress, atol=1e-11 * scale)
+    assert plain.plain_max_force(packing) == pytest.approx(np.hypot(*expected.forces.T).max())
+
+
+@pytest.mark.parametrize("units", ["eps", "k"])
+def test_disks_that_touch_several_images(units):
+    x = np.random.default_rng(2).random((4, 2)) * 1.7
+    box = np.array([[1.7, 0.0], [0.4, 1.6]])
+    check(jamlab.Packing("sp", box, x, {units: 1.3}, units, np.array([0.9, 0.9, 1.2, 1.2])))
+
+
+@pytest.mark.parametrize("contact", CONTACT_FORMS)
+def test_droplets(droplets, contact):
+    check(droplets.with_state(params={**droplets.params, "contact": contact, "eta": 0.01}))
+
+
+def test_moduli_of_disks(packing):
+    """The relaxed tensor is that of jamlab, which shares no code with it; without relaxation it is far larger."""
+    tensor = jamlab.elastic_tensor(packing)
+    np.testing.assert_allclose(plain_response.plain_moduli(packing), tensor.relaxed, atol=1e-12)
+    assert np.abs(tensor.affine - tensor.relaxed).max() > 0.1
+
+
+@pytest.mark.parametrize("beta", [0.0, 1.0])
+def test_complex_modulus_of_disks(packing, beta):
+    s = jamlab.complex_modulus(packing, [1e-8, 0.3, 1e8], jamlab.ContactDamping(beta=beta), method="direct")
+    found = np.array([plain_response.plain_complex_modulus(packing, w, beta) for w in s.omega])
+    np.testing.assert_allclose(found.real, s.storage, rtol=1e-7)
+    np.testing.assert_allclose(found.imag, s.loss, rtol=1e-7)
+
+
+def test_a_packing_that_nothing_holds_has_no_modulus(packing):
+    loose = packing.with_state(diameters=0.9 * packing.diameters)
+    with pytest.raises(np.linalg.LinAlgError, match="no disk is held"):
+        plain_response.plain_shear_modulus(loose)
+
+
+def test_packing_fraction():
+    """Two disks that overlap across the border of a leaning cell: the lens counts once."""
+    box, d, apart = np.array([[3.0, 0.0], [0.5, 2.5]]), 1.0, 0.6
+    p = jamlab.Packing("sp", box, [[0.1, 0.1], [0.1 - apart, 0.1]], {"k": 1.0}, "k", [d, d])
+    lens = 0.5 * d**2 * np.arccos(apart / d) - 0.5 * apart * np.sqrt(d**2 - apart**2)
+    assert plain.plain_packing_fraction(p) == pytest.approx((np.pi / 2 * d**2 - lens) / p.area, rel=1e-4)
+
+
+def test_packing_fraction_of_droplets_with_rims(droplets):
+    assert plain.plain_packing_fraction(droplets) == pytest.approx(jamlab.packing_fraction(droplets), rel=1e-4)

@@ -1,0 +1,34 @@
+"""Figures drawn once from tables in which the papers' laws hold, for several test files."""
+
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+import flow_tables
+import paper_tables
+
+from jamlab.errors import InputError
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.tables import EnsembleTables
+
+TABLES = paper_tables.TABLES | flow_tables.TABLES
+REFERENCE = Path(str(resources.files("jamlab.figures.papers").joinpath("reference")))
+PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith("_pictures")]
+PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict
+
+
+@cache
+def tables():
+    made = {name: make() for name, make in TABLES.items()}
+
+    def read(name):
+        if name not in made:
+            raise InputError(f"no table {name}")
+        return made[name]
+
+    return EnsembleTables(read, {"campaign": "made up"})
+
+
+@cache
+def drawn(name):
+    return gallery.draw(name, tables())

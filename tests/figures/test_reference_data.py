@@ -1,0 +1,154 @@
+"""Tables of the reference data: written, read, joined, damaged, and drawn as they ship."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from drawn_figures import REFERENCE, TABLES, drawn, tables
+from matplotlib.figure import Figure
+
+from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.claims import Verdict
+from jamlab.figures.papers.summary import SUMMARY, first_line
+from jamlab.figures.papers.tables import (
+    NAMES,
+    EnsembleTables,
+    combine,
+    read_folder,
+    reference_tables,
+    save,
+)
+
+
+def test_reference_tables_give_the_same_figures(tmp_path):
+    written = save(tables(), tmp_path / "reference", {"commit": "abc"})
+    assert set(written) == set(NAMES)
+    back = read_folder(tmp_path / "reference")
+    assert back.facts == {"commit": "abc"}
+    for name in ("boromand-11", "boromand-8", "baumgarten-5"):
+        for a, b in zip(drawn(name).claims, gallery.draw(name, back).claims, strict=True):
+            assert (b.value, b.low, b.high) == pytest.approx((a.value, a.low, a.high), rel=1e-2, nan_ok=True)
+
+
+def test_new_packings_join_those_that_are_there(tmp_path):
+    """Seeds 4 to 8 of a new campaign replace 4 and 5 of the old one and leave 1 to 3; both origins are on record."""
+    save(tables(), tmp_path, {"commit": "old"})
+    new = EnsembleTables(
+        lambda name: TABLES[name]().assign(seed=lambda t: t["seed"] + 3) if name == "spectra" else pd.DataFrame(),
+        {"commit": "new"},
+    )
+    old = read_folder(tmp_path)
+    both = combine(new, old)
+    assert both.facts["commit"] == "new"
+    assert sorted(both.spectra["seed"].unique()) == list(range(1, 9))
+    keys = ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"]
+    assert not both.spectra.duplicated(keys).any()
+    fourth = both.spectra[(both.spectra["seed"] == 4) & (both.spectra["n"] == 256)]
+    assert fourth["g0"].max() == pytest.approx(TABLES["spectra"]().query("seed == 1 and n == 256")["g0"].max())
+    assert len(both.states) == len(old.states)
+
+
+def test_reference_tables_are_written_alike_every_time(tmp_path):
+    for folder in ("a", "b"):
+        save(tables(), tmp_path / folder, {})
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+
+
+def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
+    def read(name):
+        if name == "onset":
+            return TABLES["onset"]()
+        raise InputError(f"no table {name}")
+
+    assert set(save(EnsembleTables(read), tmp_path, {})) == {"onset"}
+    back = read_folder(tmp_path)
+    assert gallery.draw("boromand-10", back).claims
+    with pytest.raises(StorageError, match=r"spectra.*cannot be read"):
+        gallery.draw("baumgarten-1", back)
+    with pytest.raises(InputError, match="no table has rows"):
+        save(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, {})
+
+
+def test_damaged_reference_tables_are_refused(tmp_path):
+    with pytest.raises(StorageError, match=r"reference\.json"):
+        read_folder(tmp_path)
+    save(tables(), tmp_path, {})
+    (tmp_path / "onset.csv.gz").write_bytes(b"no gzip")
+    with pytest.raises(StorageError, match="onset"):
+        gallery.draw("boromand-10", read_folder(tmp_path))
+    (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
+    with pytest.raises(InputError, match="column"):
+        gallery.draw("boromand-10", read_folder(tmp_path))
+
+
+def test_the_reference_data_are_packed_whole_and_small():
+    folder = REFERENCE
+    rows = json.loads((folder / "reference.json").read_text())["rows"]
+    for name, count in rows.items():
+        assert gzip.open(folder / f"{name}.csv.gz").read().count(b"\n") == 1 + count > 1
+    assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
+
+
+def test_the_summary_counts_numbers_of_the_papers_alone():
+    theirs, beside = drawn("boromand-6").claims, drawn("dynamics-flow-curves").claims
+    assert beside and first_line([*theirs, *beside]) == first_line(theirs)
+    assert first_line(theirs).startswith(f"{len(theirs)} numbers of both papers: ")
+
+
+def test_the_readme_repeats_how_many_numbers_agree():
+    """`jamlab figure all` writes the file; the slow test below draws it anew."""
+    told = (REFERENCE / SUMMARY).read_text().splitlines()[0]
+    readme = Path(__file__).parents[2] / "README.md"
+    assert told in " ".join(readme.read_text().split())
+
+
+@pytest.mark.slow
+def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
+    """Two processes write, this one draws once more: pictures are the same to the last byte."""
+    drawn, failures = gallery.write_all(list(gallery.FIGURES), reference_tables(), tmp_path / "two", processes=2)
+    assert not failures and [d.name for d in drawn] == list(gallery.FIGURES)
+    measured = [c for d in drawn for c in d.claims if c.measured]
+    assert len(measured) > 60
+    differing = [c for d in drawn for c in d.claims if c.verdict is Verdict.DIFFERS]
+    assert [c.line for c in differing if not (c.cause and c.shown_by)] == []  # a difference has a measured cause
+    assert (tmp_path / "two" / SUMMARY).read_text() == (REFERENCE / SUMMARY).read_text()
+    for name in gallery.FIGURES:
+        drawing = gallery.draw(name, reference_tables())
+        for path in gallery.write(drawing, tmp_path)[0]:
+            assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+        assert (name, covered(drawing.figure)) == (name, 0)
+
+
+def covered(figure):
+    """How many points of curves, of lines between them and of bands lie under a legend or an inset."""
+    figure.canvas.draw()
+    count = 0
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        boxes = [legend.get_window_extent()] if legend else []
+        boxes += [inset.get_tightbbox() for inset in axes.child_axes]
+        paths = [(line.get_transform(), line.get_path(), line.get_linestyle() != "None") for line in axes.lines]
+        paths += [(band.get_transform(), path, True) for band in axes.collections for path in band.get_paths()]
+        for transform, path, joined in paths:
+            points = transform.transform(path.vertices)
+            points = points[np.isfinite(points).all(axis=1)]
+            if joined and len(points) > 1:
+                points = np.concatenate([points[:-1] + t * np.diff(points, axis=0) for t in np.linspace(0, 1, 20)])
+            count += sum(box.contains(*point) and axes.bbox.contains(*point) for box in boxes for point in points)
+    return count
+
+
+def test_what_a_legend_covers_is_counted():
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 1], label="a line")
+    axes.legend(loc="center")
+    assert covered(figure) > 0
+    axes.legend(loc="upper left")
+    assert covered(figure) == 0
