@@ -80,7 +80,7 @@ def test_what_ships(name):
     assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
     assert table.tasks == set(map(str, TOPICS[name].seeds))
     points = TOPICS[name].points(table.rows)
-    fewer = {"N = 1024": 5, "N = 8192": 1}  # of packings in other codes
+    fewer = {"N = 1024": 3}  # of packings in other codes
     assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
     assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
     assert all(p.low <= p.high and p.seconds > 0 for p in points if p.drawn)

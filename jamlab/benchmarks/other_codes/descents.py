@@ -17,8 +17,8 @@ from jamlab.protocols.relaxation import force_tolerance
 Array = NDArray[np.float64]
 
 _PHI = 0.88
-_PACKINGS = {64: 20, 1024: 5, 8192: 1}  # N -> how many of the seeds
-_TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+_PACKINGS = {64: 20, 1024: 3}  # N -> how many of the seeds
+_TOLERANCES = (1e-4, 1e-8, 1e-12)
 _REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
 _COMPILING = 0.5  # s of a first run more than of the next that a note tells
 
