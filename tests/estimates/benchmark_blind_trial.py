@@ -3,9 +3,9 @@
 Three trials are stored, each drawn after table and rules were frozen in a commit, the first two with its first eight
 digits as seed, the third with one of the kernel's:
 blind_trial_1.csv (a2b49f1c, 2729746204) let droplets carried by disks stand in for moduli, and four of its six misses
-are of G; blind_trial_2.csv (7d8599bb, 2105907643) takes moduli from droplets alone, as it is now; blind_trial_3.csv (7a243be, 1680824845) has a
-table of a hundred seeds instead of forty. Requests that take
-droplets from the start are "resampled": drawn from the campaign whose other packings are the truth.
+are of G; blind_trial_2.csv (7d8599bb, 2105907643) takes moduli from droplets alone, as it is now; blind_trial_3.csv
+(7a243be, 1680824845) has a table of a hundred seeds instead of forty. Requests that take droplets from the start are
+"resampled": drawn from the campaign whose other packings are the truth.
 
 JAMLAB_TRUTH names the folder of a campaign with 64 droplets (sweep "droplets-64" of jamlab/campaign/reference.toml) and
 runs a new trial: JAMLAB_SEEDS requests (60), drawn with JAMLAB_SEED (1), kept in the folder JAMLAB_RESULTS as they
