@@ -1,9 +1,11 @@
 """The blind trial of `jamlab.estimate`: random requests against ensembles unknown to its table. pytest -m benchmark -s.
 
-Two trials are stored, each drawn after table and rules were frozen in a commit, with its first eight digits as seed:
+Three trials are stored, each drawn after table and rules were frozen in a commit, the first two with its first eight
+digits as seed, the third with one of the kernel's:
 blind_trial_1.csv (a2b49f1c, 2729746204) let droplets carried by disks stand in for moduli, and four of its six misses
-are of G; blind_trial_2.csv (7d8599bb, 2105907643) takes moduli from droplets alone, as it is now. Requests that take
-droplets from the start are "resampled": drawn from the campaign whose other packings are the truth.
+are of G; blind_trial_2.csv (7d8599bb, 2105907643) takes moduli from droplets alone, as it is now; blind_trial_3.csv
+(7a243be, 1680824845) has a table of a hundred seeds instead of forty. Requests that take droplets from the start are
+"resampled": drawn from the campaign whose other packings are the truth.
 
 JAMLAB_TRUTH names the folder of a campaign with 64 droplets (sweep "droplets-64" of jamlab/campaign/reference.toml) and
 runs a new trial: JAMLAB_SEEDS requests (60), drawn with JAMLAB_SEED (1), kept in the folder JAMLAB_RESULTS as they
@@ -41,7 +43,7 @@ def show(verdicts):
     return found
 
 
-@pytest.mark.parametrize("name", ["blind_trial_1.csv", "blind_trial_2.csv"])
+@pytest.mark.parametrize("name", ["blind_trial_1.csv", "blind_trial_2.csv", "blind_trial_3.csv"])
 def test_the_stored_trials(name):
     found = show(read_verdicts(FOLDER / name))
     assert found["errors met"] == 1
