@@ -1,6 +1,5 @@
 """List the topics of `jamlab chart speed-accuracy`."""
 
-from jamlab.benchmarks.other_codes import descents
 from jamlab.benchmarks.speed_accuracy import (
     disk_minimisers,
     droplet_minimisers,
@@ -10,6 +9,7 @@ from jamlab.benchmarks.speed_accuracy import (
     moduli,
     onset_search,
     packing_fractions,
+    peer_descents,
     pressure_packing,
     spectra,
 )
@@ -25,5 +25,5 @@ TOPICS = {
     "droplet-vertices": droplet_vertices.TOPIC,
     "flow-in-time": flow_in_time.TOPIC,
     "ensemble-means": ensemble_means.TOPIC,
-    "other-codes": descents.TOPIC,
+    "other-codes": peer_descents.TOPIC,
 }
