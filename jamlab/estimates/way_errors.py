@@ -78,7 +78,12 @@ def _skewed(packings: float) -> float:
 def is_known(record: WayRecord, reference: WayRecord, quantity: str) -> bool:
     """Whether a way has enough packings in the table for its difference from the reference to have an error."""
     fewest = _FEWEST_TAILED if quantity in ("g", "b") else _FEWEST
-    return record is reference or min(len(record.seeds), len(reference.seeds)) >= fewest
+    if record is reference:
+        return True
+    if min(len(record.seeds), len(reference.seeds)) < fewest:
+        return False
+    present = np.isfinite(record.values[quantity]).sum(axis=0)  # near 0.84 few packings jam
+    return bool(present.min() > 1 and deviations(record, quantity).min() > 0)
 
 
 def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: float) -> Difference:
