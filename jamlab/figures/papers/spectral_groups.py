@@ -111,7 +111,8 @@ def select_sweep(table: pd.DataFrame, parameter: str) -> pd.DataFrame:
     """
     count = table.groupby(["n", "target_pressure"])[parameter].nunique()
     n, p = max(count.index[count == count.max()])
-    return table.loc[(table["n"] == n) & (table["target_pressure"] == p)]
+    chosen: NDArray[np.bool_] = ((table["n"] == n) & (table["target_pressure"] == p)).to_numpy()
+    return table.loc[chosen]
 
 
 def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:
