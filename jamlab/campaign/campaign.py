@@ -64,7 +64,7 @@ class Campaign:
         """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
 
         Args:
-            verify: also read every finished file and check its checksum.
+            verify: also read every finished file: check its checksum, and add up wall and CPU times.
 
         Raises:
             InputError: the folder cannot be read, or a column of `until` does not exist.
