@@ -9,7 +9,9 @@ import jamlab
 from jamlab.engine.installation import PLUGIN_STYLES
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"])
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
+TEMPLATES = [page for page in PAGES if "template" in str(page.relative_to(ROOT)).lower()]
+FOLDERS = ("docs", "jamlab", "lammps_inputs", "plugin", "tests", ".github")
 SECTIONS = ["Syntax", "Examples", "Description", "Restrictions", "Related commands", "Default"]
 MADE = ("gallery/", "reference/python/", "reference/commands.rst")  # by the build, which checks links to them
 
@@ -42,6 +44,30 @@ def test_links_of_pages_lead_somewhere():
             path = (page.parent / target).resolve()
             made = path.is_relative_to(ROOT / "docs") and str(path.relative_to(ROOT / "docs")).startswith(MADE)
             assert "://" in target or made or path.exists(), f"{page}: {target}"
+
+
+def test_templates_hold_no_relative_links():
+    """Their text is pasted into an issue, where a path leads nowhere."""
+    assert len(TEMPLATES) == 4
+    for page in TEMPLATES:
+        links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+        assert all("://" in link for link in links), f"{page}: {links}"
+
+
+def test_files_that_are_named_are_there():
+    """Paths from the root, in pages, code and settings."""
+    path = re.compile(
+        rf"(?<![\w/.-])((?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]+\.(?:py|cpp|h|csv|md|toml|json|js)(?:\.gz)?)\b"
+    )
+    code = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*") if file.suffix in (".py", ".h", ".cpp")]
+    named = [
+        (file, name)
+        for file in {*PAGES, *code, ROOT / "pyproject.toml"}
+        for name in path.findall(file.read_text(encoding="utf-8"))
+    ]
+    assert len(named) > 50
+    missing = [f"{file}: {name}" for file, name in named if not (ROOT / name).exists()]
+    assert not missing
 
 
 def test_the_map_of_the_package_names_everything_that_can_be_called():

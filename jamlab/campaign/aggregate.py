@@ -37,7 +37,8 @@ def aggregate(
     Args:
         frame: rows with columns model, n and seed, which identify a packing.
         values: columns to average; rows whose value is not finite are left out.
-        by: columns whose values, rounded to five digits, define the groups.
+        by: columns whose values define the groups; what agrees to five digits is one value. It is given to all of its
+            digits if all rows have the same, such as a frequency, and to five if not, such as a pressure that was met.
         along: a further column to cut into bins.
         bins: edges for it, ascending.
         statistic: "mean" or "median", over packings.
@@ -67,6 +68,7 @@ def aggregate(
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
         labels = group if isinstance(group, tuple) else (group,)
         row: dict[str, Any] = dict(zip(keys, labels, strict=True))
+        row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
             row[along] = float(part[along].mean())
         for name in values:

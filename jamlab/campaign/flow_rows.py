@@ -3,6 +3,7 @@
 A run that has no answer, such as one whose drag is too weak to be resolved, has nan and is not converged.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -35,59 +36,44 @@ CREEP = ("residual", "final_time", "final_strain", "final_rate", "slope")
 def flow_rows(parameters: dict[str, Any], states: TaskStates, pressure: Pressure) -> list[Row]:
     """A row for each state, law and rate; rate 0 is quasi-static shear, in which there is no drag."""
     how = parameters["flow"]
-    first = len(states.packings) - 1 if how["last"] else 0
-    rows = []
-    for k, packing in list(enumerate(states.packings))[first:]:
-        for law in _with_power(damping_laws(parameters), how["alpha"]):
-            for rate in how["rates"]:
-                row = state_columns(states, pressure, k) | _flow_columns(law) | {"rate": rate}
-                row |= _steady_flow(packing, law, rate, how)
-                row["converged"] = states.converged[k] and row["converged"]
-                rows.append(row)
-    return rows
-
-
-def _steady_flow(packing: Packing, law: Damping, rate: float, how: dict[str, Any]) -> Row:
     strain, discard = how["strain"] + how["discard"], how["discard"]
-    given = {"tolerance": how["tolerance"], "background": how["background"]}
-    if isinstance(law, StokesDrag):
-        given["background"] = None  # all of the drag is that of the background
-    try:
+
+    def drive(packing: Packing, law: Damping, rate: float) -> Row:
+        given = {"tolerance": how["tolerance"], "background": how["background"]}
+        if isinstance(law, StokesDrag):
+            given["background"] = None  # all of the drag is that of the background
         run = shear(packing, rate, strain, law, step=how["step"], rows=int(np.ceil(ROWS * strain)), **given)
-    except ConvergenceError:
-        return {**dict.fromkeys((*STEADY, *PEAK, "flow_pressure", "flow_pressure_error"), np.nan), "converged": False}
-    mean, peak = steady_point(run, discard), run.peak
-    return {
-        **{name: mean[name] for name in STEADY},
-        "flow_pressure": mean["pressure"],
-        "flow_pressure_error": mean["pressure_error"],
-        "peak_stress": peak.stress if peak else np.nan,
-        "peak_strain": peak.strain if peak else np.nan,
-        "converged": run.steady(discard=discard).steady,
-    }
+        mean, peak = steady_point(run, discard), run.peak
+        return {
+            **{name: mean[name] for name in STEADY},
+            "flow_pressure": mean["pressure"],
+            "flow_pressure_error": mean["pressure_error"],
+            "peak_stress": peak.stress if peak else np.nan,
+            "peak_strain": peak.strain if peak else np.nan,
+            "converged": run.steady(discard=discard).steady,
+        }
+
+    missing: Row = dict.fromkeys((*STEADY, *PEAK, "flow_pressure", "flow_pressure_error"), np.nan)
+    points: list[Row] = [{"rate": rate} for rate in how["rates"]]
+    return _driven_rows(parameters, "flow", states, pressure, points, drive, missing)
 
 
 def oscillation_rows(parameters: dict[str, Any], states: TaskStates, pressure: Pressure) -> list[Row]:
     """A row for each state, law, frequency and amplitude, beside the linear answer by equivalent damping."""
     how = parameters["oscillation"]
     given = {name: how[name] for name in ("cycles", "tolerance", "background")}
-    rows = []
-    for k, packing in enumerate(states.packings):
-        for law in _with_power(damping_laws(parameters), how["alpha"]):
-            for omega in how["omega"]:
-                for amplitude in how["amplitudes"]:
-                    row = state_columns(states, pressure, k) | _flow_columns(law)
-                    row |= {"omega": omega, "amplitude": amplitude}
-                    try:
-                        found = oscillate(packing, omega, amplitude, law, **given)
-                    except ConvergenceError:
-                        row |= dict.fromkeys((*OSCILLATION, *EQUIVALENT), np.nan) | {"converged": False}
-                    else:
-                        row |= {name: getattr(found, name) for name in OSCILLATION}
-                        row |= _equivalent(packing, law, omega, amplitude * abs(complex(found.storage, found.loss)))
-                        row["converged"] = states.converged[k] and found.converged
-                    rows.append(row)
-    return rows
+
+    def drive(packing: Packing, law: Damping, omega: float, amplitude: float) -> Row:
+        found = oscillate(packing, omega, amplitude, law, **given)
+        row: Row = {name: getattr(found, name) for name in OSCILLATION}
+        row |= _equivalent(packing, law, omega, amplitude * abs(complex(found.storage, found.loss)))
+        return row | {"converged": found.converged}
+
+    points: list[Row] = [
+        {"omega": omega, "amplitude": amplitude} for omega in how["omega"] for amplitude in how["amplitudes"]
+    ]
+    missing: Row = dict.fromkeys((*OSCILLATION, *EQUIVALENT), np.nan)
+    return _driven_rows(parameters, "oscillation", states, pressure, points, drive, missing)
 
 
 def _equivalent(packing: Packing, law: Damping, omega: float, stress: float) -> Row:
@@ -106,20 +92,43 @@ def creep_rows(parameters: dict[str, Any], states: TaskStates, pressure: Pressur
     """A row for each state, law and stress; the stress is that beside the residual one."""
     how = parameters["creep"]
     given = {name: how[name] for name in ("largest_strain", "tolerance", "background")}
+
+    def drive(packing: Packing, law: Damping, stress: float) -> Row:
+        found = creep(packing, stress, how["duration"], law, **given)
+        return {
+            **{"residual": found.residual, "final_rate": found.final_rate, "slope": found.slope},
+            **{"final_time": found.time[-1], "final_strain": found.strain[-1]},
+            **{"flows": "flows" in found.verdict, "rests": "at rest" in found.verdict},
+            "converged": True,
+        }
+
+    points: list[Row] = [{"stress": stress} for stress in how["stresses"]]
+    missing: Row = {**dict.fromkeys(CREEP, np.nan), "flows": False, "rests": False}
+    return _driven_rows(parameters, "creep", states, pressure, points, drive, missing)
+
+
+def _driven_rows(
+    parameters: dict[str, Any],
+    table: str,
+    states: TaskStates,
+    pressure: Pressure,
+    points: Sequence[Row],
+    drive: Callable[..., Row],
+    missing: Row,
+) -> list[Row]:
+    """A row for each state, or the last one alone, law and point; `missing` where the run has no answer."""
+    how = parameters[table]
+    first = len(states.packings) - 1 if how.get("last") else 0
     rows = []
-    for k, packing in enumerate(states.packings):
+    for k, packing in list(enumerate(states.packings))[first:]:
         for law in _with_power(damping_laws(parameters), how["alpha"]):
-            for stress in how["stresses"]:
-                row = state_columns(states, pressure, k) | _flow_columns(law) | {"stress": stress}
+            for point in points:
                 try:
-                    found = creep(packing, stress, how["duration"], law, **given)
+                    found = drive(packing, law, **point)
                 except ConvergenceError:
-                    row |= dict.fromkeys(CREEP, np.nan) | {"flows": False, "rests": False, "converged": False}
-                else:
-                    row |= {"residual": found.residual, "final_rate": found.final_rate, "slope": found.slope}
-                    row |= {"final_time": found.time[-1], "final_strain": found.strain[-1]}
-                    row |= {"flows": "flows" in found.verdict, "rests": "at rest" in found.verdict}
-                    row["converged"] = states.converged[k]
+                    found = missing | {"converged": False}
+                row = state_columns(states, pressure, k) | _flow_columns(law) | point | found
+                row["converged"] = states.converged[k] and found["converged"]
                 rows.append(row)
     return rows
 

@@ -9,6 +9,7 @@ import typer
 from jamlab.cli.campaign_new import new
 from jamlab.cli.campaign_page import page
 from jamlab.cli.console import err_console, out_console, print_json, print_table
+from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
@@ -188,7 +189,9 @@ def merge(
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.exchange import merge as copy
 
-    counts = copy(open_campaign(file, out), folders)
+    campaign = open_campaign(file, out)
+    expect_output(campaign.folder.path)
+    counts = copy(campaign, folders)
     if as_json:
         print_json(counts)
     else:
@@ -209,6 +212,7 @@ def export(
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.exchange import export as write
 
+    expect_output(to)
     written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep)]
     if as_json:
         print_json({"written": written})

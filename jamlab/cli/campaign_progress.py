@@ -9,7 +9,7 @@ from rich.progress import Progress as Bars
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.standard_error import wanted_batches
-from jamlab.campaign.tasks import batches
+from jamlab.campaign.tasks import Batch, batches
 from jamlab.campaign.worker import FAILED, Outcome
 from jamlab.cli.console import err_console
 from jamlab.cli.interruption import describe_kept
@@ -20,16 +20,11 @@ _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a mi
 @contextmanager
 def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Callable[[Outcome], None]]:
     """Count tasks, and print failures at once; yields a function for `Campaign.run(progress=...)`."""
-    wanted = wanted_batches(batches(campaign.content, only), campaign.folder)
-    names = {name for batch in wanted for name in batch.names()}
+    chosen = batches(campaign.content, only)
+    describe_kept(lambda: _describe(campaign, chosen))
+    names = {name for batch in wanted_batches(chosen, campaign.folder) for name in batch.names()}
     total, before = len(names), len(names & campaign.folder.finished())
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    describe_kept(
-        lambda: (
-            f"{len(names & campaign.folder.finished())} of {total} tasks are finished in {campaign.folder.path}; "
-            f"`jamlab campaign resume {campaign.file}` goes on"
-        )
-    )
     quiet = not err_console.is_terminal
     with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
         bar = bars.add_task(campaign.name, total=total, completed=before)
@@ -46,3 +41,15 @@ def show_tasks(campaign: Campaign, only: Iterable[str] | None) -> Iterator[Calla
                 err_console.print(f"{count} of {max(total, count)} tasks", soft_wrap=True, highlight=False)
 
         yield show
+
+
+def _describe(campaign: Campaign, chosen: list[Batch]) -> str:
+    """How many tasks are finished, of at most how many if `until` decides, and what goes on with them."""
+    names = {name for batch in chosen for name in batch.names()}
+    most = "at most " if any(batch.until for batch in chosen) else ""
+    path = campaign.folder.path
+    elsewhere = "" if path in (campaign.file.parent, campaign.file.parent / campaign.name) else f" --out {path}"
+    return (
+        f"{len(names & campaign.folder.finished())} of {most}{len(names)} tasks are finished in {path}; "
+        f"`jamlab campaign resume {campaign.file}{elsewhere}` goes on"
+    )

@@ -1,13 +1,17 @@
 """`jamlab chart`: speed, accuracy and limits of methods."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from jamlab.cli.console import out_console, print_json, print_stage, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
+
+if TYPE_CHECKING:
+    from jamlab.benchmarks.measured_charts import MeasuredCharts
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -31,12 +35,11 @@ def speed_accuracy(
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
-    from jamlab.benchmarks.speed_accuracy.page import OFF_COLUMNS, defaults_off_the_front
-    from jamlab.benchmarks.speed_accuracy.page import plan as plan_topics
+    from jamlab.benchmarks.speed_accuracy.page import OFF_COLUMNS, TOPIC_CHARTS, defaults_off_the_front
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
     if plan:
-        _print_plan("topic", plan_topics(out, topic or ()), as_json)
+        _print_plan(TOPIC_CHARTS, out, topic or (), as_json)
         return
     expect_output(out)
     found = run(out, topic or (), measure=measure, progress=print_stage)
@@ -52,13 +55,14 @@ def speed_accuracy(
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
-def _print_plan(kind: str, rows: list[list[str]], as_json: bool) -> None:
+def _print_plan(charts: "MeasuredCharts", out: Path, chosen: Sequence[str], as_json: bool) -> None:
     """Print what a measurement would do and how long it takes."""
+    rows = charts.plan(out, chosen)
     total = sum(float(row[2]) for row in rows if row[2] != "unknown")
     if as_json:
         print_json({"plan": rows, "seconds": total})
         return
-    print_table("to measure", [kind, "left", "CPU s"], rows)
+    print_table("to measure", [charts.kind, "left", "CPU s"], rows)
     out_console.print(f"{total / 60:.0f} CPU minutes; an interrupted run goes on where it stopped", highlight=False)
 
 
@@ -71,12 +75,11 @@ def stability(
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
-    from jamlab.benchmarks.failure_maps.page import COUNTED, counts
-    from jamlab.benchmarks.failure_maps.page import plan as plan_maps
+    from jamlab.benchmarks.failure_maps.page import COUNTED, MAP_CHARTS, counts
     from jamlab.benchmarks.failure_maps.page import stability as run
 
     if plan:
-        _print_plan("map", plan_maps(out, maps or ()), as_json)
+        _print_plan(MAP_CHARTS, out, maps or (), as_json)
         return
     expect_output(out)
     found = run(out, maps or (), measure=measure, progress=print_stage)

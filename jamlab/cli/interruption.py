@@ -43,7 +43,7 @@ def expect_output(path: "Path") -> None:
         places = path.rglob("[!.]*") if path.is_dir() else [path]  # half-written files have names that begin with a dot
         written = [p for p in places if p.is_file() and p.stat().st_mtime >= began]
         if path.is_dir() and written:
-            return f"kept {len(written)} files in {path}, each complete"
+            return f"kept {len(written)} file{'s'[: len(written) > 1]} in {path}, each complete"
         return f"kept {path}, which is complete" if written else _NOTHING
 
     describe_kept(describe)

@@ -13,7 +13,7 @@ from jamlab.benchmarks.failure_maps.boundary import default_distance
 from jamlab.benchmarks.failure_maps.map import Axis, Map, log_axis, shares, summary
 from jamlab.benchmarks.failure_maps.map_figure import failure_figure, tick_text
 from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
-from jamlab.benchmarks.failure_maps.page import counts, plan, stability
+from jamlab.benchmarks.failure_maps.page import MAP_CHARTS, counts, stability
 from jamlab.benchmarks.failure_maps.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
@@ -273,7 +273,7 @@ def test_a_page_of_shipped_maps(tmp_path):
     page = (tmp_path / "stability.html").read_text()
     assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()
     assert pd.read_csv(tmp_path / "stability.csv")["map"].unique().tolist() == ["moved"]
-    assert plan(tmp_path, ["moved"])[0][:2] == ["moved", "12"]
+    assert MAP_CHARTS.plan(tmp_path, ["moved"])[0][:2] == ["moved", "12"]
     with pytest.raises(jamlab.InputError, match="weather"):
         stability(tmp_path, ["weather"])
 

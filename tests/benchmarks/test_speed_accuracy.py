@@ -14,7 +14,7 @@ from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
 from jamlab.benchmarks.speed_accuracy.curve_points import Point, dominated, points_of, price
 from jamlab.benchmarks.speed_accuracy.packing_fractions import TOPIC as FRACTIONS
 from jamlab.benchmarks.speed_accuracy.packing_fractions import covered
-from jamlab.benchmarks.speed_accuracy.page import defaults_off_the_front, plan, speed_accuracy
+from jamlab.benchmarks.speed_accuracy.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
 from jamlab.benchmarks.speed_accuracy.topic import COLUMNS, Trial, measure_trials, shipped_trials
 from jamlab.benchmarks.speed_accuracy.topics import TOPICS
 
@@ -121,9 +121,12 @@ def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):
         return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k) for k in (1, 2)]
 
     monkeypatch.setitem(TOPICS, "spectrum", replace(TOPICS["spectrum"], measure=measure, seeds=range(1, 4)))
-    assert plan(tmp_path, ["spectrum"])[0][:2] == ["spectrum", "3"]
+    assert TOPIC_CHARTS.plan(tmp_path, ["spectrum"])[0][:2] == ["spectrum", "3"]
     measure_trials(tmp_path / "spectrum.csv", TOPICS["spectrum"], [2])
-    assert plan(tmp_path, ["spectrum"])[0][1] == "2" and done == [2, 2]  # the first one twice, to load libraries
+    assert TOPIC_CHARTS.plan(tmp_path, ["spectrum"])[0][1] == "2" and done == [
+        2,
+        2,
+    ]  # the first one twice, to load libraries
     told = []
     found = speed_accuracy(tmp_path, ["spectrum"], measure=True, progress=told.append)["spectrum"]
     assert told == ["spectrum: packing 1 of 3", "spectrum: packing 3 of 3", "spectrum"] and done[2:] == [1, 1, 3]

@@ -9,6 +9,7 @@ from campaigns import run_here, written
 import jamlab
 from jamlab.campaign import states
 from jamlab.campaign.aggregate import aggregate
+from jamlab.campaign.exchange import export_table
 from jamlab.campaign.tables import TABLE_COLUMNS, TABLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
@@ -123,3 +124,15 @@ def test_groups_bins_and_what_is_left_out():
     for wrong in ({"along": "x"}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}, {"statistic": "mode"}):
         with pytest.raises(InputError, match="|".join(wrong)):
             aggregate(frame, ["g"], ["p"], **wrong)
+
+
+def test_keys_of_groups_read_back_exactly(tmp_path):
+    """A frequency is what it was in every row; pressures that were met to 1e-6 are one, to five digits."""
+    omega = np.geomspace(1e-3, 1e2, 4)
+    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": [1, 2], "p": [1e-3, 1.0000002e-3]})
+    frame = frame.merge(pd.DataFrame({"omega": omega, "g": omega**2}), how="cross")
+    means = aggregate(frame, ["g"], ["p", "omega"])
+    assert means["omega"].tolist() == omega.tolist() and set(means["p"]) == {1e-3}
+    export_table(means, tmp_path / "means.csv")
+    read = pd.read_csv(tmp_path / "means.csv", dtype=str)
+    assert [float(text) for text in read["omega"]] == omega.tolist()

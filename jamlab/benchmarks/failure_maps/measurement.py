@@ -1,25 +1,23 @@
 """All maps of failure, and how each is measured, row by row."""
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from jamlab.benchmarks.failure_maps import disk_minimisers, disk_packings, droplets, dynamics, elastic_moduli, spectra
 from jamlab.benchmarks.failure_maps.map import COLUMNS, Map
-from jamlab.benchmarks.measured_table import MeasuredTable, Task, measure_table, shipped_table
+from jamlab.benchmarks.measured_table import MeasuredTable, Progress, Task, measure_table, shipped_table
 
 PACKAGE = "jamlab.benchmarks.failure_maps"
 _TOPICS = (disk_minimisers, disk_packings, elastic_moduli, spectra, droplets, dynamics)
 MAPS: dict[str, Map] = {name: chart for topic in _TOPICS for name, chart in topic.MAPS.items()}
 
 
-def measure_map(folder: Path, name: str, *, progress: Callable[[str, int, int], None] | None = None) -> MeasuredTable:
-    """Measure a map into NAME.csv of a folder, a task for every y; goes on where it was interrupted."""
+def measure_map(path: Path, name: str, progress: Progress = lambda task, done, of: None) -> MeasuredTable:
+    """Measure a map into a CSV file, a task for every y; goes on where it was interrupted, see `measure_table`."""
     chart = MAPS[name]
     facts: dict[str, Any] = {"map": name, "seeds": chart.seeds, "x": chart.x.label, "y": chart.y.label}
-    how = {} if progress is None else {"progress": progress}
-    return measure_table(folder / f"{name}.csv", COLUMNS, tasks(chart), facts, **how)
+    return measure_table(path, COLUMNS, tasks(chart), facts, progress=progress)
 
 
 def tasks(chart: Map) -> dict[str, Task]:

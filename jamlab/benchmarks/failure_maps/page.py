@@ -1,6 +1,6 @@
 """Draw where methods fail, map by map, from data that ship with jamlab or are measured anew."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -11,9 +11,8 @@ from jamlab.benchmarks.failure_maps.map import Map
 from jamlab.benchmarks.failure_maps.map_figure import failure_figure
 from jamlab.benchmarks.failure_maps.measurement import MAPS, measure_map, shipped_map, tasks
 from jamlab.benchmarks.failure_maps.verdict import SILENT, VERDICTS
-from jamlab.benchmarks.measured_table import MeasuredTable, done_tasks
-from jamlab.checks import check_choice
-from jamlab.errors import StorageError
+from jamlab.benchmarks.measured_charts import MeasuredCharts, Say, source
+from jamlab.benchmarks.measured_table import MeasuredTable
 from jamlab.figures.html_page import TextTable
 from jamlab.packing.atomic_file import make_folder
 
@@ -26,12 +25,11 @@ _LEAD = (
 )
 
 
+MAP_CHARTS = MeasuredCharts("map", "row", MAPS, lambda chart: set(tasks(chart)), shipped_map, measure_map)
+
+
 def stability(
-    out: Path,
-    maps: Sequence[str] = (),
-    *,
-    measure: bool = False,
-    progress: Callable[[str], None] | None = None,
+    out: Path, maps: Sequence[str] = (), *, measure: bool = False, progress: Say | None = None
 ) -> dict[str, pd.DataFrame]:
     """Draw the maps, and write stability.csv, one PNG for each and stability.html.
 
@@ -48,51 +46,15 @@ def stability(
         InputError: there is no such map.
         StorageError: the folder cannot be written, or holds another measurement.
     """
-    names = check_maps(maps)
+    names = MAP_CHARTS.names(maps)
     make_folder(out)
-    say = progress or (lambda text: None)
-    tables: dict[str, MeasuredTable] = {}
-    for name in names:
-        if measure:
-
-            def tell(row: str, done: int, of: int, name: str = name) -> None:
-                say(f"{name}: row {done + 1} of {of}")
-
-            tables[name] = measure_map(out, name, progress=tell)
-        else:
-            tables[name] = shipped_map(name)
+    tables = MAP_CHARTS.tables(out, names, measure=measure, progress=progress)
 
     def chart(name: str) -> Chart:
         return _chart(name, MAPS[name], tables[name])
 
-    facts = {"data": "measured now" if measure else "shipped with jamlab"}
-    write_charts(out, "stability", "Where methods fail", _LEAD, chart, names, facts, progress=progress)
+    write_charts(out, "stability", "Where methods fail", _LEAD, chart, names, source(measure), progress=progress)
     return {name: table.rows for name, table in tables.items()}
-
-
-def check_maps(maps: Sequence[str]) -> list[str]:
-    """Names of maps, all if none is given.
-
-    Raises:
-        InputError: there is no such map.
-    """
-    for name in maps:
-        check_choice("map", name, MAPS)
-    return list(maps or MAPS)
-
-
-def plan(out: Path, maps: Sequence[str] = ()) -> list[list[str]]:
-    """What `measure` would do: a row for each map, its name, rows left and CPU seconds, by the shipped data."""
-    rows = []
-    for name in check_maps(maps):
-        left = set(tasks(MAPS[name])) - done_tasks(out / f"{name}.csv")
-        try:
-            took = shipped_map(name).rows.groupby("task")["took"].first()
-            seconds = f"{took[[task for task in took.index if task in left]].sum():.0f}"
-        except StorageError:
-            seconds = "unknown"
-        rows.append([name, str(len(left)), seconds])
-    return rows
 
 
 def counts(found: Mapping[str, pd.DataFrame]) -> list[list[str]]:

@@ -1,17 +1,15 @@
 """Draw cost against error, topic by topic, from data that ship with jamlab or are measured anew."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from jamlab.benchmarks.chart_page import Chart, write_charts
-from jamlab.benchmarks.measured_table import MeasuredTable, done_tasks
+from jamlab.benchmarks.measured_charts import MeasuredCharts, Say, source
 from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
 from jamlab.benchmarks.speed_accuracy.curve_points import SLACK, Point, dominated, price
 from jamlab.benchmarks.speed_accuracy.topic import measure_trials, shipped_trials
 from jamlab.benchmarks.speed_accuracy.topics import TOPICS
-from jamlab.checks import check_choice
-from jamlab.errors import StorageError
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.packing.atomic_file import make_folder
 
@@ -22,16 +20,18 @@ _LEAD = (
     "error of the reference itself, or as the caption says. Open marks: some packings gave no number."
 )
 
-
 OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest as good", "reason"]
+
+TOPIC_CHARTS = MeasuredCharts(
+    *("topic", "packing", TOPICS),
+    tasks=lambda topic: {str(seed) for seed in topic.seeds},
+    shipped=shipped_trials,
+    measure=lambda path, name, progress: measure_trials(path, TOPICS[name], progress=progress),
+)
 
 
 def speed_accuracy(
-    out: Path,
-    topics: Sequence[str] = (),
-    *,
-    measure: bool = False,
-    progress: Callable[[str], None] | None = None,
+    out: Path, topics: Sequence[str] = (), *, measure: bool = False, progress: Say | None = None
 ) -> dict[str, list[Point]]:
     """Draw the topics, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html.
 
@@ -48,19 +48,9 @@ def speed_accuracy(
         InputError: there is no such topic.
         StorageError: the folder cannot be written, or holds another measurement.
     """
-    names = check_topics(topics)
+    names = TOPIC_CHARTS.names(topics)
     make_folder(out)
-    say = progress or (lambda text: None)
-    tables: dict[str, MeasuredTable] = {}
-    for name in names:
-        if measure:
-
-            def tell(seed: str, done: int, of: int, name: str = name) -> None:
-                say(f"{name}: packing {done + 1} of {of}")
-
-            tables[name] = measure_trials(out / f"{name}.csv", TOPICS[name], progress=tell)
-        else:
-            tables[name] = shipped_trials(name)
+    tables = TOPIC_CHARTS.tables(out, names, measure=measure, progress=progress)
     found = {name: TOPICS[name].points(table.rows) for name, table in tables.items()}
 
     def chart(name: str) -> Chart:
@@ -71,37 +61,11 @@ def speed_accuracy(
         table = _table(topic.error, points, [not b for b in beaten])
         return Chart(topic.title, caption, curve_figure(topic.title, topic.error, points), table, rows)
 
-    facts = {"data": "measured now" if measure else "shipped with jamlab"}
     off = defaults_off_the_front(found)
     opening = [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
-    title = "Cost against error"
-    write_charts(out, "speed-accuracy", title, _LEAD, chart, names, facts, opening=opening, progress=progress)
+    title, made = "Cost against error", source(measure)
+    write_charts(out, "speed-accuracy", title, _LEAD, chart, names, made, opening=opening, progress=progress)
     return found
-
-
-def check_topics(topics: Sequence[str]) -> list[str]:
-    """Names of topics, all if none is given.
-
-    Raises:
-        InputError: there is no such topic.
-    """
-    for name in topics:
-        check_choice("topic", name, TOPICS)
-    return list(topics or TOPICS)
-
-
-def plan(out: Path, topics: Sequence[str] = ()) -> list[list[str]]:
-    """What `measure` would do: a row for each topic, its name, packings left and CPU seconds, by the shipped data."""
-    rows = []
-    for name in check_topics(topics):
-        left = len({str(seed) for seed in TOPICS[name].seeds} - done_tasks(out / f"{name}.csv"))
-        try:
-            shipped = shipped_trials(name)
-            seconds = f"{left * shipped.seconds / len(shipped.tasks):.0f}"
-        except StorageError:
-            seconds = "unknown"
-        rows.append([name, str(left), seconds])
-    return rows
 
 
 def defaults_off_the_front(found: Mapping[str, Sequence[Point]]) -> list[list[str]]:
