@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.file_tables import CampaignTable
 from jamlab.campaign.folder import COPY, CampaignFolder
 from jamlab.campaign.tasks import Batch, batches
 from jamlab.campaign.worker import Outcome

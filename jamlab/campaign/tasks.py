@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from jamlab.campaign.file import CampaignTable, SweepTable
+from jamlab.campaign.file_tables import CampaignTable, SweepTable
 from jamlab.campaign.flow_file import FLOWS
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError

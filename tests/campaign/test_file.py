@@ -9,7 +9,8 @@ from campaigns import SWEEP, names, written
 
 import jamlab
 from jamlab.campaign.driver import remaining_tasks
-from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.file_tables import CampaignTable
 from jamlab.campaign.tasks import batches, task_name
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError

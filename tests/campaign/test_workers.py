@@ -13,7 +13,7 @@ from commands import call
 
 import jamlab
 from jamlab.campaign import driver, worker_supply
-from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.file_tables import CampaignTable
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.campaign.workers import Workers

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.file_tables import CampaignTable
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches
 from jamlab.errors import InputError
