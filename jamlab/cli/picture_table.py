@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from jamlab.cli.console import print_json, print_note, print_table
 
 if TYPE_CHECKING:
@@ -16,22 +14,29 @@ MOST_SIDES = 6  # voids with more are one entry of the table
 
 def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     """Print what a picture shows; a doubtful verdict marks every number and gives its reasons."""
+    from jamlab.micrographs.quality import LIMITS
+
     if as_json:
         print_json(_json(found))
         return
     mark = DOUBT if found.reasons else ""
     length = "pixels" if found.pixel is None else "units of --pixel"
+    means = found.means
     row = {
         "droplets": f"{found.count}",
         "cut": f"{found.cut}",
-        "rho": f"{found.rho:.4f}",
-        "z": "none" if np.isnan(found.z) else f"{found.z:.3f}",
-        "A": f"{found.shape.mean():.4f}",
+        "rho": means["rho"].text(".4f"),
+        "z": means["z"].text(".2f"),
+        "A": means["shape_rim"].text(".4f"),
         "rattlers": f"{found.rattlers.sum()}",
         "voids": f"{len(found.voids.sides)}",
-        "radius": f"{found.sizes.mean:.4g}",
+        "radius": means["radius"].text(".4g"),
     }
     print_table(f"droplets of {name}", list(row), [[value + mark for value in row.values()]])
+    print_note(
+        f"± standard error over the droplets; light, blur and films of a good picture shift rho by up to "
+        f"{LIMITS['rho']:g}, z by {LIMITS['z']:g}, A by {LIMITS['shape']:g}"
+    )
     share = found.voids.probability
     sides = [f"P_{k} = {share[k]:.2f}{mark}" for k in share if k <= MOST_SIDES]
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
@@ -52,6 +57,8 @@ def _json(found: "Micrograph") -> dict[str, object]:
     sizes = found.sizes
     return {
         **{name: [value] for name, value in numbers.items()},
+        "standard_error": {name: mean.error for name, mean in found.means.items()},
+        "interval_95": {name: mean.interval for name, mean in found.means.items()},
         "void_sides": {str(sides): share for sides, share in found.voids.probability.items()},
         "sizes": {
             "verdict": sizes.verdict,

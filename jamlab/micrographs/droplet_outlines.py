@@ -1,7 +1,10 @@
 """Outlines of droplets: half a gap from the wall of its cell, smoothed to the first Fourier modes.
 
 The outline of pixels is longer than that of the droplet by steps of a pixel, however fine they are; its first Fourier
-modes hold flats and corners but not the steps.
+modes hold flats and corners but not the steps. More modes hold more of the corners, and more of the noise: outlines of
+a packing at rho = 0.95, with rims and without noise, lose 0.009 of A with 8 modes and 0.004 with 16, but in the good
+pictures of `micrograph_errors.csv` errors of A are -0.010 to 0.018 with 8 modes, -0.008 to 0.020 with 10, and pass
+0.024 with 16.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from jamlab.micrographs.scikit_image import scikit_image
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MODES = 16  # Fourier modes of an outline: enough for flats and corners (shape within 0.008), too few for pixel steps
+MODES = 8  # Fourier modes of an outline
 POINTS = 512  # even steps along an outline for the transform: two or more to a pixel up to a radius of 40
 
 

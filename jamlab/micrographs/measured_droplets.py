@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from jamlab.micrographs.picture_voids import PictureVoids
 from jamlab.micrographs.size_distribution import SizeDistribution
-from jamlab.packing.short_repr import short_repr
+from jamlab.micrographs.standard_errors import Mean, mean_of, share_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +56,9 @@ class Micrograph:
         >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
         >>> m.unit, m.centres.shape == (m.count, 2)
         ('pixels', True)
+        >>> low, high = m.means["z"].interval
+        >>> low < m.z < high, m.quality  # eight droplets say little of others
+        (True, 'doubtful')
     """
 
     labels: Indices
@@ -81,7 +84,11 @@ class Micrograph:
     cut_outlines: tuple[Array, ...] = field(repr=False)
     touching: Array = field(repr=False)
 
-    __repr__ = short_repr
+    def __repr__(self) -> str:
+        means = self.means
+        shown = (("rho", "rho", ".3f"), ("z", "z", ".2f"), ("A", "shape_rim", ".3f"), ("radius", "radius", ".4g"))
+        numbers = ", ".join(f"{name} = {means[key].text(form)}" for name, key, form in shown)
+        return f"Micrograph({self.count} droplets, {self.cut} cut, {numbers}; {self.sizes}; {self.quality})"
 
     @property
     def count(self) -> int:
@@ -90,7 +97,10 @@ class Micrograph:
 
     @property
     def quality(self) -> str:
-        """Verdict of checks that need no truth: "good", or "doubtful" with `reasons`."""
+        """Verdict of checks that need no truth, of the picture and of how many droplets it shows; see `reasons`.
+
+        "good", or "doubtful".
+        """
         return "doubtful" if self.reasons else "good"
 
     @property
@@ -106,15 +116,29 @@ class Micrograph:
     @property
     def z(self) -> float:
         """Mean number of contacts of the droplets that do not rattle; nan if all rattle."""
-        return float(self.contacts[~self.rattlers].mean()) if (~self.rattlers).any() else float("nan")
+        return self.means["z"].value
+
+    @property
+    def means(self) -> dict[str, Mean]:
+        """Means of rho, z, shape_rim and radius: `value`, standard `error` over the droplets, 95 % `interval`.
+
+        Names are those of `jamlab.measure`, and `radius` that of a circle of the same area. The error is that of too
+        few droplets alone, see `jamlab.micrographs.standard_errors`.
+        """
+        return {
+            "rho": share_of(self.areas, self.cells, self.rho),
+            "z": mean_of(self.contacts[~self.rattlers].astype(np.float64)),
+            "shape_rim": mean_of(self.shape),
+            "radius": mean_of(np.sqrt(self.areas / np.pi)),
+        }
 
     def measure(self) -> dict[str, float]:
-        """What a picture shows of the columns of `jamlab.measure`: rho, z, rattlers, shape."""
+        """What a picture shows of the columns of `jamlab.measure`: rho, z, rattlers, shape_rim."""
         return {
             "rho": self.rho,
             "z": self.z,
             "rattlers": float(self.rattlers.sum()),
-            "shape": float(self.shape.mean()),
+            "shape_rim": float(self.shape.mean()),
         }
 
     def table(self) -> pd.DataFrame:

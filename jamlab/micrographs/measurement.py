@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -13,7 +15,7 @@ from jamlab.micrographs.droplet_outlines import outlines, shape_factor
 from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.picture_voids import PictureVoids, find_voids
-from jamlab.micrographs.quality import Checks, find_doubts
+from jamlab.micrographs.quality import Checks, doubt_few, find_doubts
 from jamlab.micrographs.segmentation import Segments, find_droplets
 from jamlab.micrographs.size_distribution import size_distribution
 from jamlab.micrographs.walls import Walls, find_walls
@@ -177,7 +179,7 @@ class Measurement:
         names = np.full(n, -1)
         names[kept] = np.arange(1, len(kept) + 1)
         centres = self.centres[:, ::-1] - self.margin
-        return Micrograph(
+        found = Micrograph(
             labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
             centres=centres[kept] * scale,
             areas=areas[kept] * scale**2,
@@ -201,3 +203,4 @@ class Measurement:
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
+        return replace(found, reasons=(*found.reasons, *doubt_few(found.count, found.means)))

@@ -56,10 +56,9 @@ def draw_overlay(micrograph: Micrograph, ax: Any = None) -> Any:
     _write_numbers(ax, m, points)
     _mark_voids(ax, m, points)
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
-    z = "none" if np.isnan(m.z) else f"{m.z:.2f}"
+    rho, z, shape = (m.means[name].text(form) for name, form in (("rho", ".3f"), ("z", ".2f"), ("shape_rim", ".3f")))
     verdict = f"quality: {m.quality}" + (f" ({len(m.reasons)} reason{'s'[: len(m.reasons) > 1]})" if m.reasons else "")
-    shape = f"{m.shape.mean():.3f}"
-    ax.set_title(f"{m.count} droplets, ρ = {m.rho:.3f}, z = {z}, A = {shape}; {verdict}", fontsize=11)
+    ax.set_title(f"{m.count} droplets, ρ = {rho}, z = {z}, A = {shape}; {verdict}", fontsize=11)
     handles = _legend(m)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False)
     return ax

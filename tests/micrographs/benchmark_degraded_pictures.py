@@ -11,7 +11,8 @@ from itertools import product
 import pytest
 
 import jamlab
-from jamlab.micrographs.errors_of_rendered import LIMITS, picture_errors, truth
+from jamlab.micrographs.errors_of_rendered import picture_errors, truth
+from jamlab.micrographs.quality import LIMITS
 
 pytestmark = pytest.mark.benchmark
 SEEDS = (201, 202, 203)

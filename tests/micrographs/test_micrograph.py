@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from commands import call
 from PIL import Image
+from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
 from jamlab.measure import COLUMNS
-from jamlab.micrographs.errors_of_rendered import LIMITS, picture_errors, truth
+from jamlab.micrographs.errors_of_rendered import picture_errors, truth
+from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few
+from jamlab.micrographs.standard_errors import mean_of
+from jamlab.packing.free_droplet import regular_polygon
 
 pytest.importorskip("skimage")
 
@@ -33,7 +37,7 @@ def lattice(gap, radius=16, **how):
 
 @pytest.fixture(scope="module")
 def touching():
-    return jamlab.micrograph(lattice(1.0), pixel=0.5, bright=True)
+    return jamlab.micrograph(lattice(1.0, shape=(185, 190)), pixel=0.5, bright=True)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +48,7 @@ def rendered(dp_dense):
 
 
 def test_hexagonal_lattice(touching):
-    assert touching.count >= 10 and touching.cut > 0 and touching.quality == "good" and touching.unit == ""
+    assert touching.count >= FEWEST and touching.cut > 0 and touching.quality == "good" and touching.unit == ""
     np.testing.assert_allclose(touching.areas.mean(), np.pi * 8**2, rtol=0.1)  # films and their corners
     np.testing.assert_allclose(touching.shape, 1.0, atol=0.02)
     np.testing.assert_allclose(touching.cells.mean(), np.sqrt(0.75) * 16.5**2, rtol=0.02)
@@ -52,7 +56,27 @@ def test_hexagonal_lattice(touching):
     assert touching.z == 6.0 and not touching.rattlers.any() and touching.sizes.verdict == "monodisperse"
     assert touching.voids.probability == {3: 1.0}
     row = touching.measure()
-    assert set(row) <= set(COLUMNS) and row["z"] == touching.z and row["shape"] == touching.shape.mean()
+    assert set(row) <= set(COLUMNS) and row["z"] == touching.z and row["shape_rim"] == touching.shape.mean()
+
+
+def test_means_say_how_far_they_are_known(rendered):
+    """Standard errors by hand; a picture of few droplets is doubted for that, whatever it looks like."""
+    found = jamlab.micrograph(rendered, bright=True, periodic=True)
+    held = found.contacts[~found.rattlers]
+    z = found.means["z"]
+    assert (z.value, z.count) == (found.z, len(held)) and z.error == pytest.approx(held.std(ddof=1) / len(held) ** 0.5)
+    assert z.interval == pytest.approx(stats.t.interval(0.95, len(held) - 1, z.value, z.error))
+    assert found.means["rho"].value == found.rho and 0.001 < found.means["rho"].error < 0.02
+    assert f"z = {found.z:.2f} ± {z.error:.2f}" in repr(found) and len(repr(found)) < 200
+    assert found.reasons[-1] == f"12 whole droplets only, needs {FEWEST}: means over more may differ"
+
+
+def test_enough_droplets_that_differ_too_much_are_doubted():
+    tight, wide = mean_of(np.full(30, 0.9)), mean_of(np.arange(30) % 5.0)
+    assert doubt_few(30, {"rho": tight, "z": tight, "shape_rim": tight}) == ()
+    (reason,) = doubt_few(30, {"rho": tight, "z": wide, "shape_rim": tight})
+    assert reason.startswith("z is known to ±0.54 over 30 droplets")
+    assert mean_of(np.empty(0)).text(".2f") == "none" and mean_of(np.ones(1)).text(".1f") == "1.0"
 
 
 def test_table_has_a_row_per_droplet(touching):
@@ -92,7 +116,7 @@ def test_rendered_packing_comes_back_whole_and_periodic(rendered, dp_dense):
     known = jamlab.measure(dp_dense)
     assert found.count == dp_dense.n
     assert abs(found.rho - known["rho"]) < 0.015 and abs(found.z - known["z"]) <= 0.4
-    assert abs(found.shape.mean() - known["shape"]) < 0.02
+    assert abs(found.shape.mean() - known["shape_rim"]) < 0.02
     np.testing.assert_allclose(found.cells.sum(), dp_dense.area, rtol=0.01)
     apart = found.centres[:, None] - dp_dense.centroids
     apart -= np.rint(apart @ np.linalg.inv(dp_dense.box)) @ dp_dense.box
@@ -109,6 +133,20 @@ def test_edges_cut_droplets(dp_dense):
     row = picture_errors(dp_dense, 150, known, film=1.5)
     assert row["right"], row
     assert set(LIMITS) < set(row) and row["quality"] == "doubtful" and "whole droplets only" in row["reasons"]
+
+
+def test_true_shape_is_that_of_the_outline_that_is_drawn():
+    """A square with its rim: the perimeter drawn is how the area drawn grows with the rim."""
+    square = regular_polygon(4, 0.6, 0.3)
+    law = {"gamma": 0.4, "ka": 50.0, "eps": 1.0, "eta": 1.0, "contact": "outline", "a0": [0.6]}
+    thin, middle, thick = (
+        jamlab.Packing("dp", 2 * np.eye(2), square + 1.0, law | {"delta": 2 * rim}, offsets=[0, 4])
+        for rim in (0.075, 0.125, 0.175)
+    )
+    area = {p: jamlab.synthetic_micrograph(p, 256, film=0.0, blur=0.0).sum() / 128**2 for p in (thin, middle, thick)}
+    seen = ((area[thick] - area[thin]) / 0.1) ** 2 / (4 * np.pi * area[middle])
+    assert truth(middle).shape == pytest.approx(seen, abs=0.01)
+    assert jamlab.shape_factors(middle)[0] > seen + 0.1 and np.isnan(truth(middle).z)
 
 
 def test_one_droplet_has_no_walls():
@@ -163,7 +201,10 @@ def test_command_refuses_in_one_line(tmp_path):
 
 
 def test_json_holds_verdict_and_voids(tmp_path):
-    Image.fromarray((255 * lattice(1.0)).astype(np.uint8)).save(tmp_path / "lattice.png")
+    Image.fromarray((255 * lattice(1.0, shape=(185, 190))).astype(np.uint8)).save(tmp_path / "lattice.png")
     shown = json.loads(call(tmp_path, "analyze", "lattice.png", "--bright", "--json").stdout)
     assert shown["quality"] == "good" and shown["reasons"] == [] and shown["unit"] == "pixels"
     assert shown["void_sides"] == {"3": 1.0} and shown["z"] == [6.0]
+    assert shown["standard_error"]["z"] == 0 and shown["interval_95"]["z"] == [6.0, 6.0]
+    low, high = shown["interval_95"]["rho"]
+    assert low < shown["rho"][0] < high < low + 0.01

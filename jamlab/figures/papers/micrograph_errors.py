@@ -13,7 +13,7 @@ import pandas as pd
 
 from jamlab.figures.papers.panels import COLOURS, MARKERS, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
-from jamlab.micrographs.errors_of_rendered import LIMITS
+from jamlab.micrographs.quality import LIMITS
 
 LABELS = {
     "light": "dimmest light / brightest",
