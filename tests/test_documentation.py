@@ -7,6 +7,8 @@ import pytest
 
 import jamlab
 from jamlab.engine.installation import PLUGIN_STYLES
+from jamlab.figures.papers.micrograph_errors import read_errors
+from jamlab.micrographs.quality import FEWEST, LIMITS
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / ".github").rglob("*.md")])
@@ -83,6 +85,20 @@ def test_numbers_of_the_first_pages(name):
     text = (ROOT / name).read_text(encoding="utf-8")
     count = len(list((ROOT / "docs" / "gallery_scripts").glob("*/plot_*.py")))
     assert all(int(number) == count for number in re.findall(r"(\d+) scripts", text))
+
+
+def test_errors_of_pictures_are_those_of_the_table():
+    """The tutorial on photographs says how many rendered pictures are good, and how wrong they are."""
+    table = read_errors()
+    good = table[table["quality"] == "good"]
+    worst = {name: good[name].abs().max() for name in LIMITS}
+    said = (
+        f"{len(good)} are judged good; of these the largest errors are {worst['count']:.0f} droplets, "
+        f"{worst['rho']:.3f} in ρ, {worst['z']:.2f} in z and {worst['shape']:.3f} in A"
+    )
+    page = (ROOT / "docs" / "tutorials" / "photographs.md").read_text(encoding="utf-8")
+    assert said in " ".join(page.split())
+    assert good["right"].all() and f"fewer than {FEWEST} whole droplets" in " ".join(page.split())
 
 
 @pytest.mark.slow
