@@ -249,7 +249,7 @@ class SweepTable(_Table):
         vertices = max(self.n) // 2 * (int(law["nv_small"]) + int(law["nv_large"]))
         if 2 * vertices > LARGEST_DENSE:
             raise ValueError(
-                f"observable 'modes' of {vertices} vertices: at most {LARGEST_DENSE // 2}; lower n or nv_small, nv_large"
+                f"observable 'modes' of {vertices} vertices: at most {LARGEST_DENSE // 2}; lower n or their vertices"
             )
 
     def _check_until(self) -> None:
