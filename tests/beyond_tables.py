@@ -58,8 +58,8 @@ def droplet_modes():
     for seed, (drag, of), rho in product(SEEDS, _DRAG.items(), reduced.FRACTIONS):
         for gamma in TENSIONS if rho == 0.90 else (0.4,):
             who = _who("dp", seed, gamma=gamma) | of | {"rho": rho}
-            slow = 1e-3 * gamma / 0.4 if drag == "contact" else 0.1
-            for rate, rigid, slides in ((slow, RIGID, 1.0), (50.0, ROUND, 0.0)):
+            slow, middle = (1e-3 * gamma / 0.4, 1.1) if drag == "contact" else (0.1, 2.0)
+            for rate, rigid, slides in ((slow, RIGID, 1.0), (middle, ROUND, 0.0)):
                 parts = {"translation": 0.5 * rigid, "rotation": 0.5 * rigid, "along": 0.5 * (1 - rigid)}
                 rows.append(
                     {**who, "rate": rate, "strength": 1.0, **parts, "across": 0.5 * (1 - rigid), "sliding": slides}

@@ -122,8 +122,8 @@ def _displacements(packing: Packing, motion: EquationOfMotion, vectors: Array) -
     sites = len(packing.positions)
     u = np.zeros((2 * sites, vectors.shape[1]))
     u[2 * sites - motion.moving :] = vectors[: motion.moving]  # in front is the site that is held
-    u = u.reshape(sites, 2, -1)
-    return np.asarray(u - _mean_over_vertices(packing, u).mean(axis=0))
+    moved = u.reshape(sites, 2, -1)
+    return np.asarray(moved - _mean_over_vertices(packing, moved).mean(axis=0))
 
 
 def _mean_over_vertices(packing: Packing, values: Array) -> Array:
@@ -171,4 +171,5 @@ def _sliding_share(packing: Packing, damping: Damping, found: RelaxationModes, m
     approach = damping_matrix(packing, ContactDamping(beta=0.0, tau=damping.tau))[first:-1, first:-1]
     v = found.vectors
     whole, part = (np.einsum("im,im->m", v, matrix @ v) for matrix in (motion.b_qq, approach))
-    return np.clip(1.0 - np.divide(part, whole, out=np.ones_like(part), where=whole > 0), 0.0, 1.0)
+    share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0)
+    return np.asarray(np.clip(1.0 - share, 0.0, 1.0))

@@ -23,10 +23,10 @@ WORDS = {"translation": "translation", "rotation": "rotation", "along": "along o
 COLOUR = {"translation": BLUE, "rotation": SKY, "along": ORANGE, "across": PINK}
 # rates that part the relaxations of each law, 1/tau_1: at the minima between the maxima of strength
 GROUPS = {
-    "contact": {"slow": (0.0, 10**-1.5), "fast": (10**-1.5, np.inf)},
+    "contact": {"slow": (0.0, 0.1), "middle": (0.1, 10**1.5), "fast": (10**1.5, np.inf)},
     "stokes": {"slow": (0.0, 1.0), "middle": (1.0, 10.0), "fast": (10.0, np.inf)},
 }
-OTHER = {("contact", "fast"): "along", ("stokes", "middle"): "along", ("stokes", "fast"): "across"}  # said as well
+OTHER = {"middle": "along", "fast": "across"}  # motion that is said as well
 
 
 def droplet_modes(tables: EnsembleTables) -> Drawing:
@@ -101,13 +101,13 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> str:
         x = np.array(list(shares)) + 0.001 * k
         out.curve(axes, f"{name}: whole droplets", x, value, low, high, band=False, **style(k))
         text = f"{LAW_WORDS[law]}, {name} {say(found[SHOWN[0]])} and {say(found[SHOWN[-1]])}"
-        if law == "contact":
-            sliding = group_share(rows, limits, ("sliding",))
-            text += f" (dissipation by sliding, all rho: {say(sliding)})"
-        motion = OTHER.get((law, name))
+        motion = OTHER.get(name)
         if motion:
             first, last = (group_share(rows[np.isclose(rows["rho"], SHOWN[k])], limits, (motion,)) for k in (0, -1))
-            text += f" ({WORDS[motion]} {say(first)} and {say(last)})"
+            text += f", {WORDS[motion]} {say(first)} and {say(last)}"
+        if law == "contact":
+            sliding = group_share(rows, limits, ("sliding",))
+            text += f" (dissipation by sliding at all rho: {say(sliding)})"
         said.append(text)
     axes.set_ylim(0, 1.25)
     axes.set_yticks(np.linspace(0, 1, 6))
@@ -116,26 +116,25 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> str:
 
 
 def _tensions(table: pd.DataFrame) -> str:
-    """How the mean rates of both relaxations under contact drag go with line tension."""
+    """How mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
     here = table[np.isclose(table["rho"], AT) & (table["law"] == "contact")]
     tensions = values_of(here, "gamma")
     if len(tensions) < 3:
         return ""
-    scale = float(droplets_with(here)["gamma"].iloc[0])
     said = []
-    for name in ("slow", "fast"):
+    for name in ("slow", "middle"):
+        low, high = GROUPS["contact"][name]
         groups = []
         for gamma in tensions:
             rows = droplets_with(here, gamma=gamma)
-            cut = GROUPS["contact"]["slow"][1] * min(1.0, gamma / scale)
-            kept = rows[rows["rate"] < cut] if name == "slow" else rows[rows["rate"] >= max(cut, 0.1)]
+            kept = rows[(rows["rate"] >= low) & (rows["rate"] < high)]
             sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
             groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
         found = bootstrap(groups, lambda drawn: _slope(tensions, drawn))
         said.append(f"{name} {say(found)}")
     return (
-        f"Mean rates (of ln, by strength) of the two relaxations under contact drag at rho = {AT:.2f} go with line "
-        f"tension to the power: {', '.join(said)}."
+        f"Mean rates (of ln, by strength) under contact drag at rho = {AT:.2f} go with line tension from "
+        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: {', '.join(said)}."
     )
 
 

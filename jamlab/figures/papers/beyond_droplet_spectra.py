@@ -78,18 +78,20 @@ def _caption(table: pd.DataFrame) -> str:
     )
     here = contact[np.isclose(contact["rho"], AT)]
     tensions = values_of(here, "gamma")
+    size = int(table["n"].mode()[0])
     text = (
         "G' (full, with 95 % bands) and G'' (dashed; under Stokes drag less that of the fluid) of "
-        f"{int(table['n'].mode()[0])} particles in a fixed box, means over {counts[0]} packings of "
-        f"droplets and {counts[1]} of disks, interpolated between states 0.01 apart. Slow limit of G' at rho = {ends[0]:.2f} and {ends[1]:.2f}: {static}. "
+        f"{size} particles in a fixed box, means over {counts[0]} packings of droplets and {counts[1]} of disks, "
+        "interpolated between states 0.01 apart. Slow limit of G' at rho = "
+        f"{ends[0]:.2f} and {ends[1]:.2f}: {static}. "
     )
     if len(tensions) > 2:
         groups = [by_packing(droplets_with(here, gamma=g), "omega", "storage")[1][:, 0] for g in tensions]
-        slope = bootstrap(groups, lambda drawn: _exponent(tensions, [values.mean() for values in drawn]))
+        slope = bootstrap(groups, lambda drawn: _exponent(tensions, [float(np.median(values)) for values in drawn]))
         least = min(map(len, groups))
         text += (
-            f"At rho = {AT:.2f} ({least} packings and more of each) it grows as gamma to the power {say(slope)} from "
-            f"gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l."
+            f"At rho = {AT:.2f} ({least} packings and more of each) its median grows as gamma to the power "
+            f"{say(slope)} from gamma = {tensions[0]:g} to {tensions[-1]:g} eps/l."
         )
     return text
 
@@ -104,5 +106,5 @@ def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
 
 
 def _exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Exponent of y ~ x^e; nan where a mean is not positive."""
+    """Exponent of y ~ x^e; nan where a value is not positive."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0]) if min(y) > 0 else float("nan")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import InputError
 from jamlab.figures.papers.beyond_rows import droplets_with, say, values_of
-from jamlab.figures.papers.ensembles import bootstrap, ensemble
+from jamlab.figures.papers.ensembles import FEWEST, bootstrap, ensemble
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label, style
 from jamlab.figures.papers.tables import EnsembleTables
 
@@ -23,9 +23,9 @@ WORDS = {"z": "z", "g": "G", "excess": "A - A_J"}
 def droplet_vertices(tables: EnsembleTables) -> Drawing:
     """z, G and A of droplets over the distance to onset for more and more vertices, and their limit of many."""
     table = _of_smallest_size(tables.droplet_states)
-    vertices = values_of(table, "nv_small")
+    vertices = [nv for nv in values_of(table, "nv_small") if _packings(table, nv) >= FEWEST]
     if len(vertices) < 2:
-        raise InputError("the table droplet_states has one number of vertices: run the campaign beyond_the_papers")
+        raise InputError("the table droplet_states has no two numbers of vertices: run the campaign beyond_the_papers")
     n = int(table["n"].iloc[0])
     out, axes = drawing("beyond-droplet-vertices", 2, 3, 4.6, 3.7)
     said = []
@@ -39,7 +39,7 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
             groups.append(e.y[np.isfinite(e.y[:, at]), at])
         label(axes[k], r"$\Delta\rho$", QUANTITIES[column], loc="upper left")
         said.append(_draw_limit(out, axes[3 + k], vertices, groups, column))
-    counts = ", ".join(f"{droplets_with(table, nv_small=nv)['seed'].nunique()} with {_name(nv)}" for nv in vertices)
+    counts = ", ".join(f"{_packings(table, nv)} with {_name(nv)}" for nv in vertices)
     out.caption = (
         f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
         f"bars. Below: the same at a distance of {COMPARED:g} from onset over the inverse number of vertices of small "
@@ -51,7 +51,12 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
 def _of_smallest_size(table: pd.DataFrame) -> pd.DataFrame:
     """Rows of the size of which there are droplets with several numbers of vertices."""
     several = table.groupby("n")["nv_small"].nunique()
-    return table.loc[table["n"] == int(several.idxmax())]
+    rows: pd.DataFrame = table.loc[table["n"] == several.index.to_numpy()[several.to_numpy().argmax()]]
+    return rows
+
+
+def _packings(table: pd.DataFrame, nv: float) -> int:
+    return int(droplets_with(table, nv_small=nv)["seed"].nunique())
 
 
 def _name(nv: float) -> str:

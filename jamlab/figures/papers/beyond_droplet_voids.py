@@ -17,7 +17,7 @@ from jamlab.statistics.bootstrap import Interval
 Array = NDArray[np.float64]
 
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])  # centres of bins 0.02 wide
-OVERLAPS = np.geomspace(1e-5, 1e-1, 13)  # edges of bins in phi - rho
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in phi - rho
 AT = (0.88, 0.94, 0.98)  # packing fractions said
 
 
@@ -47,7 +47,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         at = [mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in AT]
         parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True)]
         said.append(f"{name} ({rows['seed'].nunique()} packings): {say(onset)} at onset, {', '.join(parts)}")
-    overlap, shape = three_disks(np.geomspace(1e-5, 0.06, 60))
+    overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
     for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
         out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)

@@ -1,6 +1,7 @@
 """Reduce the tables of `beyond_the_papers.toml` to what figures beyond-* are drawn from: droplets of several laws."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -75,13 +76,13 @@ def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequenc
     for key, part in rows.groupby(who, dropna=False):
         wide = part.pivot_table(index="rho", columns=along, values=list(values))
         held = wide.fillna(absent).to_numpy(dtype=np.float64)
-        rho = wide.index.to_numpy(dtype=np.float64)
+        rho, named = wide.index.to_numpy(dtype=np.float64), dict[str, Any](zip(who, key, strict=True))
         for place in FRACTIONS:
             weights = _weights(rho, place)
             if weights is not None:
                 used = weights > 0
                 found = pd.Series(weights[used] @ held[used], wide.columns).unstack(0).reset_index()
-                out.append(found.assign(**dict(zip(who, key, strict=True)), rho=place))
+                out.append(found.assign(**named, rho=place))
     return pd.concat(out, ignore_index=True) if out else pd.DataFrame(columns=[*who, "rho", along, *values])
 
 
