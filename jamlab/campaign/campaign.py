@@ -180,7 +180,7 @@ class Campaign:
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation" or
+            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "flow", "oscillation" or
                 "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of
                 your own observables.
             sweep: take the tasks of this sweep only.

@@ -16,7 +16,7 @@ from jamlab.statistics.bootstrap import bootstrap as resample
 Array = NDArray[np.float64]
 Statistic = Callable[[Array, Array], ArrayLike]
 
-PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "contact")
+PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "eps", "nv_small", "contact")
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 FEWEST = 5  # packings of an interval: below, the spread itself is not known
 bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
