@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from jamlab.errors import InputError
 from jamlab.figures.papers.beyond_rows import droplets_with, say, values_of
-from jamlab.figures.papers.ensembles import FEWEST, bootstrap, ensemble
+from jamlab.figures.papers.ensembles import bootstrap, ensemble
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label, style
 from jamlab.figures.papers.tables import EnsembleTables
 
@@ -23,7 +23,7 @@ WORDS = {"z": "z", "g": "G", "excess": "A - A_J"}
 def droplet_vertices(tables: EnsembleTables) -> Drawing:
     """z, G and A of droplets over the distance to onset for more and more vertices, and their limit of many."""
     table = _of_smallest_size(tables.droplet_states)
-    vertices = [nv for nv in values_of(table, "nv_small") if _packings(table, nv) >= FEWEST]
+    vertices = values_of(table, "nv_small")
     if len(vertices) < 2:
         raise InputError("the table droplet_states has no two numbers of vertices: run the campaign beyond_the_papers")
     n = int(table["n"].iloc[0])

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.errors import InputError
 from jamlab.figures.papers.beyond_tables import LAW, PACKING
+from jamlab.figures.papers.ensembles import FEWEST
 from jamlab.statistics.bootstrap import Interval
 
 LAW_WORDS = {"contact": "contact drag", "stokes": "Stokes drag"}
@@ -33,12 +34,13 @@ def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
 
 
 def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
-    """Values of one parameter of the force law, ascending, of packings that have the usual ones else."""
+    """Values of one parameter of the force law that `FEWEST` packings have, the others being usual; ascending."""
     rows = table[table["model"] == "dp"]
     for name, value in usual_law(table).items():
         if name != parameter:
             rows = rows[np.isclose(rows[name], value)]
-    return sorted(float(value) for value in rows[parameter].unique())
+    packings = rows.drop_duplicates(PACKING)[parameter].value_counts()
+    return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
 
 
 def say(found: Interval | None, digits: int = 2) -> str:
