@@ -26,7 +26,7 @@ from jamlab.estimates.ensemble_way import (
     hand_over,
     values_at,
 )
-from jamlab.estimates.way_table import WayRecord, collect, way_of
+from jamlab.estimates.way_table import N, WayRecord, collect, way_of
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.atomic_file import atomic_file, check_target
 from jamlab.packing.packing import Packing
@@ -117,13 +117,13 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
     Droplets from the start take most of the time, and stand, with looser minima, for one seed in two.
     """
     nv, rare = default_vertices(), seed % _RARE == 1
-    carried = [EnsembleWay("carried", 64, nv)]
+    carried = [EnsembleWay("carried", N, nv)]
     if rare:
-        carried += [EnsembleWay("carried", 64, FEW_VERTICES), EnsembleWay("carried", 64, nv, OTHER_FORM)]
-    found: list[tuple[EnsembleWay, ...]] = [(EnsembleWay("disks", 64), *carried)]
+        carried += [EnsembleWay("carried", N, FEW_VERTICES), EnsembleWay("carried", N, nv, OTHER_FORM)]
+    found: list[tuple[EnsembleWay, ...]] = [(EnsembleWay("disks", N), *carried)]
     if seed % 2:
-        found.append((EnsembleWay("disks", 64, tolerance=LOOSE), EnsembleWay("carried", 64, nv, tolerance=LOOSE)))
-        found.append((EnsembleWay("droplets", 64, nv),))
+        found.append((EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)))
+        found.append((EnsembleWay("droplets", N, nv),))
     if rare:
         found += [(EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)), (EnsembleWay("droplets", 32, nv),)]
     return found

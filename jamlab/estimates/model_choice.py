@@ -18,7 +18,7 @@ from scipy import stats
 from jamlab.checks import MOST_PARTICLES, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_way
-from jamlab.estimates.way_table import WayRecord, read_ways
+from jamlab.estimates.way_table import N, WayRecord, read_ways
 from jamlab.packing.law_parameters import MODELS
 
 Array = NDArray[np.float64]
@@ -30,7 +30,6 @@ QUANTITIES = {
     "void_sides": "mean number of sides of a void, absolute",
 }
 CONFIDENCE = 0.95
-_N = 64  # particles of the packings of the table that are compared
 _MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often is not offered there
 _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
 
@@ -91,9 +90,9 @@ def choose(
     if not 1 <= n <= MOST_PARTICLES:
         raise InputError(f"n = {n}: must be a number of particles from 1 to {MOST_PARTICLES}")
     table = read_ways() if table is None else table
-    reference = table.get(default_way(_N))
+    reference = table.get(default_way(N))
     if reference is None:
-        raise InputError(f"the table has no {default_way(_N)}: make it anew with `jamlab chart estimates`")
+        raise InputError(f"the table has no {default_way(N)}: make it anew with `jamlab chart estimates`")
     levels = reference.levels
     if not levels[0] <= rho <= levels[-1]:
         raise InputError(f"rho = {rho}: the table of ways spans {levels[0]:g} .. {levels[-1]:g}; name a model instead")
@@ -118,7 +117,7 @@ def choose(
 
 def list_records(table: Mapping[EnsembleWay, WayRecord]) -> list[WayRecord]:
     """List the ways to make one packing from disks that a table knows: a packing to keep has no looser minimum."""
-    return [r for w, r in table.items() if w.n == _N and w.start != "droplets" and w.tolerance is None]
+    return [r for w, r in table.items() if w.n == N and w.start != "droplets" and w.tolerance is None]
 
 
 def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Array]:
@@ -176,14 +175,14 @@ def _option(record: WayRecord, reference: WayRecord, rho: float, tolerance: Mapp
     error, correction = dict.fromkeys(tolerance, 0.0), dict.fromkeys(QUANTITIES, 0.0)
     for name in QUANTITIES if record is not reference else ():
         levels = errors_of(record, reference, name)
-        quantum = 2 / _N if name == "z" else 0.0
+        quantum = 2 / N if name == "z" else 0.0
         mean = at_rho([float(np.mean(each)) if len(each) else float("inf") for each in levels])
         if name in tolerance:
-            scatter = at_rho([expected_error(each, _N, n, quantum) for each in levels])
+            scatter = at_rho([expected_error(each, N, n, quantum) for each in levels])
             error[name] = scatter + (1.0 if name == "g" else _TRANSFER) * abs(mean)
         # errors of G are relative, its unit is not: a factor would be needed, and near onset there is none
         correction[name] = 0.0 if name == "g" else -mean
-    seconds = at_rho(record.seconds.mean(axis=0)) * n / _N
+    seconds = at_rho(record.seconds.mean(axis=0)) * n / N
     return Choice(replace(record.way, n=n), error, correction, seconds, "")
 
 

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 SHIPPED = "ways.csv.gz"
 ONSET = "rho-J"
+N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
 _KEYS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", "seconds")
 
 

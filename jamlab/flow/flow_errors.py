@@ -110,15 +110,14 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
 def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
     """Error of a linear spectrum that 95 % of many packings stayed below, those that rearranged among them.
 
-    That of the next smaller drag and the next larger strain in the table, since errors grow with less drag and more
-    strain, and of its largest strain beyond; infinite if the table has too few packings.
+    Interpolated in a grid of drags and strains, and that of the nearest end beyond; infinite if the table has too few
+    packings.
     """
     drags, amplitudes, errors = _shipped_many() if table is None else _many(table)
-    if not errors.size:
+    if not np.isfinite(errors).all() or not errors.size:
         return float("inf")
-    slower = max(int(np.searchsorted(drags, drag * (1 + 1e-9))) - 1, 0)
-    larger = min(int(np.searchsorted(amplitudes, amplitude * (1 - 1e-9))), len(amplitudes) - 1)
-    return float(errors[slower, larger])
+    at_drag = [np.interp(np.log(drag), drags, column) for column in errors.T]
+    return float(np.exp(np.interp(np.log(amplitude), amplitudes, at_drag)))
 
 
 def exceeded_by_few(errors: Array | pd.Series) -> float:
@@ -162,11 +161,11 @@ def _shipped_many() -> tuple[Array, Array, Array]:
 
 
 def _many(table: pd.DataFrame) -> tuple[Array, Array, Array]:
-    """Drags, amplitudes, and on them the error that few of many packings exceed: less with more drag or less strain."""
+    """ln drags, ln amplitudes, and on them that of the error that few of many packings exceed; it grows with strain."""
     rows = table[table["part"] == MANY]
     found = rows.groupby(["drag", "amplitude"])["error"].agg(exceeded_by_few).unstack("amplitude")
-    errors = np.maximum.accumulate(np.maximum.accumulate(found.to_numpy()[::-1], axis=0)[::-1], axis=1)
-    return found.index.to_numpy(), found.columns.to_numpy(), errors
+    axes = np.log(found.index.to_numpy()), np.log(found.columns.to_numpy())
+    return *axes, np.maximum.accumulate(np.log(np.maximum(found.to_numpy(), _FLOOR)), axis=1)
 
 
 def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import time
 from dataclasses import replace
 from importlib import resources
 
@@ -57,6 +58,12 @@ def test_cheap_packings_serve_where_their_difference_is_known():
     assert "64 disks: known to" in loose.why and "cheapest of 2 ways" in loose.why
 
 
+def test_a_way_of_which_few_packings_jam_is_left_out():
+    world = table()
+    world[CARRIED].values["z"][:60, 0] = np.nan
+    assert [jamlab.plan_estimate("z", rho, 0.05, table=world).way for rho in (0.84, 0.86)] == [reference_way(), CARRIED]
+
+
 def test_moduli_do_not_come_from_disks_nor_onsets_from_carried_droplets():
     world = table()
     world[DISKS] = record(DISKS, 4.0, SPREAD, 0.01, 100, 9)
@@ -87,11 +94,11 @@ def test_other_contact_forms_are_dearer_in_the_shipped_table():
 
     def costs(way, **finish):
         found = ways[replace(way, **finish)]
-        return [relative_cost(found, ways[way], "z", rho) for rho in found.levels]
+        return [relative_cost(found, ways[way], "z", rho) for rho in found.levels[1:]]  # at 0.84 a third are loose
 
     smooth, loose = costs(CARRIED, contact="segment/smooth"), costs(CARRIED, tolerance=1e-6)
     assert min(smooth) > 1 and 1.03 < np.mean(smooth) < 1.3
-    assert max(loose) < 1 and max(costs(DISKS, tolerance=1e-6)) < 0.95
+    assert max(loose) < 1 and max(costs(DISKS, tolerance=1e-6)) < 0.9
     spread = [deviations(ways[replace(CARRIED, contact=form)], "z").mean() for form in (None, "segment/smooth")]
     assert spread[1] == pytest.approx(spread[0], rel=0.2)
 
@@ -101,6 +108,18 @@ def test_a_way_is_made_as_it_says():
     exact, rough = (bring_on(way, find_onset(way, 1), 0.9) for way in (tight, loose))
     assert exact.max_force <= 1e-10 < rough.max_force <= 1e-5 and rough.converged
     assert str(loose) == "8 droplets carried by disks with 8/11 vertices, forces to 1e-05"
+
+
+@pytest.mark.slow
+def test_looser_minima_do_not_shorten_the_search_of_droplets_for_onset():
+    """They save 1 % at 32 droplets, as far as the search may go: its own tolerances are looser still."""
+    took = []
+    for tolerance in (1e-9, None):
+        began = time.process_time()
+        for seed in range(1, 6):
+            find_onset(EnsembleWay("droplets", 16, (12, 17), tolerance=tolerance), seed)
+        took.append(time.process_time() - began)
+    assert 0.85 < took[0] / took[1] < 1.15
 
 
 @pytest.mark.slow

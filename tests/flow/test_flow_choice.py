@@ -116,14 +116,14 @@ def test_promises_hold_where_one_packing_in_ten_rearranges():
 
 
 def test_the_error_that_few_exceed():
-    """The second largest of 39, the largest of 19 to 38, none of fewer; with less drag and more strain no less."""
+    """The second largest of 39, the largest of 19 to 38, none of fewer; with more strain no less."""
     errors = np.arange(39.0)
     assert [exceeded_by_few(errors[:n]) for n in (39, 38, 19, 18)] == [37.0, 37.0, 18.0, np.inf]
     assert promise(0.1, 0.1, 0.1, many=(0.2,) * 38 + (0.9,)) == pytest.approx(0.2)
     assert promise(0.1, 0.1, 0.1, many=(0.2,) * 18) == promise(0.1, 0.1, 0.1, many=()) == np.inf
     drags, amplitudes = np.geomspace(1e-4, 10, 12), np.geomspace(1e-3, 1, 12)
     found = np.array([[rearranging_error(drag, part) for part in amplitudes] for drag in drags])
-    assert (np.diff(found, axis=0) <= 0).all() and (np.diff(found, axis=1) >= 0).all()
+    assert (np.diff(found, axis=1) >= 0).all() and found[0, 0] < 0.05 < 0.3 < found[0, -1]
 
 
 def test_a_promise_is_the_upper_end_of_what_was_measured():
