@@ -105,12 +105,11 @@ def promise(*errors, many=(1e-3,) * 39, drag=1.0, amplitude=1.0):
 
 def test_promises_hold_where_one_packing_in_ten_rearranges():
     """Five packings mostly show none; 39 and a new one are drawn 2000 times, which knows the share to 0.005."""
-    errors = np.random.default_rng(1).lognormal(-5, 0.5, (2000, 40))
-    errors[np.random.default_rng(2).random(errors.shape) < 0.1] = 0.5
-    new = errors[:, -1]
-    unforeseen = (errors[:, :5].max(axis=1) < 0.5) & (new == 0.5)
+    rng = np.random.default_rng(1)
+    errors = rng.lognormal(-5, 0.3, (2000, 40)) * np.where(rng.random((2000, 40)) < 0.1, 100, 1)
+    unforeseen = (errors[:, :5].max(axis=1) < 0.1) & (errors[:, -1] > 0.1)
     kept = [last <= exceeded_by_few(each) for *each, last in errors]
-    assert np.mean(unforeseen) > 0.05 and 0.94 < np.mean(kept) < 0.98
+    assert np.mean(unforeseen) > 0.05 and 0.935 < np.mean(kept) < 0.965
     assert promise(0.01, 0.01, 0.012, many=errors[0, :-1]) == pytest.approx(exceeded_by_few(errors[0, :-1]))
 
 
