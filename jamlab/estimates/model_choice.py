@@ -48,7 +48,7 @@ class Choice:
 
     Example:
         >>> print(jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64).why)
-        64 disks: cheapest of 4 ways expected to keep z within 0.25, with z to 0.17
+        64 disks: cheapest of 4 ways expected to keep z within 0.25, with z to 0.15
     """
 
     way: EnsembleWay

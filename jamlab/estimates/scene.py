@@ -24,7 +24,7 @@ class Scene:
 
     Example:
         >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
-        >>> sorted(s.values), round(s.estimate["z"] - s.values["z"] - s.choice.correction["z"], 12)
+        >>> sorted(s.values), abs(round(s.estimate["z"] - s.values["z"] - s.choice.correction["z"], 12))
         (['a', 'g', 'void_sides', 'z'], 0.0)
     """
 
