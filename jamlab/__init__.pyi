@@ -16,6 +16,10 @@ from .estimates.ensemble_plan import EnsemblePlan as EnsemblePlan
 from .estimates.ensemble_plan import plan_estimate as plan_estimate
 from .estimates.estimate import Estimate as Estimate
 from .estimates.estimate import estimate as estimate
+from .estimates.model_choice import Choice as Choice
+from .estimates.model_choice import choose as choose
+from .estimates.scene import Scene as Scene
+from .estimates.scene import scene as scene
 from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import creep as creep
@@ -77,13 +81,9 @@ from .packing.outlines import self_crossings as self_crossings
 from .packing.packing import Packing as Packing
 from .protocols.compression import compress as compress
 from .protocols.droplets_from_disks import to_polygons as to_polygons
-from .protocols.model_choice import Choice as Choice
-from .protocols.model_choice import choose as choose
 from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam
-from .protocols.scene import Scene as Scene
-from .protocols.scene import scene as scene
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import ComplexModulus as ComplexModulus
 from .rheology.complex_modulus import complex_modulus as complex_modulus

@@ -1,4 +1,5 @@
-"""Measure the table behind `jamlab.estimate`: every quantity of every packing made in every way, and what it took.
+"""Measure the table behind `jamlab.estimate` and `jamlab.choose`: quantities of every packing made in every way, and
+what it took.
 
 The packings of one seed are made together: disks at onset carry droplets of several kinds, droplets of their own are
 compressed beside them. Rows are kept as they come, so a run that was stopped goes on where it was.
@@ -9,6 +10,7 @@ import gzip
 import json
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,7 @@ from jamlab.estimates.ensemble_way import (
     hand_over,
     values_at,
 )
-from jamlab.estimates.way_table import WayRecord, collect
+from jamlab.estimates.way_table import N, WayRecord, collect, way_of
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.atomic_file import atomic_file, check_target
 from jamlab.packing.packing import Packing
@@ -34,9 +36,11 @@ from jamlab.statistics.published_numbers import MODELS_PART
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
 QUANTITIES = ("z", "g", "b", "a", "void_sides")
 FEW_VERTICES = (8, 11)
+OTHER_FORM = "segment/smooth"  # the third, "segment", has no minima to end in
+LOOSE = 1e-6  # largest force: 1e-8 saves a third of what it saves, 1e-5 no more
 SEEDS = range(20_001, 20_101)  # none that a test, a campaign or `jamlab.estimate` uses
-_RARE = 4  # one in so many seeds has fewer vertices and fewer particles, which no first trial found to pay
-COLUMNS = ("start", "n", "nv", "seed", "rho", *QUANTITIES, "rho-J", "seconds")
+_RARE = 4  # one in so many seeds has fewer vertices, another form, looser minima and fewer particles: these save less
+COLUMNS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", *QUANTITIES, "rho-J", "seconds")
 
 Row = dict[str, Any]
 
@@ -91,16 +95,15 @@ def _unpack(out: Path) -> str:
 
 
 def measure_rows(out: Path, seeds: range, *, progress: Callable[[str], None] | None = None) -> None:
-    """Measure packings of some seeds, and add their rows to a CSV file; seeds that it has already are left out."""
+    """Measure packings of some seeds, and add their rows to a CSV file; packings that it has already are left out."""
     check_target(out)
-    done = {int(row["seed"]) for row in _read(out)} if out.exists() else set()
+    done = {(way_of(row), int(row["seed"])) for row in _read(out)} if out.exists() else set()
     with one_core():
         for seed in seeds:
-            if seed in done:
-                continue
-            if progress is not None:
+            left = [group for group in groups(seed) if any((way, seed) not in done for way in group)]
+            if left and progress is not None:
                 progress(f"seed {seed}")
-            rows = list(_seed_rows(seed))
+            rows = [row for group in left for way, row in _group_rows(group, seed) if (way, seed) not in done]
             with out.open("a", newline="", encoding="utf-8") as file:
                 writer = csv.DictWriter(file, COLUMNS)
                 if file.tell() == 0:
@@ -108,46 +111,37 @@ def measure_rows(out: Path, seeds: range, *, progress: Callable[[str], None] | N
                 writer.writerows(rows)
 
 
-def ways(n: int) -> tuple[EnsembleWay, ...]:
-    """Ways to make packings of n particles: droplets last."""
-    nv = default_vertices()
-    kinds = (("disks", None), ("carried", nv), ("carried", FEW_VERTICES), ("droplets", nv))
-    return tuple(EnsembleWay(start, n, vertices) for start, vertices in kinds)
+def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
+    """Ways to make packings of one seed: the first of a group is made by itself, and carries the others.
 
-
-def _seed_rows(seed: int) -> Iterator[Row]:
-    """Rows of one seed: droplets from the start take most of the time, and stand for one in two."""
-    disks, carried, coarse, droplets = ways(64)
-    rare = seed % _RARE == 1
-    yield from _carried_rows((disks, carried, coarse) if rare else (disks, carried), seed)
-    if seed % 2:
-        yield from _droplet_rows(droplets, seed)
+    Droplets from the start take most of the time, and stand for one seed in two.
+    """
+    nv, rare = default_vertices(), seed % _RARE == 1
+    carried = [EnsembleWay("carried", N, nv)]
     if rare:
-        disks, carried, _, droplets = ways(32)
-        yield from _carried_rows((disks, carried), seed)
-        yield from _droplet_rows(droplets, seed)
+        carried += [EnsembleWay("carried", N, FEW_VERTICES), EnsembleWay("carried", N, nv, OTHER_FORM)]
+    found: list[tuple[EnsembleWay, ...]] = [(EnsembleWay("disks", N), *carried)]
+    if seed % 2:
+        found.append((EnsembleWay("droplets", N, nv),))
+    if rare:
+        found.append((EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)))
+        found += [(EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)), (EnsembleWay("droplets", 32, nv),)]
+    return found
 
 
-def _droplet_rows(way: EnsembleWay, seed: int) -> Iterator[Row]:
-    chain = _Chain(way, seed)
-    for rho in LEVELS:
-        chain.advance(rho)
-        yield chain.row(rho)
-
-
-def _carried_rows(several: tuple[EnsembleWay, ...], seed: int) -> Iterator[Row]:
-    """Rows of disks, and of the droplets that they carry: handed over at every level, from 0.88 on compressed."""
-    disks = _Chain(several[0], seed)
+def _group_rows(group: tuple[EnsembleWay, ...], seed: int) -> Iterator[tuple[EnsembleWay, Row]]:
+    """Rows of a group: droplets are handed over to at every level up to 0.88, and compressed from there on."""
+    first = _Chain(group[0], seed)
     carried: dict[EnsembleWay, _Chain] = {}
     for rho in LEVELS:
-        disks.advance(rho)
-        yield disks.row(rho)
-        for way in several[1:]:
+        first.advance(rho)
+        yield first.way, first.row(rho)
+        for way in group[1:]:
             if rho <= MODELS_PART.value:
-                carried[way] = disks.hand_over(way)
+                carried[way] = first.hand_over(way)
             else:
                 carried[way].advance(rho)
-            yield carried[way].row(rho)
+            yield way, carried[way].row(rho)
 
 
 class _Chain:
@@ -177,11 +171,10 @@ class _Chain:
         found = dict.fromkeys(QUANTITIES, float("nan"))
         if self.packing is not None and rho > self.onset:
             found = values_at(self.packing, QUANTITIES)
-        nv = "" if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"
-        row = {"start": self.way.start, "n": self.way.n, "nv": nv, "seed": self.seed, "rho": rho, **found}
-        rounded = {name: f"{row[name]:.6g}" for name in QUANTITIES}
+        way = asdict(self.way) | {"nv": "" if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
+        rounded = {name: f"{found[name]:.6g}" for name in QUANTITIES}
         onset = f"{self.onset:.6f}" if self.way.start != "carried" else ""
-        return {**row, **rounded, "rho-J": onset, "seconds": f"{self.seconds:.3f}"}
+        return {**way, "seed": self.seed, "rho": rho, **rounded, "rho-J": onset, "seconds": f"{self.seconds:.3f}"}
 
     def _timed(self, make: Callable[[], Packing]) -> None:
         began = time.process_time()

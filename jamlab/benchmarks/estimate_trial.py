@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.benchmarks.cpu_time import one_core
-from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, EnsemblePlan, N, plan_estimate, reference_way
+from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, EnsemblePlan, plan_estimate, reference_way
 from jamlab.estimates.ensemble_way import free_shape
 from jamlab.estimates.estimate import estimate
 from jamlab.estimates.sampling import sample
 from jamlab.estimates.way_errors import scatter
-from jamlab.estimates.way_table import ONSET, read_ways
+from jamlab.estimates.way_table import ONSET, N, read_ways
 
 if TYPE_CHECKING:
     import pandas as pd

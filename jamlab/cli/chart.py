@@ -91,36 +91,22 @@ def stability(
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
-@chart.command("table", epilog="Example: jamlab chart table --out model_choice.json")
-def table(
-    out: Annotated[Path, typer.Option(help="JSON file to write; in a checkout, beside model_choice.py.")] = Path(
-        "model_choice.json"
-    ),
-    quick: Annotated[bool, typer.Option("--quick", help="Two packings at two levels, as a trial.")] = False,
-) -> None:
-    """Measure the table from which model="auto" chooses, in under ten minutes."""
-    from jamlab.benchmarks.model_table import make_table
-
-    expect_output(out)
-    smaller: dict[str, Any] = {"n": 16, "seeds": range(1001, 1003), "levels": (0.87, 0.9)} if quick else {}
-    made = make_table(out, progress=print_stage, **smaller)
-    out_console.print(f"wrote {out}: {len(made['rows'])} rows in {made['provenance']['wall_time']} s", soft_wrap=True)
-
-
 @chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
 def flow_table(
     out: Annotated[
         Path, typer.Option(help="CSV file to write; in a checkout, beside jamlab/flow/flow_errors.py.")
     ] = Path("flow_errors.csv"),
-    quick: Annotated[bool, typer.Option("--quick", help="Two packings and one check, as a trial.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
-    """Measure the errors from which choose_flow chooses, in a quarter of an hour; goes on from a part of the file."""
-    from jamlab.benchmarks.flow_errors import CHECKS, SEEDS, measure_errors
+    """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
+    from jamlab.benchmarks.flow_errors import CHECKS, MANY_SEEDS, SEEDS, measure_errors
     from jamlab.flow.flow_errors import kept_promises
 
     expect_output(out)
-    seeds, checks = (SEEDS[:2], CHECKS[:1]) if quick else (SEEDS, CHECKS)
-    made = measure_errors(out, seeds=seeds, checks=checks, progress=print_stage)
+    parts = {"seeds": SEEDS, "many": MANY_SEEDS, "checks": CHECKS}
+    if quick:
+        parts = {"seeds": SEEDS[:2], "many": MANY_SEEDS[:1], "checks": CHECKS[:1]}
+    made = measure_errors(out, **parts, progress=print_stage)
     kept, of = kept_promises(made)
     out_console.print(f"wrote {out}: {len(made)} runs; promised errors held in {kept} of {of} checks", soft_wrap=True)
 
@@ -134,7 +120,7 @@ def estimates(
     trials: Annotated[int, typer.Option(help="Requests in worlds drawn from the table, to check intervals.")] = 1200,
     as_json: Json = False,
 ) -> None:
-    """Measure the table behind `jamlab estimate`, and check its intervals; goes on where it was stopped."""
+    """Measure the table behind `estimate`, `choose` and `scene`, and check intervals; goes on where it was stopped."""
     from jamlab.benchmarks.estimate_calibration import calibrate, summarize
     from jamlab.benchmarks.estimate_table import SEEDS, make_table
 

@@ -1,1 +1,1 @@
-"""Means of an ensemble to a given error: the cheapest packings that give them, planned from a measured table."""
+"""The cheapest packings that do, by one measured table: one to a tolerance, or a mean over packings to an error."""

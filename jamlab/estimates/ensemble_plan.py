@@ -17,8 +17,8 @@ from scipy.special import stdtrit
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_vertices
-from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
-from jamlab.estimates.way_table import ONSET, WayRecord, read_ways
+from jamlab.estimates.way_errors import Scatter, difference, is_known, relative_cost, scatter
+from jamlab.estimates.way_table import ONSET, N, WayRecord, read_ways
 from jamlab.packing.short_repr import short_repr
 
 ENSEMBLE_QUANTITIES = {
@@ -29,9 +29,9 @@ ENSEMBLE_QUANTITIES = {
     "a": "mean shape factor above that of a free particle, A - A_J",
     "void_sides": "mean number of sides of a void",
 }
-N = 64  # particles of the packings whose mean is estimated
 CONFIDENCE = 0.95
 FEWEST, MOST = 4, 100_000  # packings
+_LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the few that jam stand for no others
 _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
 
 
@@ -105,9 +105,11 @@ def plan_estimate(
     ways = [
         record
         for record in table.values()
-        if model in ("auto", "sp" if record.way.nv is None else "dp") and _gives(record.way, quantity)
+        if model in ("auto", record.way.model) and record.way.contact is None and _gives(record.way, quantity)
     ]
+    yields = _LEAST_YIELD * scatter(reference, quantity, at).share
     plans = [_plan(r, reference, quantity, at, error) for r in ways if is_known(r, reference, quantity)]
+    plans = [p for p in plans if p.scatter.share >= yields]
     good = [p for p in plans if p.bias_error <= _LARGEST_SHARE * error]
     if not plans:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
@@ -118,8 +120,8 @@ def plan_estimate(
     best = min(good, key=lambda p: p.seconds)
     if best.error > error:
         raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best.error:.2g}")
-    few = "" if len(plans) == len(ways) else f"; {len(ways) - len(plans)} others have too few packings in the table"
-    return replace(best, why=_explain(best, plans, good) + few)
+    few = "" if len(plans) == len(ways) else f"; of {len(ways) - len(plans)} others the table has too few packings"
+    return replace(best, why=_explain(best, plans, good) + few + _explain_minima(table, best.way, quantity, at))
 
 
 def interval(deviation: float, freedom: float, packings: int) -> float:
@@ -169,6 +171,26 @@ def _explain(best: EnsemblePlan, plans: list[EnsemblePlan], good: list[EnsembleP
         parts.append(f"next {dearer.way}, {dearer.packings} packings, {dearer.seconds:.0f} s")
     parts += [f"{p.way}: known to {p.bias_error:.2g} only" for p in plans if p not in good]
     return "; ".join(parts)
+
+
+def _explain_minima(table: Mapping[EnsembleWay, WayRecord], way: EnsembleWay, quantity: str, rho: float) -> str:
+    """What another contact form and looser minima cost, and what they cannot save of droplets from the start.
+
+    Another form is never offered: it costs more, and is no nearer to the packings whose mean is wanted.
+    """
+    said = []
+    for record in table.values():
+        usual = table.get(replace(record.way, contact=None, tolerance=None))
+        if usual is None or usual is record or record.way.nv != way.nv or not _gives(record.way, quantity):
+            continue
+        cost = 100 * (relative_cost(record, usual, quantity, rho) - 1)
+        said.append(f"{record.way} cost {abs(cost):.0f} % {'more' if cost > 0 else 'less'} than without")
+    if way.start == "droplets":
+        searched = table[way].seconds[:, 0].mean() / scatter(table[way], quantity, rho).seconds
+        said.append(f"looser minima do not shorten their search for onset, {100 * searched:.0f} % of the time")
+    if way.nv is not None:
+        said.append("contacts segment have no minima")
+    return "".join(f"; {each}" for each in said)
 
 
 def _check(table: Mapping[EnsembleWay, WayRecord], quantity: str, rho: float | None, error: float, model: str) -> None:

@@ -1,6 +1,7 @@
 """Ways to make the packings of an ensemble at a true packing fraction, from disks alone to droplets from the start."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from jamlab.measure import measure
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
-from jamlab.protocols.onset import jam
+from jamlab.protocols.onset import LARGEST_TOLERANCE, jam
 from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
@@ -21,24 +22,41 @@ COLUMNS = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides
 
 @dataclass(frozen=True)
 class EnsembleWay:
-    """How the packings of an ensemble are made.
+    """How a packing, or those of an ensemble, are made.
 
     Attributes:
         start: "disks": compressed to the end; "carried": disks until rho or 0.88, where the models part, then droplets;
             "droplets": from the random start on, as in Boromand et al.
         n: particles of a packing.
         nv: (small, large) number of vertices; None for disks.
+        contact: form of the contacts of droplets; None for that of `dp.parameters`.
+        tolerance: largest force at a minimum, at most 1e-9 at onset; None for that of `*.minimum.parameters`.
     """
 
     start: str
     n: int
     nv: tuple[int, int] | None = None
+    contact: str | None = None
+    tolerance: float | None = None
 
     def __str__(self) -> str:
-        if self.nv is None:
-            return f"{self.n} disks"
         carried = " carried by disks" if self.start == "carried" else ""
-        return f"{self.n} droplets{carried} with {self.nv[0]}/{self.nv[1]} vertices"
+        vertices = "disks" if self.nv is None else f"droplets{carried} with {self.nv[0]}/{self.nv[1]} vertices"
+        form = f", contacts {self.contact}" if self.contact else ""
+        return f"{self.n} {vertices}{form}" + (f", forces to {self.tolerance:g}" if self.tolerance else "")
+
+    @property
+    def model(self) -> str:
+        """ "sp" or "dp"."""
+        return "sp" if self.nv is None else "dp"
+
+    @property
+    def law(self) -> dict[str, Any]:
+        """Parameters of droplets that replace those of `dp.parameters`."""
+        if self.nv is None:
+            return {}
+        form = {"contact": self.contact} if self.contact else {}
+        return {"nv_small": self.nv[0], "nv_large": self.nv[1], **form}
 
 
 def default_vertices() -> tuple[int, int]:
@@ -47,35 +65,45 @@ def default_vertices() -> tuple[int, int]:
     return int(law["nv_small"]), int(law["nv_large"])
 
 
+def default_way(n: int) -> EnsembleWay:
+    """Describe droplets with the values of `dp.parameters`, carried by disks."""
+    return EnsembleWay("carried", n, default_vertices())
+
+
 def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets.
 
     Raises:
         ConvergenceError: no onset was found.
     """
-    if way.start != "droplets" or way.nv is None:
-        return jam("sp", way.n, seed)
-    small, large = way.nv
-    return jam("dp", way.n, seed, nv_small=small, nv_large=large)
+    force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
+    if way.start != "droplets":
+        return jam("sp", way.n, seed, tolerance=force)
+    return jam("dp", way.n, seed, tolerance=force, **way.law)
 
 
-def bring_on(way: EnsembleWay, packing: Packing, rho: float) -> Packing:
-    """Bring a packing, from `find_onset` or from here, to a higher rho.
+def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
+    """Bring a packing, from `find_onset` or from here, to a higher rho by steps.
+
+    Droplets take over from disks at rho, or at 0.88 where the models part, and go on from there.
 
     Raises:
         ConvergenceError: it jams above rho, or a state did not converge or missed its packing fraction.
     """
+
+    def compressed(packing: Packing, rho: float) -> Packing:
+        return _compress_to(packing, rho, step, way.tolerance)
+
     if packing.model == "dp" or way.nv is None:
-        return _compress_to(packing, rho)
+        return compressed(packing, rho)
     if rho > MODELS_PART.value:
-        return _compress_to(hand_over(way, _compress_to(packing, MODELS_PART.value)), rho)
-    return hand_over(way, _compress_to(packing, rho))
+        return compressed(hand_over(way, compressed(packing, MODELS_PART.value)), rho)
+    return hand_over(way, compressed(packing, rho))
 
 
 def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
     """Put droplets in the place of disks, see `to_polygons`."""
-    assert way.nv is not None
-    return _require_reached(to_polygons(disks, nv_small=way.nv[0], nv_large=way.nv[1]), packing_fraction(disks))
+    return _require_reached(to_polygons(disks, tolerance=way.tolerance, **way.law), packing_fraction(disks))
 
 
 def value_at(packing: Packing, quantity: str) -> float:
@@ -105,13 +133,13 @@ def free_shape(nv: tuple[int, int] | None) -> float:
     return float((counts * np.tan(np.pi / counts) / np.pi).mean())
 
 
-def _compress_to(packing: Packing, rho: float) -> Packing:
+def _compress_to(packing: Packing, rho: float, step: float, tolerance: float | None) -> Packing:
     reached = packing_fraction(packing)
     if reached >= rho + OFF_TARGET * (packing.model == "dp"):
         raise ConvergenceError(f"the packing jams at rho = {reached:.5f}, above the {rho:g} asked for")
     if reached >= rho - 1e-6:
         return packing
-    for state in compress(packing, rho, STEP):
+    for state in compress(packing, rho, step, tolerance=tolerance):
         packing = _require_reached(state, None)
     return _require_reached(packing, rho)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import gzip
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -25,7 +26,8 @@ Array = NDArray[np.float64]
 
 SHIPPED = "ways.csv.gz"
 ONSET = "rho-J"
-_KEYS = ("start", "n", "nv", "seed", "rho", "seconds")
+N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
+_KEYS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", "seconds")
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,20 @@ def collect(rows: list[dict[str, str]]) -> dict[EnsembleWay, WayRecord]:
     names = [name for name in rows[0] if name not in (*_KEYS, ONSET)]
     by_way: dict[EnsembleWay, list[dict[str, str]]] = {}
     for row in rows:
-        nv = tuple(int(v) for v in row["nv"].split("/")) if row["nv"] else None
-        way = EnsembleWay(row["start"], int(row["n"]), None if nv is None else (nv[0], nv[1]))
-        by_way.setdefault(way, []).append(row)
+        by_way.setdefault(way_of(row), []).append(row)
     return {way: _record(way, own, levels, names) for way, own in by_way.items()}
+
+
+def way_of(row: Mapping[str, str]) -> EnsembleWay:
+    """The way of a row."""
+    nv = tuple(int(v) for v in row["nv"].split("/")) if row["nv"] else None
+    return EnsembleWay(
+        row["start"],
+        int(row["n"]),
+        None if nv is None else (nv[0], nv[1]),
+        row["contact"] or None,
+        float(row["tolerance"]) if row["tolerance"] else None,
+    )
 
 
 def _record(way: EnsembleWay, rows: list[dict[str, str]], levels: Array, names: list[str]) -> WayRecord:

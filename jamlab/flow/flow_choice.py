@@ -12,11 +12,13 @@ import numpy as np
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_errors import (
+    LEAST_ERROR,
     SIZE,
     STOKES,
     kept_promises,
     law_number,
     promised_error,
+    rearranging_error,
     relative_amplitude,
     relative_drag,
     scatter_of_flow,
@@ -146,6 +148,8 @@ def _for_oscillation(
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
         error = promised_error("oscillation", number, drag, part)
         condition = f"strain of {part:.2g} overlaps, drag {drag:.2g} of elasticity"
+        if LEAST_ERROR < error == rearranging_error(drag, part):
+            condition += ", where packings begin to rearrange"
         if isinstance(law, ContactDamping) and law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
     others = {"static modulus": _by_way_of(spectrum.g0, best, error), "linear spectrum": _by_way_of(plain, best, error)}

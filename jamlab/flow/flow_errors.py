@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
+MANY = "many"  # part of the table: many packings, of linear drag, at strains at which few rearrange
 CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
@@ -74,7 +75,8 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
 
     Student's prediction interval at each condition of the table, of the logarithm of the errors of G*, and of the
     errors of a stress, which are mostly noise; scatter is pooled over drag. Interpolated between. Less drag or strain
-    than in the table counts as its least where errors tend to a limit.
+    than in the table counts as its least where errors tend to a limit. No such interval foresees that one packing in
+    twenty rearranges early: G* is not promised better than the error that 95 % of many packings stayed below.
 
     Args:
         kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
@@ -101,7 +103,31 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
 
     found = [np.interp(y, amplitudes, [along(column) for column in each.T]) for each in upper]
     # as 1 - alpha, errors grow linearly
-    return max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
+    promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
+    return promised if kind == "flow" else max(promised, rearranging_error(drag, amplitude, table))
+
+
+def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
+    """Error of a linear spectrum that 95 % of many packings stayed below, those that rearranged among them.
+
+    Interpolated in a grid of drags and strains, and that of the nearest end beyond; infinite if the table has too few
+    packings.
+    """
+    drags, amplitudes, errors = _shipped_many() if table is None else _many(table)
+    if not np.isfinite(errors).all() or not errors.size:
+        return float("inf")
+    at_drag = [np.interp(np.log(drag), drags, column) for column in errors.T]
+    return float(np.exp(np.interp(np.log(amplitude), amplitudes, at_drag)))
+
+
+def exceeded_by_few(errors: Array | pd.Series) -> float:
+    """Error that a new packing exceeds in 1 - `CONFIDENCE` of all cases, whatever the distribution.
+
+    It is the k-th largest of n, k/(n + 1) = 1 - `CONFIDENCE`: a new one is as likely in every place among them.
+    Infinite where not even the largest of them does.
+    """
+    place = int((1 - CONFIDENCE) * (len(errors) + 1) + 1e-9)
+    return float(np.sort(errors)[-place]) if place else float("inf")
 
 
 def kept_promises(table: pd.DataFrame | None = None) -> tuple[int, int]:
@@ -127,6 +153,19 @@ def scatter_of_flow(table: pd.DataFrame | None = None) -> float:
 @cache
 def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
     return _upper_errors(kind, stokes, read_errors())
+
+
+@cache
+def _shipped_many() -> tuple[Array, Array, Array]:
+    return _many(read_errors())
+
+
+def _many(table: pd.DataFrame) -> tuple[Array, Array, Array]:
+    """ln drags, ln amplitudes, and on them that of the error that few of many packings exceed; it grows with strain."""
+    rows = table[table["part"] == MANY]
+    found = rows.groupby(["drag", "amplitude"])["error"].agg(exceeded_by_few).unstack("amplitude")
+    axes = np.log(found.index.to_numpy()), np.log(found.columns.to_numpy())
+    return *axes, np.maximum.accumulate(np.log(np.maximum(found.to_numpy(), _FLOOR)), axis=1)
 
 
 def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:

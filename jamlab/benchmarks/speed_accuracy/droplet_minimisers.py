@@ -9,10 +9,10 @@ from jamlab.benchmarks.cpu_time import shortest
 from jamlab.benchmarks.speed_accuracy.topic import Topic, Trial
 from jamlab.engine.session import Session
 from jamlab.errors import EngineError
+from jamlab.estimates.ensemble_way import bring_on, default_way
 from jamlab.packing.packing import Packing
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.protocols.scene import bring_to, default_way
 
 _RHO = (0.88, 0.95)
 _N = 8
@@ -27,7 +27,7 @@ def measure(seed: int) -> Iterator[Trial]:
     """Measure at both packing fractions, from the loosest tolerance until one is not met."""
     onset = jam("sp", _N, seed)
     for rho in _RHO:
-        start = _kicked(bring_to(default_way(), onset, rho), seed)
+        start = _kicked(bring_on(default_way(_N), onset, rho), seed)
         with Session(start) as session:
             for style in (*_STYLES, "jamlab relax"):
                 note = ""

@@ -8,12 +8,12 @@ import numpy as np
 
 from jamlab.benchmarks.speed_accuracy.curve_points import points_of
 from jamlab.benchmarks.speed_accuracy.topic import Topic, Trial
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import JamlabError
+from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, default_vertices
 from jamlab.measure import measure as measure_packing
 from jamlab.packing.packing import Packing
-from jamlab.protocols.model_choice import Way
 from jamlab.protocols.onset import jam
-from jamlab.protocols.scene import bring_to, default_way
 
 _N, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet
@@ -26,15 +26,14 @@ _RELATIVE = ("pressure", "g")
 def measure(seed: int) -> Iterator[Trial]:
     """Hand the same disks over with every number of vertices, and with every form at the default number."""
     onset = jam("sp", _N, seed)
-    usual = default_way()
-    assert usual.nv is not None
-    ratio = usual.nv[1] / usual.nv[0]
+    small, large = default_vertices()
+    ratio = large / small
     try:
         coarser, exact = (_values(onset, _FORM, count, ratio)[0] for count in _FINEST)
     except JamlabError:
         return  # the packing jams beyond rho, or a droplet is pressed through another
     shrink = (_FINEST[1] / _FINEST[0]) ** 2 - 1  # errors of polygons go with 1/count^2
-    ways = [(_FORM, count) for count in _COUNTS] + [(form, usual.nv[0]) for form in _OTHERS]
+    ways = [(_FORM, count) for count in _COUNTS] + [(form, small) for form in _OTHERS]
     for form, count in ways:
         values: dict[str, float] = {}
         seconds, note = float("nan"), ""
@@ -46,13 +45,13 @@ def measure(seed: int) -> Iterator[Trial]:
             scale = abs(exact[key]) if key in _RELATIVE else 1.0
             off = (values.get(key, float("nan")) - exact[key]) / scale
             unsure = abs(exact[key] - coarser[key]) / scale / shrink
-            default = form == usual.contact and count == usual.nv[0]
+            default = form == defaults("dp")["contact"] and count == small
             yield Trial(panel, form, f"{count}/{round(ratio * count)}", seconds, off, unsure, default, note)
 
 
 def _values(onset: Packing, form: str, count: int, ratio: float) -> tuple[dict[str, float], float]:
     began = time.process_time()
-    row = measure_packing(bring_to(Way("dp", form, (count, round(ratio * count))), onset, _RHO))
+    row = measure_packing(bring_on(EnsembleWay("carried", _N, (count, round(ratio * count)), form), onset, _RHO))
     seconds = time.process_time() - began
     nv = np.array([count, round(ratio * count)])
     free = float((nv * np.tan(np.pi / nv) / np.pi).mean())  # of regular polygons: a polygon is no circle even at rest

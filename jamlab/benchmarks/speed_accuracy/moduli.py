@@ -10,6 +10,7 @@ from jamlab.benchmarks.speed_accuracy.topic import Topic, Trial
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
+from jamlab.estimates.ensemble_way import bring_on, default_way
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, modulus_along
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.stiffness import stiffness
@@ -17,7 +18,6 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.protocols.scene import bring_to, default_way
 from jamlab.protocols.target_pressure import pack
 
 _N, _DROPLETS = 64, 8
@@ -34,7 +34,7 @@ def measure(seed: int) -> Iterator[Trial]:
     for pressure in _PRESSURES:
         packing = pack(_N, pressure, seed, ensemble="shear-stabilized")
         yield from _measure_packing(f"{_N} disks, p = {pressure:g} k", packing, _MOVES * pressure, seed)
-    droplets = bring_to(default_way(), jam("sp", _DROPLETS, seed), _RHO)
+    droplets = bring_on(default_way(_DROPLETS), jam("sp", _DROPLETS, seed), _RHO)
     yield from _measure_packing(f"{_DROPLETS} droplets, ρ = {_RHO}", droplets, 1e-5, seed)
 
 

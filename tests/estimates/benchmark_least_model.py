@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import jamlab
-from jamlab.benchmarks.model_table import SEEDS as TABLE_SEEDS
-from jamlab.protocols.scene import bring_to, default_way, quantities
+from jamlab.benchmarks.estimate_table import SEEDS as TABLE_SEEDS
+from jamlab.estimates.ensemble_way import bring_on, default_way, value_at
 
 COUNT = int(os.environ.get("JAMLAB_SEEDS", "50"))
 N = 64
@@ -51,7 +51,7 @@ def by_choice(seed):
             row |= {f"{name}_way": str(found.choice.way), f"{name}_seconds": found.seconds}
             row |= {f"{name}_z": found.estimate["z"], f"{name}_expected": found.choice.error["z"]}
         began = time.perf_counter()
-        row["z"] = quantities(bring_to(default_way(), jamlab.jam("sp", N, seed), rho))["z"]
+        row["z"] = value_at(bring_on(default_way(N), jamlab.jam("sp", N, seed), rho), "z")
         return row | {"seconds": time.perf_counter() - began}
     except jamlab.ConvergenceError as error:
         return {"rho": rho, "error": str(error)}
