@@ -7,7 +7,7 @@ Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, 
              exact_method, self_crossings
 Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
-             dynamical_matrices, oscillating_displacements, displacement_correlation
+             dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without inertia; pipkin, plan_flow, read_flow
 Files        read, read_all, read_observables, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis

@@ -95,6 +95,8 @@ from .rheology.displacement_correlation import DisplacementCorrelation as Displa
 from .rheology.displacement_correlation import displacement_correlation as displacement_correlation
 from .rheology.displacement_correlation import oscillating_displacements as oscillating_displacements
 from .rheology.equation_of_motion import dynamical_matrices as dynamical_matrices
+from .rheology.mode_motion import ModeMotion as ModeMotion
+from .rheology.mode_motion import mode_motion as mode_motion
 from .rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus

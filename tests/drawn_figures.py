@@ -4,6 +4,7 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+import beyond_tables
 import flow_tables
 import paper_tables
 
@@ -11,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.tables import EnsembleTables
 
-TABLES = paper_tables.TABLES | flow_tables.TABLES
+TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
 REFERENCE = Path(str(resources.files("jamlab.figures.papers").joinpath("reference")))
 PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith("_pictures")]
 PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict

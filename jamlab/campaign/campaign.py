@@ -65,7 +65,7 @@ class Campaign:
         """Count finished, failed and remaining tasks by the names of files; with `until`, also by their last states.
 
         Args:
-            verify: also read every finished file and check its checksum.
+            verify: also read every finished file: check its checksum, and add up wall and CPU times.
 
         Raises:
             InputError: the folder cannot be read, or a column of `until` does not exist.
@@ -180,7 +180,7 @@ class Campaign:
         """Collect one tidy table from all finished tasks.
 
         Args:
-            name: "states", "onset", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation" or
+            name: "states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", "flow", "oscillation" or
                 "creep"; their columns are listed in `jamlab.campaign.tables.TABLE_COLUMNS`; "states" also has those of
                 your own observables.
             sweep: take the tasks of this sweep only.

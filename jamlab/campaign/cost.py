@@ -50,6 +50,7 @@ _SPECTRUM_TIME: dict[str, Points] = {  # at 41 frequencies
     "sp": ((32, 0.0075), (128, 0.02), (512, 0.06), (2048, 0.2), (32768, 25.0)),
     "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
 }
+_MODES_TIME: Points = ((16, 0.07), (32, 0.5), (64, 3.5))
 _FLOW_TIME = (0.7, 1.1e-3)  # of 256 disks, s per unit of strain: at high rates, and over the rate at low ones
 _MINIMUM_TIME = 0.12  # of 256 disks, s: after a step of quasi-static shear
 _CYCLE_TIME = (0.3, 1.5e-3)  # of 256 disks, s: at high frequencies, and over the frequency at low ones
@@ -122,6 +123,8 @@ def measuring_seconds(parameters: dict[str, Any], known: Collection[str] = ()) -
     solutions = laws * frequencies * ("correlation" in wanted) + prestress * ("quasistatic" in wanted)
     spectra = laws * ("spectra" in wanted) + _ONE_FREQUENCY * solutions
     each = spectra * _interpolate(_SPECTRUM_TIME[model], n)
+    if "modes" in wanted:
+        each += sum(map(len, parameters["damping"].values())) * _interpolate(_MODES_TIME, n)
     for name, points in (("states", _MEASURE_TIME), ("voids", _VOIDS_TIME)):
         each += _interpolate(points[model], n) * (name in wanted)
     return each * state_count(parameters) + _flow_seconds(parameters, wanted)
@@ -177,6 +180,8 @@ def task_bytes(parameters: dict[str, Any]) -> int:
     rows = _row_bytes("spectra") * laws * len(parameters.get("omega", ()))
     rows += _row_bytes("correlation") * laws * len(parameters.get("correlation_omega", ())) * np.sqrt(n)
     rows += _row_bytes("voids") * n * ("voids" in parameters["observables"])
+    if "modes" in parameters["observables"]:
+        rows += _row_bytes("modes") * sum(map(len, parameters["damping"].values())) * 2 * positions
     return int(_FILE_BYTES + states * (_POSITION_BYTES * positions + _STATE_BYTES + rows))
 
 

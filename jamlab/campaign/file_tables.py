@@ -34,7 +34,7 @@ from jamlab.errors import JamlabError
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
 
-OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "voids", "flow", "oscillation", "creep")
+OBSERVABLES = ("states", "spectra", "quasistatic", "correlation", "modes", "voids", "flow", "oscillation", "creep")
 
 # limits, so that nonsense is named at once instead of filling memory and time
 MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
@@ -214,6 +214,8 @@ class SweepTable(_Table):
             raise ValueError("prestress = false is for model sp: give droplets a separate sweep")
         if droplets and "quasistatic" in self.observables:
             raise ValueError("observable 'quasistatic' is for model sp: give droplets a separate sweep")
+        if "modes" in self.observables:
+            self._check_modes()
         if droplets and self.ranks > 1:
             raise ValueError(f"ranks = {self.ranks} is for model sp: give droplets a separate sweep with ranks = 1")
         if self.force_law and "sp" in self.model:
@@ -228,6 +230,20 @@ class SweepTable(_Table):
             if getattr(self, key) is not None and observable not in self.observables:
                 raise ValueError(f"{key} is given, but observable {observable!r} is not: add it or leave {key} out")
         return self
+
+    def _check_modes(self) -> None:
+        from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
+
+        if "sp" in self.model:
+            raise ValueError("observable 'modes' is for model dp: give disks a separate sweep")
+        if not self.damping.contact and not self.damping.stokes:
+            raise ValueError("observable 'modes' needs a damping law: add contact or stokes to damping")
+        law = defaults("dp") | self.force_law
+        vertices = max(self.n) // 2 * (int(law["nv_small"]) + int(law["nv_large"]))
+        if 2 * vertices > LARGEST_DENSE:
+            raise ValueError(
+                f"observable 'modes' of {vertices} vertices: at most {LARGEST_DENSE // 2}; lower n or their vertices"
+            )
 
     def _check_until(self) -> None:
         from jamlab.measure import COLUMNS

@@ -26,6 +26,7 @@ from jamlab.mechanics.slow_shear import slow_shear
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.displacement_correlation import displacement_correlation
+from jamlab.rheology.mode_motion import MOTIONS, mode_motion
 
 Columns = dict[str, NDArray[Any]]
 
@@ -34,12 +35,14 @@ FLOAT, WHOLE, FLAG = np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_
 _STATE = {"state": WHOLE, "pressure": FLOAT, "target_pressure": FLOAT}
 _LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "prestress": FLAG}
 _FLOW_LAW = {"stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, "alpha": FLOAT}
+_MODE = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeMotion`
 _SPECTRUM = ("storage", "loss", "g0", "eta0", "eta_inf", "error")  # attributes of `ComplexModulus`
 SCHEMA: dict[str, dict[str, np.dtype[Any]]] = {
     "onset": {"rho_J": FLOAT, "phi_J": FLOAT, "z_J": FLOAT, "n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
     "spectra": {**_STATE, **_LAW, **dict.fromkeys(("omega", *_SPECTRUM), FLOAT), "converged": FLAG},
     "quasistatic": {**_STATE, "prestress": FLAG, **dict.fromkeys(("approach", "sliding", "nonaffine"), FLOAT)},
     "correlation": {**_STATE, **_LAW, **dict.fromkeys(("omega", "delta", "c", "box"), FLOAT)},
+    "modes": {**_STATE, "stokes": FLAG, "beta": FLOAT, "eta_f": FLOAT, **dict.fromkeys(_MODE, FLOAT)},
     "flow": {
         **_STATE,
         **_FLOW_LAW,
@@ -78,7 +81,7 @@ def measure_tables(
 
     Returns:
         Table -> column -> values. An unstable packing has nan in "spectra", where it is not converged, and in
-        "quasistatic", and no rows in "correlation"; one whose outlines cross has no rows in "voids".
+        "quasistatic", and no rows in "correlation" and "modes"; one whose outlines cross has no rows in "voids".
     """
     known = known or {}
     observables = [name for name in parameters["observables"] if name not in known]
@@ -91,6 +94,8 @@ def measure_tables(
         tables["quasistatic"] = _quasistatic_rows(parameters, states, pressure)
     if "correlation" in observables:
         tables["correlation"] = _correlation_rows(parameters, states, pressure)
+    if "modes" in observables:
+        tables["modes"] = _mode_rows(parameters, states, pressure)
     for name, rows in {"flow": flow_rows, "oscillation": oscillation_rows, "creep": creep_rows}.items():
         if name in observables:
             tables[name] = rows(parameters, states, pressure)
@@ -168,6 +173,19 @@ def _correlation_rows(parameters: dict[str, Any], states: TaskStates, pressure: 
                 row = state_columns(states, pressure, k) | law_columns(law) | {"prestress": prestress}
                 row |= {"omega": omega, "delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
                 rows.append(row)
+    return rows
+
+
+def _mode_rows(parameters: dict[str, Any], states: TaskStates, pressure: NDArray[np.float64]) -> list[Row]:
+    rows = []
+    for k, packing in enumerate(states.packings):
+        for law in damping_laws(parameters):
+            try:
+                found = mode_motion(packing, law)
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                continue
+            row = state_columns(states, pressure, k) | law_columns(law)
+            rows.append(row | {name: getattr(found, name) for name in _MODE})
     return rows
 
 

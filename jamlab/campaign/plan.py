@@ -139,7 +139,7 @@ def _mean_seconds(folder: CampaignFolder, names: list[str]) -> float | None:
     seconds = []
     for name in names:
         try:
-            seconds.append(read_seconds(folder.task_file(name)))
+            seconds.append(read_seconds(folder.task_file(name))[0])
         except StorageError:  # damaged: `run` will find it and run it again
             continue
     return float(np.mean(seconds)) if seconds else None

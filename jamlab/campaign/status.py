@@ -1,12 +1,15 @@
 """Count the tasks of a campaign that are finished, failed and left."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Any
 
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.standard_error import precision
+from jamlab.campaign.task_file import read_seconds
 from jamlab.campaign.tasks import Batch
+from jamlab.errors import StorageError
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,8 @@ class SweepStatus:
         most: number of seeds that may be used.
         until: column -> wanted standard error of its mean; empty without `until`.
         errors: column -> standard error by now; nan for fewer than two packings.
+        seconds, cpu_seconds: wall time and CPU time of the finished tasks, s; None if the files were not read, CPU time
+            nan with files of jamlab 0.1.0 among them. A task that took its packings from another counts them too.
     """
 
     sweep: str
@@ -34,6 +39,8 @@ class SweepStatus:
     most: int
     until: dict[str, float]
     errors: dict[str, float]
+    seconds: float | None = None
+    cpu_seconds: float | None = None
 
     @property
     def left(self) -> int:
@@ -91,8 +98,19 @@ def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) 
         names = set(batch.first(reached.seeds).names())
         p = batch.parameters
         counts = (len(names), len(names & finished), len(names & failed), len(batch.seeds))
-        sweeps.append(SweepStatus(batch.sweep, p["model"], p["n"], *counts, batch.until, reached.errors))
+        line = SweepStatus(batch.sweep, p["model"], p["n"], *counts, batch.until, reached.errors)
+        sweeps.append(_timed(line, folder, names & finished) if verify else line)
     failures = {name: record for name, record in folder.failures().items() if name in known}
     damaged = folder.damages(known & finished) if verify else None
     gaps = folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
     return Status(sweeps, failures, damaged, gaps, len(finished - known))
+
+
+def _timed(line: SweepStatus, folder: CampaignFolder, names: set[str]) -> SweepStatus:
+    """Add the times of tasks; those whose files are damaged count nothing."""
+    wall = cpu = 0.0
+    for name in names:
+        with suppress(StorageError):
+            seconds = read_seconds(folder.task_file(name))
+            wall, cpu = wall + seconds[0], cpu + seconds[1]
+    return replace(line, seconds=wall, cpu_seconds=cpu)

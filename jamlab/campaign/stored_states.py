@@ -22,6 +22,7 @@ _DEPENDS_ON = {  # table -> the parameters of measuring on which its content dep
     "spectra": ("damping", "prestress", "omega"),
     "quasistatic": ("prestress",),
     "correlation": ("damping", "prestress", "correlation_omega"),
+    "modes": ("damping",),
     **{name: ("damping", name) for name in FLOWS},
 }
 

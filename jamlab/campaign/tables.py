@@ -17,7 +17,7 @@ from jamlab.measure import COLUMNS
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "voids", *FLOWS)
+TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", *FLOWS)
 
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 
@@ -27,13 +27,13 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
         *("units", "ensemble", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
-        *("gamma", "ka", "delta", "contact", "wall_time"),
+        *("gamma", "ka", "delta", "eps", "nv_small", "contact", "wall_time"),
     ),
     "onset": (*_WHO, *SCHEMA["onset"], "seconds"),
     "voids": (*_WHO, "state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area"),
     **{
         name: (*_WHO, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
-        for name in ("spectra", "quasistatic", "correlation")
+        for name in ("spectra", "quasistatic", "correlation", "modes")
     },
     **{
         name: (*_WHO, *_FLOW_STATE, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
@@ -105,7 +105,7 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
-        **{name: law.get(name, np.nan) for name in ("gamma", "ka", "delta")},
+        **{name: law.get(name, np.nan) for name in ("gamma", "ka", "delta", "eps", "nv_small")},
         "contact": str(law.get("contact", "")),
         "wall_time": file.wall_time,
     }

@@ -8,7 +8,8 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 | /campaign parameters      | str            | these parameters, JSON                                                |
 | /campaign jamlab_campaign | int            | 1                                                                     |
 | /campaign missing         | str            | JSON list: states that could not be made, and the reasons             |
-| /campaign seconds, host   | float, str     | wall time and machine: the only content that may differ between runs  |
+| /campaign seconds, host   | float, str     | wall time and machine: content that may differ between runs           |
+| /campaign cpu_seconds     | float          | CPU time of all its ranks, too; jamlab 0.1.0 did not count it         |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
 | /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
@@ -53,7 +54,7 @@ class TaskFile:
         converged: (frames,).
         target_pressure: (frames,).
         wall_time: (frames,) seconds each state took.
-        seconds: the whole task.
+        seconds, cpu_seconds: the whole task; CPU time nan in files of jamlab 0.1.0.
     """
 
     task: str
@@ -65,6 +66,7 @@ class TaskFile:
     target_pressure: NDArray[np.float64]
     wall_time: NDArray[np.float64]
     seconds: float
+    cpu_seconds: float
 
 
 def write_task_file(
@@ -74,6 +76,7 @@ def write_task_file(
     measured: Mapping[str, NDArray[np.float64]],
     tables: "Mapping[str, Columns]",
     seconds: float,
+    cpu_seconds: float,
 ) -> None:
     """Write a finished task; the file appears whole or not at all.
 
@@ -85,7 +88,7 @@ def write_task_file(
         group = file.create_group("campaign")
         group.attrs.update(task=task.name, parameters=json.dumps(task.parameters, sort_keys=True))
         group.attrs.update(jamlab_campaign=TASK_VERSION, missing=json.dumps(states.missing))
-        group.attrs.update(seconds=seconds, host=os.uname().nodename)
+        group.attrs.update(seconds=seconds, cpu_seconds=cpu_seconds, host=os.uname().nodename)
         group["converged"] = np.array(states.converged)
         group["target_pressure"] = np.array(states.target_pressures)
         for name, columns in tables.items():
@@ -139,6 +142,7 @@ def read_task_file(path: Path) -> TaskFile:
             target_pressure=group["target_pressure"][()],
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
+            cpu_seconds=float(group.attrs.get("cpu_seconds", np.nan)),
         )
 
 
@@ -168,10 +172,11 @@ def read_last_state(path: Path) -> dict[str, float]:
         }
 
 
-def read_seconds(path: Path) -> float:
-    """Read the wall time of a task, s. Errors as in `read_task_file`."""
+def read_seconds(path: Path) -> tuple[float, float]:
+    """Read the wall time and the CPU time of a task, s. Errors as in `read_task_file`."""
     with _campaign(path) as file:
-        return float(file["campaign"].attrs["seconds"])
+        attributes = file["campaign"].attrs
+        return float(attributes["seconds"]), float(attributes.get("cpu_seconds", np.nan))
 
 
 @contextmanager

@@ -160,7 +160,7 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
         parameters["phi"] = sorted(map(float, sweep.phi))
     else:
         parameters["onset"] = True
-    if {"spectra", "correlation", *FLOWS} & set(sweep.observables):
+    if {"spectra", "correlation", "modes", *FLOWS} & set(sweep.observables):
         parameters["damping"] = {law: sorted(map(float, values)) for law, values in sweep.damping.model_dump().items()}
     if {"spectra", "correlation", "quasistatic"} & set(sweep.observables):
         parameters["prestress"] = sorted(sweep.prestress)

@@ -1,6 +1,7 @@
 """Carry one task from its parameters to its file. Runs in a worker process, which returns an outcome to the driver."""
 
 import errno
+import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,7 +52,7 @@ def run_task(
         modules: folders that hold modules of the user's own observables.
         ranks: MPI ranks, hence cores, that the task may use.
     """
-    began = time.perf_counter()
+    began, used = time.perf_counter(), cpu_seconds()
 
     def end(state: str, line: str) -> Outcome:
         return Outcome(state, line, time.perf_counter() - began)
@@ -62,7 +63,7 @@ def run_task(
             place.check_target(place.task_file(name))  # before the work, not after
             check_target(place.task_file(name))
             with threadpool_limits(1), cores_given(ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
-                _make_file(place, task, began, source, modules)
+                _make_file(place, task, (began, used), source, modules)
         return end(FINISHED, task.label)
     except StorageError as error:
         return end(FULL, str(error))
@@ -76,7 +77,14 @@ def run_task(
         return end(FAILED, f"{task.label}: {error}")
 
 
-def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | None, modules: Sequence[str]) -> None:
+def cpu_seconds() -> float:
+    """CPU time of this process and of the ranks it waited for."""
+    return sum(os.times()[:4])
+
+
+def _make_file(
+    folder: CampaignFolder, task: Task, began: tuple[float, float], source: str | None, modules: Sequence[str]
+) -> None:
     from jamlab.campaign.measurements import measure_tables
     from jamlab.campaign.own_observables import load_function, measure_own, own_observables
     from jamlab.campaign.states import make_states
@@ -88,12 +96,13 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     functions = {name: load_function(name, modules) for name in own_observables(task.parameters["observables"])}
     stored = read_stored(folder, source) if source is not None else None
     if stored is None:
-        states, known, before = make_states(task.parameters, task.ranks), {}, 0.0
+        states, known, before = make_states(task.parameters, task.ranks), {}, (0.0, 0.0)
         measured = measure_all(states.packings)
     else:
         file, states = stored
         shared = {"onset", *shared_tables(task.parameters, file.parameters)}
-        known, before = {name: columns for name, columns in file.tables.items() if name in shared}, file.seconds
+        known = {name: columns for name, columns in file.tables.items() if name in shared}
+        before = file.seconds, file.cpu_seconds
         whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
         measured = file.observables if whole else measure_all(states.packings)
     tables = measure_tables(task.parameters, states, measured["pressure"], known)
@@ -101,5 +110,5 @@ def _make_file(folder: CampaignFolder, task: Task, began: float, source: str | N
     for name in sorted(functions.keys() - known.keys()):
         tables[name] = measure_own(name, functions[name], states.packings, taken)
         taken |= tables[name].keys()
-    seconds = before + time.perf_counter() - began
-    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=seconds)
+    wall, cpu = before[0] + time.perf_counter() - began[0], before[1] + cpu_seconds() - began[1]
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=wall, cpu_seconds=cpu)

@@ -1,5 +1,6 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
     from jamlab.campaign.plan import Estimate
+    from jamlab.campaign.status import SweepStatus
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -85,10 +87,10 @@ app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --re
 def status(
     file: Where,
     out: Folder = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Read every file and check its checksum.")] = False,
+    verify: Annotated[bool, typer.Option("--verify", help="Read every file: check it, add up times.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Count the tasks that are finished, failed and left, and say why tasks failed."""
+    """Count the tasks that are finished, failed and left, say why tasks failed, and with --verify what they took."""
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
@@ -100,12 +102,13 @@ def status(
             {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
         )
         return
+    counts = ("tasks", "finished", "failed", "left")
     lines = [
-        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in ("tasks", "finished", "failed", "left"))]
-        for s in found.sweeps
+        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in counts), *_format_spent(s)] for s in found.sweeps
     ]
-    lines.append(["total", "", "", *(str(getattr(found, key)) for key in ("tasks", "finished", "failed", "left"))])
-    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", "tasks", "finished", "failed", "left"], lines)
+    lines.append(["total", "", "", *(str(getattr(found, key)) for key in counts), *_format_spent(*found.sweeps)])
+    times = ["wall time", "CPU time"] if verify else []
+    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", *counts, *times], lines)
     for s in found.sweeps:
         for column, wanted in s.until.items():
             state = "met" if s.errors[column] <= wanted else "not met"
@@ -158,6 +161,15 @@ def _format_cells(line: "Estimate") -> list[str]:
     counts = [str(value) for value in (line.n, line.tasks, line.left, line.stored, line.states)]
     source = "finished tasks" if line.measured else "estimate"
     return [line.sweep, line.model, *counts, _format_time(line.seconds), f"{line.bytes / 1e6:.1f} MB", source]
+
+
+def _format_spent(*sweeps: "SweepStatus") -> list[str]:
+    """Wall and CPU time of the finished tasks of sweeps as text; nothing where the files were not read."""
+    if sweeps[0].seconds is None:
+        return []
+    cpu = sum(s.cpu_seconds or 0.0 for s in sweeps if s.finished)
+    wall = sum(s.seconds or 0.0 for s in sweeps)
+    return [_format_time(wall), "not counted" if isnan(cpu) else _format_time(cpu)]
 
 
 def _format_time(seconds: float) -> str:

@@ -138,9 +138,14 @@ def find_modes(k: Array, b: Array, x: Array) -> RelaxationModes:
     return RelaxationModes(sigma * fraction / (1 - fraction), vectors, amplitudes, fraction)
 
 
+def build_strengths(found: RelaxationModes, area: float) -> Array:
+    """(j,) strengths of the Maxwell elements of modes: g_i = (v^T K v) x_i^2 / A."""
+    return np.asarray(found.energies * found.amplitudes**2 / area)
+
+
 def build_spectrum(found: RelaxationModes, limits: Limits, area: float) -> RelaxationSpectrum:
-    """Build the Maxwell elements of a packing from its modes: g_i = (v^T K v) x_i^2 / A."""
-    strengths = found.energies * found.amplitudes**2 / area
+    """Build the Maxwell elements of a packing from its modes."""
+    strengths = build_strengths(found, area)
     kept = strengths > 0
     return RelaxationSpectrum(limits.g0, limits.eta_inf, found.rates[kept], strengths[kept])
 

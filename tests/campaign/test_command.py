@@ -24,7 +24,10 @@ def test_command_line(full, tmp_path):
 
     status = json.loads(said("status", full.folder.path, "--verify", "--json"))
     assert (status["tasks"], status["finished"], status["damaged"]) == (6, 6, {})
-    assert "total" in said("status", full.file)
+    assert status["sweeps"][0]["cpu_seconds"] > 0
+    assert "total" in (counted := said("status", full.file))
+    assert "CPU time" not in counted
+    assert "CPU time" in said("status", full.file, "--verify")
     assert json.loads(said("plan", full.file, "--only", "up", "--json"))["tasks"] == 0
     assert "0 tasks left" in said("plan", full.file)
     assert "0 tasks finished, 0 failed" in said("resume", full.file)

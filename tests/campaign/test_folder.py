@@ -35,6 +35,21 @@ def test_status_counts_and_more_seeds_leave_what_is_there(full, tmp_path):
     assert status.foreign == 2
 
 
+def test_status_adds_up_what_the_finished_tasks_took(full, tmp_path):
+    assert all(s.seconds is s.cpu_seconds is None for s in full.status().sweeps)
+    spent = full.status(verify=True).sweeps
+    files = [read_task_file(full.folder.task_file(name)) for name in full.finished()]
+    assert sum(s.seconds for s in spent) == pytest.approx(sum(f.seconds for f in files))
+    assert sum(s.cpu_seconds for s in spent) == pytest.approx(sum(f.cpu_seconds for f in files))
+    assert all(0 < f.cpu_seconds < 2 * f.seconds + 0.1 for f in files)  # one thread, but for what starts beside it
+    shutil.copytree(full.folder.path, tmp_path / "c")
+    harmed = jamlab.open_campaign(tmp_path / "c")
+    harmed.folder.task_file(harmed.finished()[0]).write_bytes(b"")
+    left = harmed.status(verify=True)
+    assert len(left.damaged) == 1
+    assert sum(s.seconds for s in left.sweeps) == pytest.approx(sum(f.seconds for f in files[1:]))
+
+
 @pytest.mark.parametrize("harm", ["cut", "flip", "empty", "other", "foreign"])
 def test_damaged_files_are_found(full, harm, tmp_path):
     name, other = full.finished()[:2]

@@ -3,6 +3,7 @@
 import csv
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 from campaigns import run_here, written
@@ -71,7 +72,7 @@ def run(path):
     return campaign
 
 
-SELDOM = ("onset", "spectra", "quasistatic", "correlation", *FLOWS)  # tables that not every campaign has
+SELDOM = ("onset", "spectra", "quasistatic", "correlation", "modes", *FLOWS)  # tables that not every campaign has
 
 
 def assert_same_tables(one, other):
@@ -109,7 +110,7 @@ def test_observables_added_later_need_no_minimization(tmp_path, forbid_minimizat
 def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid_minimization):
     path = written(
         tmp_path / "c.toml", "full", model="dp", n=8, seeds=[1], compress=None, onset=True, force_law={"gamma": 0.12},
-        observables=["voids"],
+        observables=["voids", "modes"], damping={"contact": [1.0], "stokes": [1.0]},
     )  # fmt: skip
     forbid_minimization()
     campaign = jamlab.open_campaign(path)
@@ -122,6 +123,19 @@ def test_droplets_are_measured_again_without_minimization(full, tmp_path, forbid
     pd.testing.assert_frame_equal(
         campaign.table("states").drop(columns="task"), full.table("states", "droplets").drop(columns="task")
     )
+
+
+@pytest.mark.slow
+def test_modes_of_droplets_are_those_of_mode_motion(tmp_path):
+    """A row for each mode, of every state above onset and both laws."""
+    laws = {"contact": [1.0], "stokes": [1.0]}
+    campaign = run(written(tmp_path / "c.toml", **SHORT, model="dp", seeds=[1], observables=["modes"], damping=laws))
+    last = campaign.packings(campaign.finished()[0])[-1]
+    found = campaign.table("modes").query(f"state == {len(campaign.table('states')) - 1}")
+    for name, law in {"contact": jamlab.ContactDamping(), "stokes": jamlab.StokesDrag()}.items():
+        rows, m = found[found["law"] == name], jamlab.mode_motion(last, law)
+        for column in ("rates", "strengths", "translation", "along", "sliding"):
+            np.testing.assert_allclose(rows[column], getattr(m, column), rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -4,12 +4,22 @@ import numpy as np
 import pandas as pd
 import pytest
 from drawn_figures import TABLES
-from paper_tables import states
+from paper_tables import onset, states
 
-from jamlab.figures.papers.ensembles import add_distances, ensemble, from_onset, interpolate, log_places, select_usual
-from jamlab.figures.papers.tables import (
-    count_voids,
+from jamlab.figures.papers.boromand_onset import figure_10
+from jamlab.figures.papers.ensembles import (
+    add_distances,
+    ensemble,
+    from_onset,
+    interpolate,
+    log_places,
+    nearest_size,
+    sampled_sizes,
+    select_usual,
+    sizes,
 )
+from jamlab.figures.papers.spectral_groups import select_largest, select_sweep
+from jamlab.figures.papers.tables import EnsembleTables, count_voids
 
 
 def test_distances_are_those_to_the_onset_of_each_packing():
@@ -60,3 +70,38 @@ def test_voids_are_counted_once():
     assert counted["voids"].sum() == len(raw)
     assert counted["shape"].sum() == pytest.approx(raw["shape"].sum())
     assert counted[counted["onset"]]["voids"].sum() == (raw["state"] == 0).sum()
+
+
+def packings(**counts):
+    """Rows of a table with so many packings of each size, one row each."""
+    return pd.DataFrame(
+        [{"model": "sp", "n": int(n[1:]), "seed": s} for n, count in counts.items() for s in range(count)]
+    )
+
+
+def test_a_size_that_is_only_begun_takes_nobodys_place():
+    table = packings(n64=100, n256=20, n1024=6)
+    assert sizes(table, "sp") == [64, 256, 1024]
+    assert sampled_sizes(table, "sp") == [64, 256]
+    assert nearest_size(table, "sp", 1000) == 256
+    assert sampled_sizes(packings(n64=5, n256=3), "sp") == [64]  # none has enough: those with the most
+    assert select_largest(packings(n64=10, n256=5, n1024=1))["n"].unique() == [256]
+
+
+def test_begun_sizes_do_not_move_the_width_of_onsets():
+    """Six packings of N = 1024 of any width; before, they widened every interval to that of six packings."""
+    table = onset()
+    few = table[(table["n"] == 128) & (table["seed"] < 6)].assign(n=1024)
+    theta = [
+        next(c for c in figure_10(EnsembleTables({"onset": rows}.get)).claims if c.quantity.startswith("theta"))
+        for rows in (table, pd.concat([table, few], ignore_index=True))
+    ]
+    assert [c.value for c in theta] == pytest.approx([0.55, 0.55], abs=1e-6)
+    assert theta[1].high == pytest.approx(theta[0].high)
+
+
+def test_a_scan_of_damping_may_stand_at_a_smaller_size_than_the_spectra():
+    scan = pd.DataFrame({"n": 2048, "target_pressure": 1e-4, "beta": [0.0, 1e-2, 1.0]})
+    large = pd.DataFrame({"n": 32768, "target_pressure": [1e-4, 1e-4, 1e-2], "beta": [0.0, 1.0, 1.0]})
+    assert select_sweep(pd.concat([large, scan]), "beta")["n"].unique() == [2048]
+    assert select_sweep(pd.concat([large, large.assign(n=8192)]), "beta")["n"].unique() == [32768]

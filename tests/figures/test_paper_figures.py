@@ -78,15 +78,19 @@ def test_a_table_that_differs_is_told_from_the_paper():
     assert c.value == pytest.approx(0.9, abs=1e-3) and c.text.startswith("differs: C at one dphi")
 
 
+SLOW = ("micrograph-errors", "beyond-droplet-spectra")  # to draw
+
+
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow if n == "micrograph-errors" else ()) for n in gallery.FIGURES]
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in gallery.FIGURES]
 )
 def test_every_figure_keeps_what_it_draws(name):
     drawing = drawn(name)
     table = drawing.table
     assert list(table.columns) == ["panel", "series", "x", "y", "low", "high"]
     assert np.isfinite(table[["x", "y"]].to_numpy()).all() and len(table) > 10
-    pictures = name in (*PICTURES, "micrograph-errors") or (name.startswith("dynamics-") and name not in PUBLISHED)
+    beside = name.startswith(("dynamics-", "beyond-")) and name not in PUBLISHED
+    pictures = name in (*PICTURES, "micrograph-errors") or beside
     assert drawing.caption and bool(drawing.claims) is not pictures  # of which no paper has numbers
     for (panel, series), points in table.groupby(["panel", "series"]):
         (axes,) = (axes for axes in drawing.figure.findobj(Axes) if axes.get_gid() == panel)  # insets too

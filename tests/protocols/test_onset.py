@@ -244,14 +244,9 @@ def test_onset_needs_a_backbone():
     assert c.backbone == 4 and c.count == c.isostatic + 3  # a crystal
 
 
-@pytest.mark.slow
-def test_six_disks_on_a_saddle_are_no_packing():
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_six_disks_that_left_a_saddle_are_held(seed):
     """Eight contacts of five disks balance by symmetry, one fewer than hold them: once returned as converged."""
-    with pytest.raises(jamlab.ConvergenceError, match="came loose on the way down to it; try another seed"):
-        jamlab.jam(n=6, seed=3, ensemble="shear-stabilized")
-
-
-def test_six_disks_that_left_a_saddle_are_held():
-    packing = jamlab.jam(n=6, seed=2, ensemble="shear-stabilized")
+    packing = jamlab.jam(n=6, seed=seed, ensemble="shear-stabilized")
     assert jamlab.contacts(packing).count >= jamlab.contacts(packing).isostatic
     assert jamlab.elastic_tensor(packing).relaxed[0, 1, 0, 1] > 0

@@ -19,6 +19,7 @@ from jamlab.figures.papers.spectral_groups import (
     select_large,
     select_law,
     select_spectra,
+    select_sweep,
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
@@ -177,7 +178,8 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     out, (a, b) = drawing("baumgarten-4", 1, 2, 6.6, 4.8)
     scale(a)
     scale(b)
-    table = select_spectra(select_law(tables.spectra, "contact"))
+    every = select_law(tables.spectra, "contact")
+    table = select_spectra(every)
     undamped = select_law(table, "contact", beta=0.0)
     gap: Interval | None = None
     loose: dict[float, Group] = {}
@@ -207,7 +209,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         )
     )
     out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
-    _draw_beta_sweep(out, b, table)
+    _draw_beta_sweep(out, b, select_sweep(every[every["prestress"].astype(bool)], "beta"))
     out.caption = (
         "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (dotted); the frequency is not "
         "rescaled. (b) Balance beta of sliding to approach at one pressure; inset: viscosity at low and high frequency."
@@ -235,14 +237,11 @@ def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
 
 def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     """Draw G* at one pressure for every beta, viscosities in an inset, and add the claim on their growth."""
-    stressed = table[table["prestress"].astype(bool)]
-    count = stressed.groupby("target_pressure")["beta"].nunique()
-    p = float(count.index[int(count.argmax())])
-    part = stressed[stressed["target_pressure"] == p]
-    betas = sorted(part["beta"].unique())
+    p = float(table["target_pressure"].iloc[0])
+    betas = sorted(table["beta"].unique())
     ends: dict[float, Group] = {}
     for index, beta in enumerate(betas):
-        groups = group_by_pressure(part[part["beta"] == beta])
+        groups = group_by_pressure(table[table["beta"] == beta])
         if p in groups:
             ends[beta] = groups[p]
             text = rf"$\beta = {format_power(beta) if beta else 0}$"
@@ -270,15 +269,15 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
 
 def figure_6(tables: EnsembleTables) -> Drawing:
     """Stokes drag: collapse for eta_F = 1, and what the viscosity of the fluid adds."""
-    stokes = select_spectra(select_law(tables.spectra, "stokes", prestress=True))
+    every = select_law(tables.spectra, "stokes", prestress=True)
+    stokes = select_spectra(every)
     groups = group_by_pressure(select_law(stokes, "stokes", eta_f=1.0))
     out, (a, b) = drawing("baumgarten-6", 1, 2, 6.4, 4.8)
     scale(a)
     scale(b)
     _draw_collapse(out, None, a, groups)
-    count = stokes.groupby("target_pressure")["eta_f"].nunique()
-    p = float(count.index[int(count.argmax())])
-    part = stokes[stokes["target_pressure"] == p]
+    part = select_sweep(every, "eta_f")
+    p = float(part["target_pressure"].iloc[0])
     viscosity: dict[float, Array] = {}
     for index, eta_f in enumerate(sorted(part["eta_f"].unique())):
         found = group_by_pressure(part[part["eta_f"] == eta_f])

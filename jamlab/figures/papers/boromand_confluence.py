@@ -6,7 +6,7 @@ import pandas as pd
 from jamlab.figures.papers import conventions
 from jamlab.figures.papers.boromand_contacts_and_modulus import between
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_places, sizes
+from jamlab.figures.papers.ensembles import Ensemble, ensemble, log_places, sampled_sizes, sizes
 from jamlab.figures.papers.panels import PAPER, Drawing, drawing, label, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
@@ -46,7 +46,8 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         name = model.upper()
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
         label(scaled, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
-        out.claims += _confluence_claims(out.name, model, curves)
+        sampled = sampled_sizes(states, model)
+        out.claims += _confluence_claims(out.name, model, {n: e for n, e in curves.items() if n in sampled})
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
         f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "

@@ -18,6 +18,7 @@ from jamlab.figures.papers.ensembles import (
     has,
     log_places,
     nearest_size,
+    sampled_sizes,
     sizes,
 )
 from jamlab.figures.papers.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
@@ -178,9 +179,10 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
             how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
             if model == "sp":
-                every = [_exponent_of_size(states, series, m, column) for m in sizes(states, model)]
+                measured = sampled_sizes(states, model)
+                every = [_exponent_of_size(states, series, m, column) for m in measured]
                 shown = ", ".join(f"{e:.2f}" for e in every)
-                words["cause"] = f"it falls with N: {shown} at N = {', '.join(map(str, sizes(states, model)))}"
+                words["cause"] = f"it falls with N: {shown} at N = {', '.join(map(str, measured))}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
             kind = "g" if column == "g" else "d_z"

@@ -7,7 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.ensembles import bootstrap, groups_by, has, sizes
+from jamlab.figures.papers.ensembles import bootstrap, groups_by, has, sampled_sizes, sizes
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
@@ -50,7 +50,8 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(
                 axes_, f"{model.upper()}: {what}", n, *ends, band=False, label=model.upper(), **model_style(model)
             )
-        out.claims += _onset_claims(out.name, model, n, groups[model])
+        sampled = sampled_sizes(onset, model)
+        out.claims += _onset_claims(out.name, model, sampled, [groups[model][n.index(m)] for m in sampled])
     first = sizes(onset, "sp" if has(onset, "sp") else "dp")[0]
     out.slope(width, -published.THETA.value, (first, 256), 0.012, rf"$N^{{-{published.THETA.value}}}$")
     label(width, "N", r"width of the distribution $\sigma$")
@@ -101,7 +102,7 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
     big = model.upper()
     theta = limit = None
     if len(n) > 1 and min(len(g) for g in groups) > 2:
-        theta = bootstrap(groups, lambda g: -power_law(n, [v.std(ddof=1) or np.nan for v in g]).exponents[0])
+        theta = bootstrap(groups, lambda g: _width_exponent(n, g))
         limit = bootstrap(groups, lambda g: _limit(n, g))
     how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
     return [
@@ -116,6 +117,13 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
             shown_by="boromand-10 d",
         ),
     ]
+
+
+def _width_exponent(n: list[int], groups: list[Array]) -> float:
+    """Exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
+    widths = np.array([v.std(ddof=1) for v in groups])
+    errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
+    return -float(power_law(n, widths, error=errors).exponents[0])
 
 
 def _limit(n: list[int], groups: list[Array]) -> float:

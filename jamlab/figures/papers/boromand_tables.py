@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from jamlab.figures.papers import conventions
 from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.figures.papers.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
-from jamlab.figures.papers.ensembles import average, bootstrap, has, median, nearest_size, sizes
+from jamlab.figures.papers.ensembles import average, bootstrap, has, median, nearest_size, sampled_sizes
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
@@ -96,7 +96,7 @@ def mean_by_size(
 ) -> str:
     """A statistic of each size of a series as text."""
     model = SERIES[series][0]
-    n = sizes(states, model)
+    n = sampled_sizes(states, model)
     values = [statistic(states[(states["model"] == model) & (states["n"] == m)]) for m in n]
     return f"{', '.join(format(v, digits) for v in values)} at N = {', '.join(map(str, n))}"
 

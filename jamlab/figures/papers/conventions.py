@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from jamlab.figures.papers.ensembles import Ensemble, ensemble, sizes
+from jamlab.figures.papers.ensembles import Ensemble, ensemble, sampled_sizes
 from jamlab.statistics import published_numbers as published
 
 Array = NDArray[np.float64]
@@ -61,8 +61,8 @@ def at(place: float, x: Array, y: ArrayLike) -> float:
 
 
 def matched_size(states: pd.DataFrame) -> int | None:
-    """Largest N of which there are packings of both models; None without one."""
-    return max(set(sizes(states, "sp")) & set(sizes(states, "dp")), default=None)
+    """Largest N of which there are enough packings of both models; None without one."""
+    return max(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")), default=None)
 
 
 # contradictions of the paper with itself, in its own numbers ----------------------------------------------------------

@@ -16,11 +16,12 @@ from jamlab.statistics.bootstrap import bootstrap as resample
 Array = NDArray[np.float64]
 Statistic = Callable[[Array, Array], ArrayLike]
 
-PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "contact")
+PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "eps", "nv_small", "contact")
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 FEWEST = 5  # packings of an interval: below, the spread itself is not known
 bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
 _PACKING = ["model", "n", "seed"]
+ENOUGH = 20  # packings of a size that may stand for the paper's: an interval from five is three times as wide
 SHARE = 0.5  # of the packings must reach a place, else its mean is that of a selection
 
 
@@ -65,13 +66,23 @@ def sizes(table: pd.DataFrame, model: str) -> list[int]:
     return sorted(int(n) for n in table.loc[table["model"] == model, "n"].unique())
 
 
+def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
+    """System sizes with 20 packings or more, ascending; all sizes if none has.
+
+    A larger size that is only begun would take the place of one with a hundred packings, with an interval that tells
+    nothing.
+    """
+    packings = table.loc[table["model"] == model].groupby("n")["seed"].nunique()
+    return sorted(int(n) for n in packings.index[packings >= min(ENOUGH, packings.max())])
+
+
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """Pick the size at hand that is nearest to the paper's, by ratio.
+    """Pick the size with enough packings that is nearest to the paper's, by ratio.
 
     Raises:
         InputError: there is no packing of the model.
     """
-    found = sizes(table, model)
+    found = sampled_sizes(table, model)
     if not found:
         raise InputError(
             f"no {model} packing among the states: run a campaign with model {model}, or use another source"

@@ -16,6 +16,11 @@ from jamlab.figures.papers import (
     baumgarten_motion,
     baumgarten_pictures,
     baumgarten_spectra,
+    beyond_droplet_modes,
+    beyond_droplet_sizes,
+    beyond_droplet_spectra,
+    beyond_droplet_vertices,
+    beyond_droplet_voids,
     boromand_confluence,
     boromand_contacts_and_modulus,
     boromand_geometry,
@@ -74,6 +79,11 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "dynamics-power-law": dynamics_power_law.power_law_collapse,
     "dynamics-equivalent-damping": dynamics_equivalent_damping.equivalent_damping,
     "dynamics-droplets": dynamics_droplets.droplets_beside_disks,
+    "beyond-droplet-spectra": beyond_droplet_spectra.droplet_spectra,
+    "beyond-droplet-modes": beyond_droplet_modes.droplet_modes,
+    "beyond-droplet-sizes": beyond_droplet_sizes.droplet_sizes,
+    "beyond-droplet-vertices": beyond_droplet_vertices.droplet_vertices,
+    "beyond-droplet-voids": beyond_droplet_voids.droplet_voids,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 PAGE = "figures.html"

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError
-from jamlab.figures.papers.ensembles import bootstrap
+from jamlab.figures.papers.ensembles import FEWEST, bootstrap
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import Interval
 
@@ -85,7 +85,7 @@ def select_law(table: pd.DataFrame, law: str, *, prestress: bool | None = None, 
 
 
 def select_spectra(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the rows of the largest size with many frequencies and more than one packing.
+    """Select the rows of the largest size with many frequencies and enough packings for an interval.
 
     Raises:
         InputError: no spectrum has three frequencies.
@@ -98,11 +98,21 @@ def select_spectra(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def select_largest(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the rows of the largest size with more than one packing, else of the largest of all."""
+    """Select the rows of the largest size with enough packings for an interval, else of that with the most."""
     packings = table.groupby("n")["seed"].nunique()
-    several = packings.loc[packings > 1]
-    largest = int((several if len(several) else packings).index.max())
+    largest = int(packings.index[packings >= min(FEWEST, packings.max())].max())
     return table.loc[table["n"] == largest]
+
+
+def select_sweep(table: pd.DataFrame, parameter: str) -> pd.DataFrame:
+    """Select the rows of the size and pressure with most values of a parameter of damping; the largest size of several.
+
+    Scans of the parameter may be had at another size than the spectra of every pressure.
+    """
+    count = table.groupby(["n", "target_pressure"])[parameter].nunique()
+    n, p = max(count.index[count == count.max()])
+    chosen: NDArray[np.bool_] = ((table["n"] == n) & (table["target_pressure"] == p)).to_numpy()
+    return table.loc[chosen]
 
 
 def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:

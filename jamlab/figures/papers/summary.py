@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from jamlab.figures.papers.claims import Claim, Verdict
 
 SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
-_BESIDE = "dynamics-"  # figures whose numbers neither paper has
+_BESIDE = ("dynamics-", "beyond-")  # figures whose numbers neither paper has
 
 
 def count(claims: Sequence[Claim]) -> dict[Verdict, int]:

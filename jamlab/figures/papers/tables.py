@@ -12,12 +12,23 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import InputError, StorageError
+from jamlab.figures.papers.beyond_tables import (
+    DAMPING,
+    LAW,
+    PACKING,
+    droplet_states,
+    modes_at_fractions,
+    spectra_at_fractions,
+    voids_by_state,
+)
 from jamlab.figures.papers.ensembles import add_distances, select_usual
 from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.rheology.mode_motion import MOTIONS
 
 OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
 OF_FLOWS = ("flow", "oscillation", "creep")
-NAMES = (*OF_PAPERS, *OF_FLOWS)
+OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
+NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 RECORD = "reference.json"  # origin of the tables
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
@@ -51,6 +62,10 @@ _COLUMNS = {
         *(*_FLOW_RUN, "stress", "residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests"),
         "converged",
     ),
+    "droplet_states": (*STATES, "rho_J", *LAW),
+    "droplet_spectra": (*PACKING, *DAMPING, "rho", "omega", "storage", "loss"),
+    "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
+    "droplet_voids": (*PACKING, "state", "rho", "overlap", "voids", "three", "shape_of_three"),
 }
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
@@ -83,10 +98,7 @@ class EnsembleTables:
     @cached_property
     def void_counts(self) -> pd.DataFrame:
         """See `count_voids`; shipped with the reference data, counted from the voids of a campaign."""
-        try:
-            return _require_rows("void_counts", self._read("void_counts"))
-        except (StorageError, InputError, KeyError):
-            return _require_rows("voids", count_voids(self._read("voids")))
+        return self._shipped_or("void_counts", lambda: count_voids(self._read("voids")))
 
     @cached_property
     def spectra(self) -> pd.DataFrame:
@@ -118,6 +130,35 @@ class EnsembleTables:
     def creep(self) -> pd.DataFrame:
         """One row per packing, law and stress; runs without an answer are left out."""
         return _require_rows("creep", self._read("creep").dropna(subset=["final_strain"]))
+
+    @cached_property
+    def droplet_states(self) -> pd.DataFrame:
+        """States of droplets of several force laws, see `beyond_tables`."""
+        return self._shipped_or("droplet_states", lambda: droplet_states(self._read("states")))
+
+    @cached_property
+    def droplet_spectra(self) -> pd.DataFrame:
+        """G* of droplets and disks at a few packing fractions, see `beyond_tables`."""
+        return self._shipped_or(
+            "droplet_spectra", lambda: spectra_at_fractions(self._read("states"), self._read("spectra"))
+        )
+
+    @cached_property
+    def droplet_modes(self) -> pd.DataFrame:
+        """Strength of relaxation modes of droplets by rate and motion, see `beyond_tables`."""
+        return self._shipped_or("droplet_modes", lambda: modes_at_fractions(self._read("states"), self._read("modes")))
+
+    @cached_property
+    def droplet_voids(self) -> pd.DataFrame:
+        """Voids between droplets of several force laws, see `beyond_tables`."""
+        return self._shipped_or("droplet_voids", lambda: voids_by_state(self._read("states"), self._read("voids")))
+
+    def _shipped_or(self, name: str, made: Callable[[], pd.DataFrame]) -> pd.DataFrame:
+        """A table that ships with the reference data, or is made of the tables of a campaign."""
+        try:
+            return _require_rows(name, self._read(name))
+        except (StorageError, InputError, KeyError):
+            return _require_rows(name, made())
 
 
 def _replace_pressure(table: pd.DataFrame) -> pd.DataFrame:
@@ -154,6 +195,10 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
     "flow": [*_FLOW_RUN, "rate"],
     "oscillation": [*_FLOW_RUN, "omega", "amplitude"],
     "creep": [*_FLOW_RUN, "stress"],
+    "droplet_states": PACKING,
+    "droplet_spectra": [*PACKING, *DAMPING],
+    "droplet_modes": [*PACKING, *DAMPING],
+    "droplet_voids": PACKING,
 }
 
 
@@ -183,13 +228,17 @@ def reference_tables() -> EnsembleTables:
         StorageError: the data are missing.
     """
     place = Path(str(resources.files("jamlab.figures.papers")))
-    papers, flows = read_folder(place / "reference"), read_folder(place / "reference_flows")
-    facts = papers.facts | {f"{name} of flows": flows.facts[name] for name in ("campaign", "commit")}
+    facts = read_folder(place / "reference").facts
+    for what, folder in (("flows", "reference_flows"), ("droplets of several laws", "reference_beyond")):
+        facts = facts | {
+            f"{name} of {what}": read_folder(place / folder).facts[name] for name in ("campaign", "commit")
+        }
     return EnsembleTables(partial(_read_shipped, place), facts)
 
 
 def _read_shipped(place: Path, name: str) -> pd.DataFrame:
-    return _read_table(place / ("reference_flows" if name in OF_FLOWS else "reference"), name)
+    folder = "reference_flows" if name in OF_FLOWS else "reference_beyond" if name in OF_BEYOND else "reference"
+    return _read_table(place / folder, name)
 
 
 def read_folder(folder: Path) -> EnsembleTables:

@@ -1,0 +1,103 @@
+"""Draw the shape of voids between three droplets against vertices, stiffness of rims, and overlap."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from jamlab.errors import InputError
+from jamlab.figures.papers.beyond_rows import say, usual_law
+from jamlab.figures.papers.beyond_tables import LAW, PACKING
+from jamlab.figures.papers.ensembles import FEWEST, bootstrap
+from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, scale, style
+from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
+
+Array = NDArray[np.float64]
+
+FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])  # centres of bins 0.02 wide
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in phi - rho
+AT = (0.88, 0.94, 0.98)  # packing fractions said
+
+
+def droplet_voids(tables: EnsembleTables) -> Drawing:
+    """Shape factor of voids between three droplets, by vertices and stiffness, over packing fraction and overlap."""
+    table = tables.droplet_voids
+    packings = table.drop_duplicates(PACKING).groupby(["eps", "nv_small", "gamma"], as_index=False).size()
+    laws = packings.loc[packings["size"] >= FEWEST, LAW].to_numpy(dtype=np.float64)
+    if not len(laws):
+        raise InputError(
+            f"the table droplet_voids has no law with {FEWEST} packings: run the campaign beyond_the_papers"
+        )
+    usual = usual_law(table)
+    out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
+    scale(by_overlap, "log", "linear")
+    said = []
+    for k, law in enumerate(laws):
+        rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
+        stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
+        name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
+        centres, mean = mean_shapes(rows, "rho", np.append(FRACTIONS - 0.01, FRACTIONS[-1] + 0.01))
+        out.curve(by_rho, name, centres, mean.value, mean.low, mean.high, **style(k))
+        jammed = rows[rows["overlap"] > 0]
+        places, over = mean_shapes(jammed, "overlap", OVERLAPS, logarithmic=True)
+        out.curve(by_overlap, name, places, over.value, over.low, over.high, **style(k))
+        onset = mean_shape(rows[rows["state"] == 0])
+        at = [mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in AT]
+        parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True)]
+        said.append(f"{name} ({rows['seed'].nunique()} packings): {say(onset)} at onset, {', '.join(parts)}")
+    overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
+    out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
+    for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
+        out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)
+    shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
+    label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
+    label(by_overlap, r"overlap $\phi - \rho$", shape_name, legend=False)
+    handles, names = by_overlap.get_legend_handles_labels()
+    out.figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=9, frameon=False)
+    size = int(table["n"].mode()[0])
+    out.caption = (
+        f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
+        "(b) Over the area that rims share, phi - rho; full: voids of a triangular lattice of equal disks that "
+        f"overlap. {'; '.join(said)}."
+    )
+    return out
+
+
+def mean_shapes(rows: pd.DataFrame, column: str, edges: Array, logarithmic: bool = False) -> tuple[Array, Interval]:
+    """Centres of bins and mean shape factors of voids with three sides, with intervals over packings."""
+    place = np.searchsorted(edges, rows[column].to_numpy(dtype=np.float64)) - 1
+    kept = (place >= 0) & (place < len(edges) - 1)
+    seeds, who = np.unique(rows["seed"].to_numpy()[kept], return_inverse=True)
+    sums = np.zeros((len(seeds), len(edges) - 1, 2))
+    np.add.at(sums, (who, place[kept]), rows.loc[kept, ["shape_of_three", "three"]].to_numpy(dtype=np.float64))
+    centres = np.sqrt(edges[1:] * edges[:-1]) if logarithmic else 0.5 * (edges[1:] + edges[:-1])
+    few = (sums[:, :, 1] > 0).sum(axis=0) < FEWEST
+
+    def mean(groups: list[Array]) -> Array:
+        total = groups[0].sum(axis=0)
+        value = np.divide(total[:, 0], total[:, 1], out=np.full(len(total), np.nan), where=total[:, 1] > 0)
+        return np.where(few, np.nan, value)
+
+    return centres, bootstrap([sums], mean)
+
+
+def mean_shape(rows: pd.DataFrame) -> Interval:
+    """Mean shape factor of all voids with three sides."""
+    sums = rows.groupby(PACKING, dropna=False)[["shape_of_three", "three"]].sum().to_numpy(dtype=np.float64)
+    return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
+
+
+def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
+    """phi - rho of a triangular lattice of equal disks, and the shape factor of its voids, by elementary geometry.
+
+    Args:
+        overlap: (m,) of two disks over their diameter, below 1 - sqrt(3)/2, where voids close.
+    """
+    r = 1 - np.asarray(overlap, dtype=np.float64)
+    half = np.arccos(r)  # angle from the line of centres to a corner of the lens
+    arc = np.pi / 3 - 2 * half
+    area = np.sqrt(3) / 4 * r**2 - 3 * arc / 8 - 0.75 * r * np.sin(half)
+    cell = np.sqrt(3) / 2 * r**2
+    return np.pi / 4 / cell - (1 - 2 * area / cell), (1.5 * arc) ** 2 / (4 * np.pi * area)

@@ -1,0 +1,144 @@
+"""Figures beyond the papers from tables in which known laws hold, and the reduction of a campaign's tables to those."""
+
+import re
+from pathlib import Path
+
+import beyond_tables
+import numpy as np
+import pandas as pd
+import pytest
+from drawn_figures import drawn
+
+from jamlab.errors import InputError
+from jamlab.figures.papers import gallery
+from jamlab.figures.papers.beyond_droplet_modes import group_share
+from jamlab.figures.papers.beyond_droplet_voids import three_disks
+from jamlab.figures.papers.beyond_tables import (
+    FRACTIONS,
+    droplet_states,
+    modes_at_fractions,
+    spectra_at_fractions,
+    voids_by_state,
+)
+from jamlab.figures.papers.tables import EnsembleTables, reference_tables
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
+LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}
+DRAG = {"law": "stokes", "beta": np.nan, "eta_f": 1.0}
+
+
+def states(rho):
+    """A sweep of one packing with these packing fractions."""
+    table = pd.DataFrame({"task": "t", "state": range(len(rho)), "rho": rho, "phi": np.array(rho) + 0.01})
+    return table.assign(**LAW, converged=True)
+
+
+def said(name, pattern):
+    """The number that the caption of a figure says after some words, with its interval."""
+    found = re.search(
+        pattern + r" (-?[\d.e-]+) \[(-?[\d.e-]+), (-?[\d.e-]+)\]", drawn(f"beyond-droplet-{name}").caption
+    )
+    assert found, drawn(f"beyond-droplet-{name}").caption
+    value, low, high = map(float, found.groups())
+    assert low <= value <= high
+    return value
+
+
+def test_captions_say_what_the_tables_hold():
+    for law in ("contact", "Stokes"):
+        assert said("modes", f"{law} drag, slow") == pytest.approx(beyond_tables.RIGID)
+        assert said("modes", f"{law} drag, middle") == pytest.approx(beyond_tables.ROUND)
+    assert said("modes", "sliding at all rho:") == pytest.approx(1.0)
+    assert said("modes", "to the power: slow") == pytest.approx(1.0, abs=0.02)
+    assert said("modes", "to the power: .*, middle") == pytest.approx(0.0, abs=1e-6)
+    assert said("vertices", "G") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
+    assert said("sizes", "theta =") == pytest.approx(0.55, abs=0.005)
+
+
+@pytest.mark.slow
+def test_the_caption_of_spectra_says_what_the_table_holds():
+    assert said("spectra", "gamma to the power") == pytest.approx(1.0)
+    assert said("spectra", "disks") == pytest.approx(FRACTIONS[0], abs=1e-3)
+
+
+def test_overlap_of_three_disks_takes_the_shape_of_the_void_down():
+    """The values that `against_the_papers.md` names; at contact the Plateau border."""
+    overlap, shape = three_disks([1e-9, 1e-3, 1e-2, 2e-2])
+    assert shape == pytest.approx([PLATEAU_BORDER, 4.16, 3.16, 2.76], abs=5e-3)
+    assert overlap[0] == pytest.approx(0, abs=1e-12) and np.all(np.diff(overlap) > 0)
+    panel = drawn("beyond-droplet-voids").table.query("panel == 'b'")
+    own = panel[panel["series"].str.startswith("12, 17")]
+    line = panel[panel["series"] == "three equal disks"]
+    inside = own["x"].between(line["x"].min(), line["x"].max())
+    assert np.interp(own["x"][inside], line["x"], line["y"]) == pytest.approx(own["y"][inside].to_numpy(), rel=0.2)
+
+
+def test_spectra_are_interpolated_between_neighbouring_states():
+    """Linear in rho; nothing outside the sweep, in a gap, or where one of the two did not converge."""
+    rho = [0.855, 0.865, 0.875, 0.885, 0.93, 0.96 + 2e-6]
+    rows = pd.DataFrame(
+        [
+            {
+                "task": "t",
+                "state": k,
+                "pressure": 0.1,
+                **DRAG,
+                "omega": w,
+                "storage": r * w,
+                "loss": r,
+                "converged": True,
+            }
+            for k, r in enumerate(rho)
+            for w in (0.1, 1.0)
+        ]
+    )
+    found = spectra_at_fractions(states(rho), rows)
+    assert sorted(found["rho"].unique()) == [0.86, 0.88, 0.96]
+    assert found["storage"].to_numpy() == pytest.approx((found["rho"] * found["omega"]).to_numpy(), rel=1e-5)
+    rows.loc[(rows["state"] == 1) & (rows["omega"] == 1.0), "converged"] = False
+    fewer = spectra_at_fractions(states(rho), rows)
+    assert fewer.loc[np.isclose(fewer["rho"], 0.86), "omega"].tolist() == [0.1]
+
+
+def test_modes_are_binned_without_loss():
+    """Strength and its parts are kept, also of rates beyond the bins; between states they are interpolated."""
+    shares = {"translation": 0.4, "rotation": 0.1, "along": 0.3, "across": 0.2, "sliding": 1.0}
+    rows = pd.DataFrame(
+        [
+            {"task": "t", "state": k, **DRAG, "rates": rate, "strengths": strength, **shares}
+            for k, strength in ((0, 1.0), (1, 3.0))
+            for rate in (1e-9, 1.1e-3, 1.2e-3, 1e9)
+        ]
+    )
+    found = modes_at_fractions(states([0.85, 0.87]), rows)
+    assert found["strength"].sum() == pytest.approx(4 * 2.0) and len(found) == 3
+    assert found["translation"].sum() == pytest.approx(4 * 2.0 * 0.4)
+    assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
+
+
+def test_voids_and_states_of_several_laws():
+    voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
+    found = voids_by_state(states([0.85, 0.87]), voids).set_index("state")
+    assert found["three"].tolist() == [2, 0] and found["shape_of_three"].tolist() == [6.0, 0.0]
+    assert found["overlap"].to_numpy() == pytest.approx(0.01)
+    table = beyond_tables.droplet_states()
+    assert table.groupby("nv_small")["seed"].nunique().to_dict() == {12: 5, 24: 5, 48: 5}
+    assert droplet_states(pd.DataFrame({"model": ["sp"], **{k: [np.nan] for k in ("gamma", "eps", "nv_small")}})).empty
+
+
+def test_tables_without_droplets_are_refused():
+    few = EnsembleTables(lambda name: beyond_tables.TABLES[name]().query("model == 'sp'"))
+    for name in ("spectra", "modes", "vertices", "voids"):
+        with pytest.raises(InputError):
+            gallery.draw(f"beyond-droplet-{name}", few)
+
+
+@pytest.mark.slow
+def test_every_number_of_the_page_stands_in_a_caption():
+    """`jamlab figure beyond-...` prints the captions; the page repeats them."""
+    names = [name for name in gallery.FIGURES if name.startswith("beyond-")]
+    captions = " ".join(gallery.draw(name, reference_tables()).caption for name in names)
+    numbers = re.findall(r"-?[\d.e-]+ \[-?[\d.e-]+, -?[\d.e-]+\]", PAGE.read_text())
+    assert len(numbers) > 20
+    assert [number for number in numbers if number not in captions] == []
