@@ -58,7 +58,7 @@ def draw_overlay(micrograph: Micrograph, ax: Any = None) -> Any:
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
     rho, z, shape = (m.means[name].text(form) for name, form in (("rho", ".3f"), ("z", ".2f"), ("shape_rim", ".3f")))
     verdict = f"quality: {m.quality}" + (f" ({len(m.reasons)} reason{'s'[: len(m.reasons) > 1]})" if m.reasons else "")
-    ax.set_title(f"{m.count} droplets, ρ = {rho}, z = {z}, A = {shape}; {verdict}", fontsize=11)
+    ax.set_title(f"{m.count} droplets; {verdict}\nρ = {rho}, z = {z}, A = {shape}", fontsize=11)
     handles = _legend(m)
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=5, fontsize=9, frameon=False)
     return ax
