@@ -8,7 +8,16 @@ from pathlib import Path
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
-from jamlab.figures.papers.tables import NAMES, RECORD, EnsembleTables, combine, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import (
+    NAMES,
+    RECORD,
+    TABLE_FILE,
+    EnsembleTables,
+    combine,
+    read_folder,
+    reference_tables,
+    save,
+)
 from jamlab.packing.versions import versions
 
 
@@ -39,7 +48,7 @@ def save_reference(
         folder: to write to.
         commit: of the code that ran the campaign.
         add: keep the packings that the folder has and the campaign lacks, and their origin.
-        only: tables to write; by default all.
+        only: tables to write; by default all, or with `add` those that the folder has.
 
     Returns:
         Table -> size in bytes.
@@ -54,6 +63,7 @@ def save_reference(
     tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
     if not add:
         return save(tables, folder, facts, text, names=names)
+    names = only or [name for name in NAMES if (folder / TABLE_FILE.format(name)).exists()]
     old = read_folder(folder)
     before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     for name in names:  # all are read before any is replaced

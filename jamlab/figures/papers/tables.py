@@ -30,6 +30,7 @@ OF_FLOWS = ("flow", "oscillation", "creep")
 OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 RECORD = "reference.json"  # origin of the tables
+TABLE_FILE = "{}.csv.gz"
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
@@ -259,7 +260,7 @@ def read_folder(folder: Path) -> EnsembleTables:
 
 
 def _read_table(folder: Path, name: str) -> pd.DataFrame:
-    path = folder / f"{name}.csv.gz"
+    path = folder / TABLE_FILE.format(name)
     try:
         return pd.read_csv(path)
     except (OSError, ValueError, EOFError) as error:
@@ -295,7 +296,7 @@ def save(
     written: dict[str, int] = {}
     rows: dict[str, int] = {}
     for name in names:
-        path = folder / f"{name}.csv.gz"
+        path = folder / TABLE_FILE.format(name)
         try:
             table = getattr(tables, name)
         except (InputError, StorageError, KeyError):
