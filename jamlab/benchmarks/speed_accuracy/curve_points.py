@@ -12,6 +12,7 @@ SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a bu
 ALIKE = 1.25  # errors within this ratio are the same: means over twenty packings
 BETTER = 100.0  # times, that a reference must be known than what is compared with it
 BAND = (0.1, 0.9)  # quantiles
+CUT = "cut short after"  # in the note of a run that its limit of time ended, and not what it was told to reach
 
 
 @dataclass(frozen=True)
