@@ -30,7 +30,7 @@ _ELSEWHERE = 1e-5  # distance at the tightest tolerance beyond which the minimum
 _COMPILING = 0.5  # s of set-up and a first step that a note tells
 _LIMIT = 20.0  # CPU s of a run
 _TRIED = 30  # steps by which the cost of a step is known
-_ONCE = 1.0  # s from which a run is not repeated
+_REPEATS = 0.2  # s after which a run is not repeated
 
 
 def measure(seed: int) -> Iterator[Trial]:
@@ -73,7 +73,7 @@ def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> Iterator[tup
     found: tuple[float, Array, str] | None = None
     for tolerance in _TOLERANCES:
         if found is None or CUT not in found[-1]:
-            seconds, positions = shortest(partial(run, tolerance, steps), budget=_ONCE)
+            seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
             left = evaluate(start.with_state(positions=positions)).max_force
             if left > 2 * tolerance:
                 ends = f"{CUT} {_LIMIT:g} s" if seconds > 0.5 * _LIMIT else "stalls"
