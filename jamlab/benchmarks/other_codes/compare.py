@@ -24,6 +24,7 @@ from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 
@@ -109,7 +110,8 @@ def compare(
         for peer in peers:
             if progress is not None:
                 progress(peer.name)
-            rows.append(_peer_row(peer, start, target, rows[0]))
+            item = (peer, start, target, rows[0])
+            rows.append(run_side_by_side(_peer_row, [item], 1)[0] if peer.apart else _peer_row(item))
     return rows
 
 
@@ -134,13 +136,13 @@ def _jamlab_row(start: Packing) -> Row:
     )
 
 
-def _peer_row(peer: Peer, start: Packing, target: dict[str, float], jamlab: Row) -> Row:
+def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
     """A peer: its point, its minimum and its time beside jamlab's.
 
     Args:
-        target: what `measure` gives at jamlab's minimum.
-        jamlab: row of jamlab, for the ratios of times.
+        item: the peer; the start; what `measure` gives at jamlab's minimum; the row of jamlab, for the ratios of times.
     """
+    peer, start, target, jamlab = item
     if peer.version is None:
         return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
     assert jamlab.cold is not None and jamlab.warm is not None

@@ -17,6 +17,7 @@ class JaxMD(Peer):
     name = "jax-md"
     package = "jax-md"
     method = "fire_descent, jit"
+    apart = True
 
     def evaluate(self, packing: Packing) -> Point:
         """Energy, and its derivatives by automatic differentiation; stress from the law over all pairs."""

@@ -19,6 +19,7 @@ class JaxDEM(Peer):
     name = "JaxDEM"
     package = "JaxDEM"
     method = "minimize, fire"
+    apart = True
     install = "see https://github.com/cdelv/JaxDEM"  # in no package index
 
     def evaluate(self, packing: Packing) -> Point:

@@ -71,9 +71,12 @@ class Peer(OtherCode):
 
     Attributes:
         method: its minimiser.
+        apart: whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in
+            the same process, and so jamlab's, up to ten times slower, which would count against these.
     """
 
     method: str
+    apart: bool = False
 
     @abstractmethod
     def evaluate(self, packing: Packing) -> Point:

@@ -4,22 +4,33 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.benchmarks.cpu_time import shortest
 from jamlab.benchmarks.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
-from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent
+from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer
 from jamlab.benchmarks.speed_accuracy.curve_points import CUT
 from jamlab.benchmarks.speed_accuracy.topic import Topic, Trial
 from jamlab.engine.session import evaluate
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.relaxation import force_tolerance
 
 Array = NDArray[np.float64]
+
+
+class Run(NamedTuple):
+    """One minimisation: CPU seconds, positions reached (n, 2), and what a reader must know."""
+
+    seconds: float
+    positions: Array
+    note: str
+
 
 _PHI = 0.88
 _PACKINGS = {64: 20, 1024: 3, 8192: 3}  # N -> how many of the seeds
@@ -42,16 +53,15 @@ def measure(seed: int) -> Iterator[Trial]:
     for peer in PEERS:
         if peer.version is None:
             raise InputError(f"{peer.name} is not installed: {peer.install}")
-    codes = {"jamlab": jamlab_descent} | {peer.name: peer.descent for peer in PEERS}
     for n in [n for n, packings in _PACKINGS.items() if seed <= packings]:
         start, minimum = jolted_minimum(n, seed, _PHI, _JOLT[n])
         bearing = ~contacts(minimum).rattlers
         descend = jamlab_descent(start)
         exact, nearly = (descend(force, MOST_STEPS) for force in _REFERENCE)
         known = _distance(nearly, exact, start, bearing)
-        for name, prepare in codes.items():
+        for name, runs in _runs_of_all(start).items():
             trials = []
-            for tolerance, (seconds, positions, note) in zip(_TOLERANCES, _runs(prepare, start), strict=True):
+            for tolerance, (seconds, positions, note) in zip(_TOLERANCES, runs, strict=True):
                 error = _distance(positions, exact, start, bearing)
                 default = name == "jamlab" and tolerance == force_tolerance("sp")
                 trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", seconds, error, known, default, note))
@@ -60,8 +70,22 @@ def measure(seed: int) -> Iterator[Trial]:
             yield from trials
 
 
-def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> Iterator[tuple[float, Array, str]]:
-    """Seconds, positions and a note for each tolerance. A run that its limit cuts short stands for tighter ones too."""
+def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
+    """Runs of every code by its name."""
+    apart = [peer for peer in PEERS if peer.apart]
+    found = {"jamlab": _runs(jamlab_descent, start)}
+    found |= {peer.name: _runs(peer.descent, start) for peer in PEERS if not peer.apart}
+    theirs = run_side_by_side(_runs_apart, [(peer, start) for peer in apart], 1)
+    return found | {peer.name: runs for peer, runs in zip(apart, theirs, strict=True)}
+
+
+def _runs_apart(item: tuple[Peer, Packing], _: Any) -> list[Run]:
+    peer, start = item
+    return _runs(peer.descent, start)
+
+
+def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
+    """One run for each tolerance. One that its limit cuts short stands for tighter ones too."""
     began = time.process_time()
     run = prepare(start)
     run(_TOLERANCES[0], 1)
@@ -70,17 +94,19 @@ def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> Iterator[tup
     run(_TOLERANCES[-1], _TRIED)
     steps = min(MOST_STEPS, int(_LIMIT / (time.process_time() - began) * _TRIED))
     note = f"set-up {first:.1f} s more" if first > _COMPILING else ""
-    found: tuple[float, Array, str] | None = None
+    found: list[Run] = []
     for tolerance in _TOLERANCES:
-        if found is None or CUT not in found[-1]:
+        if found and CUT in found[-1].note:
+            found.append(found[-1])
+        else:
             seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
             left = evaluate(start.with_state(positions=positions)).max_force
             if left > 2 * tolerance:
                 ends = f"{CUT} {_LIMIT:g} s" if seconds > 0.5 * _LIMIT else "stalls"
                 note = f"{ends} at a largest force of {left:.0e}"
-            found = seconds, positions, note
-        yield found
+            found.append(Run(seconds, positions, note))
         note = ""
+    return found
 
 
 def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[np.bool_]) -> float:
