@@ -18,7 +18,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare energy, minimum and time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: matscipy, freud."""
+    """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
     from jamlab.benchmarks.other_codes.analysis import compare_analysis
     from jamlab.benchmarks.other_codes.compare import compare as run
     from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary

@@ -33,8 +33,8 @@ class Run(NamedTuple):
 
 
 _PHI = 0.88
-_PACKINGS = {64: 20, 1024: 3, 8192: 3}  # N -> how many of the seeds
-_COMPILED = 5  # of them for codes that compile: seconds for every packing
+_PACKINGS = {64: 20, 1024: 3, 8192: 1}  # N -> how many of the seeds
+_COMPILED = 3  # of them for codes that compile: seconds for every packing
 _JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
 _TOLERANCES = (1e-4, 1e-8, 1e-12)
 _REFERENCE = (1e-14, 1e-13)  # forces left in the reference, and in another one that tells how well it is known
