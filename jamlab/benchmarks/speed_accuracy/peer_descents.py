@@ -101,13 +101,21 @@ def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
             found.append(found[-1])
         else:
             seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
-            left = evaluate(start.with_state(positions=positions)).max_force
+            left = _force_left(start, positions)
+            if left > 2 * tolerance and seconds < 0.5 * _LIMIT and steps < MOST_STEPS:  # later steps may be cheaper
+                longer = partial(run, tolerance, min(MOST_STEPS, int(steps * _LIMIT / seconds)))
+                seconds, positions = shortest(longer, budget=_REPEATS)
+                left = _force_left(start, positions)
             if left > 2 * tolerance:
                 ends = f"{CUT} {_LIMIT:g} s" if seconds > 0.5 * _LIMIT else "stalls"
                 note = f"{ends} at a largest force of {left:.0e}"
             found.append(Run(seconds, positions, note))
         note = ""
     return found
+
+
+def _force_left(start: Packing, positions: Array) -> float:
+    return evaluate(start.with_state(positions=positions)).max_force
 
 
 def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[np.bool_]) -> float:
