@@ -33,7 +33,7 @@ class Run(NamedTuple):
 
 
 _PHI = 0.88
-_PACKINGS = {64: 20, 1024: 3, 8192: 1}  # N -> how many of the seeds
+_PACKINGS = {64: 20, 1024: 1, 8192: 1}  # N -> how many of the seeds
 _COMPILED = 3  # of them for codes that compile: seconds for every packing
 _JOLT = {64: 0.01, 1024: 0.01, 8192: 0.001}  # mean diameters: the more disks, the sooner one of them leaves its basin
 _TOLERANCES = (1e-4, 1e-8, 1e-12)
