@@ -8,10 +8,9 @@ import numpy as np
 
 from jamlab.benchmarks.speed_accuracy.curve_points import points_of
 from jamlab.benchmarks.speed_accuracy.topic import Topic, Trial
-from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.errors import JamlabError
 from jamlab.measure import measure as measure_packing
 from jamlab.packing.packing import Packing
-from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.model_choice import Way
 from jamlab.protocols.onset import jam
 from jamlab.protocols.scene import bring_to, default_way
@@ -19,30 +18,28 @@ from jamlab.protocols.scene import bring_to, default_way
 _N, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet
 _FINEST = (32, 48)  # of the check and of the reference: with more some packings do not converge
-_FORM, _SMOOTH = "outline", "segment/smooth"
-_KINKED = "segment"  # of the paper: it has no minima to end in, and takes long to say so
+_FORM, _OTHERS = "outline", ("segment/smooth",)  # the form segment of the paper has no minima to end in
 _QUANTITIES = {"pressure": "pressure, relative", "shape": "shape factor", "g": "G, relative", "z": "z"}
 _RELATIVE = ("pressure", "g")
 
 
 def measure(seed: int) -> Iterator[Trial]:
-    """Hand the same disks over with every number of vertices, and in the kinked form with the default one."""
+    """Hand the same disks over with every number of vertices, and with every form at the default number."""
     onset = jam("sp", _N, seed)
     usual = default_way()
     assert usual.nv is not None
     ratio = usual.nv[1] / usual.nv[0]
     try:
-        disks = bring_to(Way("sp"), onset, _RHO)
-        coarser, exact = (_values(disks, _FORM, count, ratio)[0] for count in _FINEST)
+        coarser, exact = (_values(onset, _FORM, count, ratio)[0] for count in _FINEST)
     except JamlabError:
         return  # the packing jams beyond rho, or a droplet is pressed through another
     shrink = (_FINEST[1] / _FINEST[0]) ** 2 - 1  # errors of polygons go with 1/count^2
-    ways = [(form, count) for form in (_FORM, _SMOOTH) for count in _COUNTS] + [(_KINKED, usual.nv[0])]
+    ways = [(_FORM, count) for count in _COUNTS] + [(form, usual.nv[0]) for form in _OTHERS]
     for form, count in ways:
         values: dict[str, float] = {}
         seconds, note = float("nan"), ""
         try:
-            values, seconds, note = _values(disks, form, count, ratio)
+            values, seconds = _values(onset, form, count, ratio)
         except JamlabError as error:
             note = str(error).splitlines()[0]
         for key, panel in _QUANTITIES.items():
@@ -53,23 +50,13 @@ def measure(seed: int) -> Iterator[Trial]:
             yield Trial(panel, form, f"{count}/{round(ratio * count)}", seconds, off, unsure, default, note)
 
 
-def _values(disks: Packing, form: str, count: int, ratio: float) -> tuple[dict[str, float], float, str]:
-    """Quantities, CPU seconds from the disks on, and a note. A state of the kinked form counts where its search ends,
-    without G, which `measure` refuses there.
-
-    Raises:
-        ConvergenceError: another form found no minimum.
-    """
+def _values(onset: Packing, form: str, count: int, ratio: float) -> tuple[dict[str, float], float]:
     began = time.process_time()
-    nv = np.array([count, round(ratio * count)])
-    droplets = to_polygons(disks, contact=form, nv_small=int(nv[0]), nv_large=int(nv[1]))
-    note = "" if droplets.converged else f"ends at a largest force of {droplets.max_force:.0e}: no minimum, no G"
-    if note and form != _KINKED:
-        raise ConvergenceError(note)
-    row = measure_packing(droplets)
+    row = measure_packing(bring_to(Way("dp", form, (count, round(ratio * count))), onset, _RHO))
     seconds = time.process_time() - began
+    nv = np.array([count, round(ratio * count)])
     free = float((nv * np.tan(np.pi / nv) / np.pi).mean())  # of regular polygons: a polygon is no circle even at rest
-    return {key: row[key] - (free if key == "shape" else 0.0) for key in _QUANTITIES}, seconds, note
+    return {key: row[key] - (free if key == "shape" else 0.0) for key in _QUANTITIES}, seconds
 
 
 TOPIC = Topic(
@@ -77,8 +64,7 @@ TOPIC = Topic(
     "error",
     "vertices of a small and of a large droplet",
     "48 and 68 vertices, default contact form, from the same disks. It is not a hundred times better than 24: its own "
-    "error, from 32 vertices and the power -2 of their number, is the floor. States of the form segment, which has no "
-    "minima, are those where the search ends",
+    "error, from 32 vertices and the power -2 of their number, is the floor",
     measure,
     seeds=range(1, 25),  # some packings jam beyond rho
     points=partial(points_of, better=1.0),
