@@ -31,7 +31,7 @@ def readme_picture(name):
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
     topic = TOPICS["other-codes"]
-    points = [p for p in topic.points(shipped_trials("other-codes").rows) if p.panel != "N = 64"]
+    points = [p for p in topic.points(shipped_trials("other-codes").rows) if p.panel != "N = 1024"]
     return curve_figure(topic.title, topic.error, points)
 
 
