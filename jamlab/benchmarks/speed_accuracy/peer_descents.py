@@ -137,7 +137,7 @@ TOPIC = Topic(
     f"{_LIMIT:g} s of CPU time, in steps by the cost of the first {_TRIED}; where it ends then is drawn, for tighter "
     "tolerances too",
     measure,
-    reason="LAMMPS' conjugate gradients are what jamlab starts with; with LAMMPS' own line search they miss the tolerance "
-    "on other starts",
+    reason="LAMMPS' conjugate gradients are what jamlab starts with; with LAMMPS' own line search they miss the "
+    "tolerance on other starts",
     seeds=range(20, 0, -1),  # from those of 64 disks alone, since the first one is measured twice
 )
