@@ -176,4 +176,3 @@ def _write(path: Path, rows: list[dict[str, Any]]) -> None:
     with atomic_file(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(f"# jamlab chart flow-table; {programs}; see jamlab/benchmarks/flow_errors.py\n")
         table.to_csv(file, index=False, float_format="%.5g", lineterminator="\n")
-    read_errors.cache_clear()

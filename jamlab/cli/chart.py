@@ -63,7 +63,8 @@ def _print_plan(charts: "MeasuredCharts", out: Path, chosen: Sequence[str], as_j
         print_json({"plan": rows, "seconds": total})
         return
     print_table("to measure", [charts.kind, "left", "CPU s"], rows)
-    out_console.print(f"{total / 60:.0f} CPU minutes; an interrupted run goes on where it stopped", highlight=False)
+    long = f"{total / 60:.0f} CPU minutes" if total > 90 else f"{total:.0f} CPU seconds"
+    out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
 
 @chart.command("stability", epilog="Example: jamlab chart stability --map fire-timestep --out charts")

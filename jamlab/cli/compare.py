@@ -14,11 +14,11 @@ def compare(
     n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
     seed: Seed = 1,
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
-    recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd or jaxdem.")] = None,
+    recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare energy, minimum and time on one core with jax-md, OpenMM, ASE, LAMMPS; analysis with matscipy, freud."""
+    """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
     from jamlab.benchmarks.other_codes.analysis import compare_analysis
     from jamlab.benchmarks.other_codes.compare import compare as run
     from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 
 import numpy as np
@@ -52,14 +53,21 @@ def law_number(damping: Damping) -> float:
     return STOKES if isinstance(damping, StokesDrag) else damping.alpha
 
 
-@cache
 def read_errors(path: Path | None = None) -> pd.DataFrame:
     """The shipped runs, or those written by `jamlab chart flow-table`.
 
     Raises:
         StorageError: it cannot be read, or is no such table.
     """
-    source = path or resources.files("jamlab.flow").joinpath("flow_errors.csv")
+    return _read(path) if path else _shipped()
+
+
+@cache
+def _shipped() -> pd.DataFrame:
+    return _read(resources.files("jamlab.flow").joinpath("flow_errors.csv"))
+
+
+def _read(source: Traversable) -> pd.DataFrame:
     try:
         with source.open("rb") as file:
             table = pd.read_csv(file, comment="#")

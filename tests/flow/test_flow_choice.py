@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 import jamlab
+from jamlab.benchmarks import flow_errors as measurement
 from jamlab.flow.flow_errors import (
     COLUMNS,
     MANY,
@@ -164,3 +165,14 @@ def test_equivalent_damping_at_a_strain(packing):
 def test_refused(packing, given, message):
     with pytest.raises(jamlab.InputError, match=message):
         jamlab.choose_flow(packing, **given)
+
+
+def test_a_table_that_goes_on_comes_back_whole(tmp_path, monkeypatch):
+    """What was read to go on from must not be what is returned."""
+    whole = read_errors()
+    path = tmp_path / "errors.csv"
+    whole[whole["seed"] != 101].to_csv(path, index=False)
+    missing = whole[whole["seed"] == 101].drop(columns=["part", "seed"])
+    monkeypatch.setattr(measurement, "_random", lambda seed: (None, []))
+    monkeypatch.setattr(measurement, "_runs", lambda packing, conditions: iter(missing.to_dict("records")))
+    assert len(measurement.measure_errors(path)) == len(whole)

@@ -8,7 +8,7 @@ import numpy as np
 
 from jamlab.benchmarks.other_codes.freud_peer import Freud
 from jamlab.benchmarks.other_codes.matscipy_peer import Matscipy
-from jamlab.benchmarks.other_codes.peer import EXTRA, Analyst
+from jamlab.benchmarks.other_codes.peer import Analyst
 from jamlab.engine.session import evaluate
 from jamlab.geometry.contact_network import contacts, without_rattlers
 from jamlab.geometry.orientational_order import orientational_order
@@ -54,7 +54,7 @@ def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS
     rows = []
     for analyst in analysts:
         if analyst.version is None:
-            rows.append(AnalysisRow(analyst.name, note=f"not installed: {EXTRA}"))
+            rows.append(AnalysisRow(analyst.name, note=f"not installed: {analyst.install}"))
             continue
         for quantity, there in analyst.measure(backbone).items():
             here = np.asarray(HERE[quantity](backbone))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from jamlab.benchmarks.other_codes.matscipy_peer import HEIGHT, disks_in_ase
-from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point
+from jamlab.benchmarks.other_codes.peer import Descent, Peer, Point
 from jamlab.packing.packing import Packing
 
 
@@ -22,13 +22,13 @@ class ASE(Peer):
             float(atoms.get_potential_energy()), atoms.get_forces()[:, :2], stress, 0.5 * float(np.trace(stress))
         )
 
-    def descent(self, packing: Packing, force: float) -> Descent:
+    def descent(self, packing: Packing) -> Descent:
         """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
         from ase.optimize import FIRE
 
-        def run() -> np.ndarray:
+        def run(force: float, steps: int) -> np.ndarray:
             atoms = disks_in_ase(packing)
-            FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=MOST_STEPS)
+            FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=steps)
             return np.array(atoms.positions[:, :2])
 
         return run

@@ -14,21 +14,23 @@ from jamlab.benchmarks.cpu_time import one_core, shortest
 from jamlab.benchmarks.other_codes.analysis import AnalysisRow
 from jamlab.benchmarks.other_codes.ase_peer import ASE
 from jamlab.benchmarks.other_codes.jax_md_peer import JaxMD
+from jamlab.benchmarks.other_codes.jaxdem_peer import JaxDEM
 from jamlab.benchmarks.other_codes.lammps_peer import Lammps
 from jamlab.benchmarks.other_codes.numpy_disks import all_pairs
 from jamlab.benchmarks.other_codes.openmm_peer import OpenMM
-from jamlab.benchmarks.other_codes.peer import EXTRA, Descent, Peer, Point
+from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point
 from jamlab.engine.session import Session, evaluate
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 
 Array = NDArray[np.float64]
 
-PEERS: tuple[Peer, ...] = (JaxMD(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
+PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 
 _FASTER = (
     "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
@@ -108,14 +110,15 @@ def compare(
         for peer in peers:
             if progress is not None:
                 progress(peer.name)
-            rows.append(_peer_row(peer, start, target, rows[0]))
+            item = (peer, start, target, rows[0])
+            rows.append(run_side_by_side(_peer_row, [item], 1)[0] if peer.apart else _peer_row(item))
     return rows
 
 
 def _jamlab_row(start: Packing) -> Row:
     """jamlab itself: its point beside all pairs in numpy, its time."""
     reference = all_pairs(start)
-    cold, warm, positions = time_descent(partial(jamlab_descent, start))
+    cold, warm, positions = _time_descent(partial(jamlab_descent, start))
     return Row(
         "jamlab",
         "relax",
@@ -133,26 +136,26 @@ def _jamlab_row(start: Packing) -> Row:
     )
 
 
-def _peer_row(peer: Peer, start: Packing, target: dict[str, float], jamlab: Row) -> Row:
+def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
     """A peer: its point, its minimum and its time beside jamlab's.
 
     Args:
-        target: what `measure` gives at jamlab's minimum.
-        jamlab: row of jamlab, for the ratios of times.
+        item: the peer; the start; what `measure` gives at jamlab's minimum; the row of jamlab, for the ratios of times.
     """
+    peer, start, target, jamlab = item
     if peer.version is None:
-        return Row(peer.name, peer.method, note=f"not installed: {EXTRA}")
+        return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
     assert jamlab.cold is not None and jamlab.warm is not None
     tolerance = force_tolerance("sp")
     differences = _differences(peer.evaluate(start), _jamlab_point(start))
-    cold, warm, positions = time_descent(partial(peer.descent, start, tolerance))
+    cold, warm, positions = _time_descent(partial(peer.descent, start))
     point = all_pairs(start)(positions)
     left, end = _largest_force(point), measure(start.with_state(positions=positions))
     notes = []
     if left > tolerance:
         notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
     if warm < jamlab.warm:
-        notes.append(_FASTER)
+        notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
     return Row(
         peer.name,
         peer.method,
@@ -175,8 +178,12 @@ def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, A
     return {"rows": [asdict(row) for row in rows], "analysis": [asdict(row) for row in analysis]}
 
 
-def jolted_minimum(n: int, seed: int, phi: float) -> tuple[Packing, Packing]:
+def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
     """Find a jammed packing without negative modes, and move its disks a little.
+
+    Args:
+        n, seed, phi: as in `compare`.
+        jolt: mean diameters, standard deviation of the moves.
 
     Returns:
         The moved disks, and the minimum that jamlab finds from them.
@@ -190,7 +197,7 @@ def jolted_minimum(n: int, seed: int, phi: float) -> tuple[Packing, Packing]:
             if not relax(session).converged or contacts(session.packing()).rattlers.all():
                 continue
             first = session.packing()
-            start = first.with_state(positions=first.positions + _JOLT * rng.standard_normal((n, 2)))
+            start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))
             session.load(start)
             if relax(session).converged and np.isfinite(measure(session.packing())["g"]):
                 return start, session.packing()
@@ -202,11 +209,11 @@ def _jamlab_point(start: Packing) -> Point:
     return Point(found.energy, found.forces, found.stress, found.pressure)
 
 
-def jamlab_descent(start: Packing, force: float | None = None) -> Descent:
-    """Prepare `relax`, to jamlab's own tolerance unless told otherwise."""
+def jamlab_descent(start: Packing) -> Descent:
+    """Prepare `relax`, which bounds its steps itself."""
     session = Session(start)
 
-    def run() -> Array:
+    def run(force: float, steps: int) -> Array:
         session.load(start)
         relax(session, force)
         return session.positions()
@@ -214,10 +221,10 @@ def jamlab_descent(start: Packing, force: float | None = None) -> Descent:
     return run
 
 
-def time_descent(make: Callable[[], Descent]) -> tuple[float, float, Array]:
+def _time_descent(prepare: Callable[[], Descent]) -> tuple[float, float, Array]:
     """Time the first run, preparation included, and the shortest of the next; also returns the positions reached."""
     began = time.process_time()
-    run = make()
+    run = partial(prepare(), force_tolerance("sp"), MOST_STEPS)
     run()
     cold = time.process_time() - began
     warm, positions = shortest(run)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters
+from jamlab.benchmarks.other_codes.peer import Descent, Peer, Point, mean_diameters
 from jamlab.errors import EngineError
 from jamlab.packing.packing import Packing
 
@@ -17,10 +17,11 @@ class JaxMD(Peer):
     name = "jax-md"
     package = "jax-md"
     method = "fire_descent, jit"
+    apart = True
 
     def evaluate(self, packing: Packing) -> Point:
         """Energy, and its derivatives by automatic differentiation; stress from the law over all pairs."""
-        jax = _double_precision()
+        jax = double_precision()
         from jax_md import energy as laws
         from jax_md import quantity, space
 
@@ -33,19 +34,19 @@ class JaxMD(Peer):
         stress = np.asarray(quantity.stress(pairs, x, jax.numpy.asarray(packing.box)))
         return Point(float(energy(x, neighbor=neighbors)), -np.asarray(slope), stress, 0.5 * float(np.trace(stress)))
 
-    def descent(self, packing: Packing, force: float) -> Descent:
+    def descent(self, packing: Packing) -> Descent:
         """Prepare `fire_descent` as one compiled loop, with the time steps of jamlab's FIRE."""
-        jax = _double_precision()
+        jax = double_precision()
         from jax_md import minimize
 
         jax.clear_caches()  # lists of different packings cannot be compared, as its cache of traces tries to
         near, energy, shift = _law(packing)
         start, step = minimize.fire_descent(energy, shift, dt_start=0.1, dt_max=0.4)
 
-        def descend(x: Any, neighbors: Any) -> Any:
+        def descend(x: Any, neighbors: Any, force: float, steps: int) -> Any:
             def goes_on(carry: Any) -> Any:
                 state, _, taken = carry
-                return (jax.numpy.linalg.norm(state.force, axis=1).max() > force) & (taken < MOST_STEPS)
+                return (jax.numpy.linalg.norm(state.force, axis=1).max() > force) & (taken < steps)
 
             def go_on(carry: Any) -> Any:
                 state, neighbors, taken = carry
@@ -58,8 +59,8 @@ class JaxMD(Peer):
         x, compiled = jax.numpy.asarray(packing.positions), jax.jit(descend)
         room = near.allocate(x)
 
-        def run() -> np.ndarray:
-            positions, overflow = compiled(x, room)
+        def run(force: float, steps: int) -> np.ndarray:
+            positions, overflow = compiled(x, room, force, steps)
             if overflow:
                 raise EngineError("jax-md: its neighbour list is too short for this descent")
             return np.asarray(positions)
@@ -67,7 +68,8 @@ class JaxMD(Peer):
         return run
 
 
-def _double_precision() -> Any:
+def double_precision() -> Any:
+    """JAX with 64-bit numbers."""
     import jax
 
     jax.config.update("jax_enable_x64", True)

@@ -28,15 +28,15 @@ class Lammps(Peer):
             e = session.evaluate()
         return Point(e.energy, e.forces, e.stress, e.pressure)
 
-    def descent(self, packing: Packing, force: float) -> Descent:
-        """Prepare LAMMPS' `minimize` with jamlab's force and LAMMPS' own settings."""
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare LAMMPS' `minimize` with LAMMPS' own settings."""
         session = Session(packing)
         session.command("timestep 0.1")  # LAMMPS' default of 0.005 is meant for other units
         session.command(f"min_style {self._style}")
 
-        def run() -> np.ndarray:
+        def run(force: float, steps: int) -> np.ndarray:
             session.load(packing)
-            session.command(f"minimize 0.0 {force:.17g} {MOST_STEPS} {10 * MOST_STEPS}")
+            session.command(f"minimize 0.0 {force:.17g} {MOST_STEPS} {steps}")
             return session.positions()
 
         return run

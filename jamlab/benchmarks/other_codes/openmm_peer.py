@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters
+from jamlab.benchmarks.other_codes.peer import Descent, Peer, Point, mean_diameters
 from jamlab.packing.packing import Packing
 
 _LAW = "0.5*eps*step(s-r)*(1-stretch*r/s)^2; s=0.5*(d1+d2)"
@@ -26,16 +26,16 @@ class OpenMM(Peer):
         energy = float(state.getPotentialEnergy()._value)
         return Point(energy, forces, None, -0.5 * float(stretch) / packing.area)
 
-    def descent(self, packing: Packing, force: float) -> Descent:
+    def descent(self, packing: Packing) -> Descent:
         """Prepare `LocalEnergyMinimizer`."""
         import openmm
 
         context = _context(packing)
-        rms = force / np.sqrt(3 * packing.n)  # OpenMM compares the root mean square of all components
 
-        def run() -> np.ndarray:
+        def run(force: float, steps: int) -> np.ndarray:
             context.setPositions(_in_a_plane(packing))
-            openmm.LocalEnergyMinimizer.minimize(context, tolerance=rms, maxIterations=MOST_STEPS)
+            rms = force / np.sqrt(3 * packing.n)  # OpenMM compares the root mean square of all components
+            openmm.LocalEnergyMinimizer.minimize(context, tolerance=rms, maxIterations=steps)
             return np.array(context.getState(positions=True).getPositions(asNumpy=True)._value)[:, :2]
 
         return run

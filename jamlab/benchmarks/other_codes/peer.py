@@ -13,7 +13,7 @@ from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 
 Array = NDArray[np.float64]
-Descent = Callable[[], Array]
+Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
 
 MOST_STEPS = 200_000  # of a minimisation, so that one that never meets its force ends too
 EXTRA = "pip install 'jamlab[peers]'"
@@ -42,10 +42,12 @@ class OtherCode(ABC):
     Attributes:
         name: as tables show it.
         package: distribution that must be installed.
+        install: how to get it.
     """
 
     name: str
     package: str
+    install: str = EXTRA
 
     @property
     def version(self) -> str | None:
@@ -69,24 +71,24 @@ class Peer(OtherCode):
 
     Attributes:
         method: its minimiser.
+        apart: whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in
+            the same process, and so jamlab's, up to ten times slower, which would count against these.
     """
 
     method: str
+    apart: bool = False
 
     @abstractmethod
     def evaluate(self, packing: Packing) -> Point:
         """Energy, forces and stress at the coordinates of the packing."""
 
     @abstractmethod
-    def descent(self, packing: Packing, force: float) -> Descent:
-        """Prepare a minimisation.
-
-        Args:
-            packing: the start.
-            force: largest force at which to stop.
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare minimisations from one start.
 
         Returns:
-            Function that runs it from the start and returns positions (n, 2).
+            Function of the largest force at which to stop and of the most steps (LAMMPS: evaluations of forces, of
+            which its steps take several), which starts anew each time and returns positions (n, 2).
         """
 
 

@@ -13,7 +13,6 @@ from jamlab.packing.packing import Packing
 
 RECIPES = {
     "hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels",
-    "jaxdem": "pip install git+https://github.com/cdelv/JaxDEM   # no wheels",
 }
 
 

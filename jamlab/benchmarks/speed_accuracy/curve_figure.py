@@ -28,7 +28,8 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
     """Draw one panel for each `Point.panel`.
 
     Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
-    stands on a line of its own below a break of the axis. Open marks: some packings gave no number.
+    stands on a line of its own below a break of the axis. Open marks: some packings gave no number. Half marks: runs
+    were cut short by a limit of time, and stand where they came.
 
     Args:
         title: above all panels.
@@ -84,7 +85,8 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
         axes.plot(x, y, "-", color=colour, linewidth=1.4)
         for p, here_x, here_y in zip(curve, x, y, strict=True):
             face = "white" if p.failed else colour
-            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, markersize=7)
+            half: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white"} if p.cut else {}
+            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, markersize=9 if p.cut else 7, **half)
             if p.default:
                 axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
         ends = {0, len(curve) - 1}
@@ -150,4 +152,7 @@ def _handles(style: dict[str, tuple[str, str]], points: Sequence[Point]) -> list
         handles.append(Line2D([], [], label="jamlab's default", **loose, **ring))
     if any(p.failed and p.drawn for p in points):
         handles.append(Line2D([], [], markerfacecolor="white", color="#444444", label="some failed", **loose))
+    if any(p.cut and p.drawn for p in points):
+        half: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white", "markersize": 9}
+        handles.append(Line2D([], [], color="#444444", label="cut short by its limit of time", **half, **loose))
     return handles

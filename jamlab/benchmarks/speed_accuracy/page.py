@@ -17,7 +17,8 @@ _LEAD = (
     "Each curve is one method along its own dial: median cost on one core and mean error over packings, with the 10 to "
     "90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
     "'exact' below the break of an axis: the difference to the reference is none, or below the floor, 100 times the "
-    "error of the reference itself, or as the caption says. Open marks: some packings gave no number."
+    "error of the reference itself, or as the caption says. Open marks: some packings gave no number. "
+    "Half marks: runs were cut short by a limit of time, and stand where they came."
 )
 
 OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest as good", "reason"]

@@ -17,7 +17,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import equation_of_motion
 
 Complex = NDArray[np.complex128]
@@ -32,49 +32,46 @@ _REFINEMENTS = 5
 
 def measure(seed: int) -> Iterator[Trial]:
     """Measure contact damping at one pressure over ten decades of frequency."""
-    usual = reduced_model.SETTINGS
     for n in _SIZES:
-        packing = pack(n, _PRESSURE, seed)
-        try:
-            chosen = complex_modulus(packing, _OMEGA).method
-        except ConvergenceError:  # a fixed box may be unstable to shear
-            continue
-        exact, unsure = refined_modulus(packing, _OMEGA)
-        ways: list[tuple[str, str, str, Any]] = [(m, m, "", nullcontext()) for m in ("dense", "direct")]
-        for tolerance in _TOLERANCES:
-            ways.append(
-                (
-                    "reduced",
-                    "reduced, tolerance",
-                    f"{tolerance:g}",
-                    with_settings(reduced_model, tolerance=tolerance, quiet=1),
-                )
-            )
-        for steps in _STEPS:
-            ways.append(
-                ("reduced", "reduced, Krylov steps", f"{steps} steps", with_settings(reduced_model, steps=steps))
-            )
-        for method, name, setting, context in ways:
-            with context:
-                try:
-                    run = partial(complex_modulus, packing, _OMEGA, method=method)
-                    seconds, s = shortest(run, runs=2, budget=0.1)
-                except ConvergenceError as error:
-                    yield Trial(f"N = {n}", name, setting, float("nan"), float("nan"), unsure, note=str(error))
-                    continue
-            parts = ((s.storage, exact.real), (s.loss, exact.imag))
-            off = max(float(np.abs(a / b - 1).max()) for a, b in parts)
-            default = method == chosen and setting in ("", f"{usual.steps} steps")
-            yield Trial(f"N = {n}", name, setting, seconds, off, unsure, default)
+        yield from measure_packing(f"N = {n}", pack(n, _PRESSURE, seed), ContactDamping())
 
 
-def refined_modulus(packing: Packing, omega: NDArray[np.float64]) -> tuple[Complex, float]:
+def measure_packing(panel: str, packing: Packing, damping: Damping) -> Iterator[Trial]:
+    """Measure every solver; nothing if the packing is unstable to shear, as it may be in a fixed box."""
+    try:
+        chosen = complex_modulus(packing, _OMEGA, damping).method
+    except ConvergenceError:
+        return
+    exact, unsure = refined_modulus(packing, _OMEGA, damping)
+    usual = reduced_model.SETTINGS
+    ways: list[tuple[str, str, str, Any]] = [(m, m, "", nullcontext()) for m in ("dense", "direct")]
+    for tolerance in _TOLERANCES:
+        fixed = with_settings(reduced_model, tolerance=tolerance, quiet=1)
+        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", fixed))
+    for steps in _STEPS:
+        fixed = with_settings(reduced_model, steps=steps)
+        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", fixed))
+    for method, name, setting, context in ways:
+        with context:
+            try:
+                run = partial(complex_modulus, packing, _OMEGA, damping, method=method)
+                seconds, s = shortest(run, runs=2, budget=0.1)
+            except ConvergenceError as error:
+                yield Trial(panel, name, setting, float("nan"), float("nan"), unsure, note=str(error))
+                continue
+        parts = ((s.storage, exact.real), (s.loss, exact.imag))
+        off = max(float(np.abs(a / b - 1).max()) for a, b in parts)
+        default = method == chosen and setting in ("", f"{usual.steps} steps")
+        yield Trial(panel, name, setting, seconds, off, unsure, default)
+
+
+def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Damping) -> tuple[Complex, float]:
     """(m,) G* by a sparse LU for each frequency, refined with residuals and sums of 64-bit mantissa, and its error.
 
     The error is that of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement.
     """
     network = force_network(packing)
-    motion = equation_of_motion(network, ContactDamping())
+    motion = equation_of_motion(network, damping)
     k, b = (m.toarray().astype(np.longdouble) for m in (motion.k_qq, motion.b_qq))
     corner = motion.k[-1, -1], motion.b[-1, -1]
     values, unsure = [], 0.0

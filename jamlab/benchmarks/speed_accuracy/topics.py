@@ -3,9 +3,11 @@
 from jamlab.benchmarks.speed_accuracy import (
     disk_minimisers,
     droplet_minimisers,
+    droplet_spectra,
     droplet_vertices,
     ensemble_means,
     flow_in_time,
+    flow_solvers,
     moduli,
     onset_search,
     packing_fractions,
@@ -22,8 +24,10 @@ TOPICS = {
     "packing-fraction": packing_fractions.TOPIC,
     "shear-modulus": moduli.TOPIC,
     "spectrum": spectra.TOPIC,
+    "droplet-spectrum": droplet_spectra.TOPIC,
     "droplet-vertices": droplet_vertices.TOPIC,
     "flow-in-time": flow_in_time.TOPIC,
+    "flow-solvers": flow_solvers.TOPIC,
     "ensemble-means": ensemble_means.TOPIC,
     "other-codes": peer_descents.TOPIC,
 }

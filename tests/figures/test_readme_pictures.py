@@ -1,0 +1,46 @@
+"""Pictures of README.md beside what the data that ship would draw today. After a change that is meant:
+
+pytest tests/figures/test_readme_pictures.py --mpl-generate-path=.github
+"""
+
+from pathlib import Path
+
+import pytest
+
+from jamlab.benchmarks.failure_maps.map_figure import failure_figure
+from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
+from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
+from jamlab.benchmarks.speed_accuracy.topic import shipped_trials
+from jamlab.benchmarks.speed_accuracy.topics import TOPICS
+
+ROOT = Path(__file__).parents[2]
+
+
+def readme_picture(name):
+    """Tolerance: fonts move by a pixel between versions of matplotlib; a curve that moves is ten times more."""
+    return pytest.mark.mpl_image_compare(
+        baseline_dir=str(ROOT / ".github"),
+        filename=name,
+        style="default",
+        tolerance=4,
+        savefig_kwargs={"dpi": 96},
+        deterministic=True,
+    )
+
+
+@readme_picture("cost_against_error.png")
+def test_cost_against_error():
+    topic = TOPICS["other-codes"]
+    points = [p for p in topic.points(shipped_trials("other-codes").rows) if p.panel != "N = 1024"]
+    return curve_figure(topic.title, topic.error, points)
+
+
+@readme_picture("where_methods_fail.png")
+def test_where_methods_fail():
+    return failure_figure(MAPS["droplet-timestep"], shipped_map("droplet-timestep").rows)
+
+
+@pytest.mark.parametrize("name", ["cost_against_error.png", "where_methods_fail.png"])
+def test_pictures_are_small_and_shown(name):
+    assert f"(.github/{name})" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert (ROOT / ".github" / name).stat().st_size < 150_000
