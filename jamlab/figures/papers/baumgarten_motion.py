@@ -9,7 +9,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, bootstrap, groups_by
 from jamlab.figures.papers.panels import Drawing, drawing, label, scale, size_style, style
-from jamlab.figures.papers.spectral_groups import LARGE, select_law, select_limits
+from jamlab.figures.papers.spectral_groups import LARGE, select_largest, select_law, select_limits
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
@@ -25,9 +25,9 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     table = tables.quasistatic
     loose = table[~table["prestress"].astype(bool)]
     part = loose if len(loose) else table
-    n = int(part["n"].max())
-    part = part[part["n"] == n]
-    p = sorted(part["pressure"].unique())
+    part = select_largest(part)
+    n, packings = int(part["n"].iloc[0]), part.groupby("pressure")["seed"].nunique()
+    p = sorted(packings.index[packings >= min(FEWEST, packings.max())])
     fitted = [k for k, q in enumerate(p) if q * n**2 >= LARGE]
     out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
     scale(axes)
@@ -53,10 +53,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
-        words = {"how": how}
-        if name == "approach":
-            words |= {"cause": _half_modulus(tables, n, [p[k] for k in fitted]), "shown_by": "baumgarten-5"}
-            words["how"] += f"; {words['cause']}" if words["cause"] else ""
+        means = [float(v.mean()) for v in groups]
+        words = {"how": how, "cause": _local_exponents(p, means), "shown_by": "baumgarten-5"}
+        if name == "approach" and (half := _half_modulus(tables, n, [p[k] for k in fitted])):
+            words |= {"how": f"{how}; {half}", "cause": f"{half}; {words['cause']}"}
         out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
@@ -65,6 +65,13 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         else ". The paper leaves pre-stress out; these data do not."
     )
     return out
+
+
+def _local_exponents(pressures: list[float], means: list[float]) -> str:
+    """Say what the exponent is from each pressure to the next lower one: whether it has a limit by now."""
+    rise = np.diff(np.log(means)) / np.diff(np.log(pressures))
+    places = ", ".join(f"{p:g}" for p in reversed(pressures))
+    return f"from pressure to pressure it is {', '.join(f'{e:.2f}' for e in reversed(rise))} (p = {places})"
 
 
 def _half_modulus(tables: EnsembleTables, n: int, pressures: list[float]) -> str:

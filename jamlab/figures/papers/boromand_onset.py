@@ -106,7 +106,15 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
         limit = bootstrap(groups, lambda g: _limit(n, g))
     how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
     return [
-        claim(name, f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, how=how),
+        claim(
+            name,
+            f"theta: sigma ~ N^-theta, {big}",
+            theta,
+            published.THETA,
+            how=how,
+            cause=_local_exponents(n, groups),
+            shown_by="boromand-10 c",
+        ),
         claim(
             name,
             f"onset in the large-N limit, {big}",
@@ -124,6 +132,13 @@ def _width_exponent(n: list[int], groups: list[Array]) -> float:
     widths = np.array([v.std(ddof=1) for v in groups])
     errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
     return -float(power_law(n, widths, error=errors).exponents[0])
+
+
+def _local_exponents(n: list[int], groups: list[Array]) -> str:
+    """Say what theta is from each size to the next."""
+    widths = [v.std(ddof=1) if len(v) > 1 else np.nan for v in groups]
+    rise = -np.diff(np.log(widths)) / np.diff(np.log(n))
+    return f"from size to size it is {', '.join(f'{t:.2f}' for t in rise)} (N = {', '.join(map(str, n))})"
 
 
 def _limit(n: list[int], groups: list[Array]) -> float:

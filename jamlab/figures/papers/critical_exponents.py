@@ -31,11 +31,11 @@ def exponent_claims(name: str, table: pd.DataFrame, law: str, parameters: dict[s
     n = int(table["n"].iloc[0])
     kind = "contact" if "beta" in parameters else "stokes"
     stressed = select_law(table, kind, prestress=True, **parameters)
-    groups = {p: g for p, g in select_large(group_by_pressure(stressed), n).items() if len(g.g0) >= FEWEST}
+    groups = select_large(group_by_pressure(stressed), n)
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
     how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
     cause = ""
-    if len(groups) >= 3:
+    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
         try:
             members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
             fit = collapse(list(groups), members, resamples=RESAMPLES)

@@ -133,9 +133,15 @@ def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:
     return dict(sorted(out.items(), reverse=True))
 
 
+def select_sampled(groups: dict[float, Group]) -> dict[float, Group]:
+    """Select the groups with enough packings for an interval; at low pressure some are not stable, or were not met."""
+    most = max((len(g.g0) for g in groups.values()), default=0)
+    return {p: g for p, g in groups.items() if len(g.g0) >= min(FEWEST, most)}
+
+
 def select_large(groups: dict[float, Group], n: int) -> dict[float, Group]:
-    """Select the groups in which p N^2 is large enough for fits of exponents."""
-    return {p: g for p, g in groups.items() if p * n**2 >= LARGE}
+    """Select the groups for fits of exponents: p N^2 is large enough, and there are enough packings."""
+    return {p: g for p, g in select_sampled(groups).items() if p * n**2 >= LARGE}
 
 
 def format_power(p: float) -> str:
