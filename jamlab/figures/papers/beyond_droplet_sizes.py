@@ -50,8 +50,10 @@ def _more(tables: EnsembleTables) -> pd.DataFrame:
 
 
 def _states(tables: EnsembleTables) -> pd.DataFrame:
-    """States of droplets, of each size from where it has more packings."""
-    return _of_more_packings(tables.states[tables.states["model"] == "dp"], _more(tables))
+    """States of droplets that were compressed, of each size from where it has more packings."""
+    droplets = tables.states[tables.states["model"] == "dp"]
+    followed = droplets.groupby(["n", "seed"])["state"].transform("size") > 1  # not to onset alone
+    return _of_more_packings(droplets[followed], _more(tables))
 
 
 def _onsets(tables: EnsembleTables) -> pd.DataFrame:
