@@ -8,7 +8,7 @@ from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.packing.deformation import deformed, shear_gradient
-from jamlab.protocols import border_newton
+from jamlab.protocols import border_newton, box_relaxation
 from jamlab.protocols.border_newton import Model, descend_with_box
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.box_shear import shear_stress
@@ -119,6 +119,13 @@ def test_a_symmetric_box_leaves_its_saddle(seed):
     packing = jamlab.jam("sp", 8, seed, ensemble="shear-stabilized")
     curvature = shear_curvature(elastic_tensor(packing).relaxed, jamlab.evaluate(packing).pressure)
     assert packing.converged and np.linalg.eigvalsh(curvature)[0] > 0
+
+
+def test_a_saddle_that_is_not_left_is_no_minimum(monkeypatch):
+    """No force and no shear stress, but a shear of the box that lowers the energy: once returned as converged."""
+    monkeypatch.setattr(box_relaxation, "_leave_saddle", lambda session, state: False)
+    with pytest.raises(jamlab.ConvergenceError):
+        jamlab.jam("sp", 8, 1, ensemble="shear-stabilized")
 
 
 def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
