@@ -130,7 +130,7 @@ def test_curves_and_maps_share_a_folder(tmp_path):
     assert done.exit_code == 0, done.stderr
     names = [*TOPIC_CHARTS.charts, *MAP_CHARTS.charts]
     assert len(set(names)) == len(names)
-    assert all(f" {name} " in done.stdout for name in names)
+    assert set(names) <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
 
 
 def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):
