@@ -76,9 +76,9 @@ def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> 
         out.curve(axes, words.replace("$", ""), n, *ends, band=False, label=words, **style(k))
         said.append(f"{words.replace('$', '')} {say(mean[-1], 3)}")
     axes.set_xscale("log", base=2)
-    axes.set_xticks(n, list(map(str, n)))
-    axes.minorticks_off()
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.55 * (high - low))
     label(axes, "N", "for each droplet that bears load", loc="upper left")
+    axes.set_xticks(n, list(map(str, n)))
+    axes.minorticks_off()
     return said
