@@ -27,10 +27,13 @@ Array = NDArray[np.float64]
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
 MANY = "many"  # part of the table: many packings, of linear drag, at strains at which few rearrange
+CHECK = "check"  # part: other packings at random conditions, which promises are held against
+SLIDING = "sliding"  # part: such checks where sliding is damped less and more than approach
+SLIDING_BETAS = (0.1, 10.0)
 CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
-COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "error", "scatter", "seconds")
+COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
 
 
 def relative_amplitude(packing: Packing, amplitude: float) -> float:
@@ -138,13 +141,17 @@ def exceeded_by_few(errors: Array | pd.Series) -> float:
     return float(np.sort(errors)[-place]) if place else float("inf")
 
 
-def kept_promises(table: pd.DataFrame | None = None) -> tuple[int, int]:
+def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple[int, int]:
     """How many of the checks, on other packings at random conditions, stayed below the error promised; and of how many.
 
     Conditions for which nothing is promised are left out.
+
+    Args:
+        table: see `read_errors`.
+        part: `CHECK`, of drag as in the table, or `SLIDING`, of other beta.
     """
     rows = read_errors() if table is None else table
-    checks = rows[rows["part"] == "check"]
+    checks = rows[rows["part"] == part]
     columns = (checks[name].tolist() for name in ("kind", "alpha", "drag", "amplitude"))
     cases = zip(*columns, strict=True)
     promised = np.array([promised_error(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
