@@ -69,7 +69,8 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
         if any(point.drawn for point in here):
             _draw_panel(axes, [point for point in here if point.drawn], style)
         missing = sum(not point.drawn for point in here)
-        axes.set_title(name + (f"   (without a number: {missing} settings)" if missing else ""), fontsize=TICK)
+        settings = "1 setting" if missing == 1 else f"{missing} settings"
+        axes.set_title(name + (f"   (without a number: {settings})" if missing else ""), fontsize=TICK)
         axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
         axes.set_ylabel(error, fontsize=LABEL)
     for axes in grid[len(names) :]:
