@@ -1,8 +1,8 @@
 """Measure how far simpler models of flow are off: linear spectrum, equivalent damping, linear drag at another rate.
 
-Four kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone, say how often one
-rearranges early, which a few cannot; others, at random conditions, check what is promised, and others again whether
-that holds where sliding is damped less or more than approach.
+Five kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone, say how often one
+rearranges early, which a few cannot; others, at random conditions, check what is promised; others say how much worse
+errors are where sliding is damped less or more than approach, and others again check that.
 """
 
 import time
@@ -22,6 +22,7 @@ from jamlab.flow.flow_errors import (
     SIZE,
     SLIDING,
     SLIDING_BETAS,
+    SLIDING_CHECK,
     STOKES,
     law_number,
     read_errors,
@@ -48,7 +49,7 @@ SEEDS = (1, 2, 3, 4, 5)
 SMALL_AMPLITUDES = (0.001, 0.01, 0.03, 0.1, 0.3)  # of many packings
 CHECKS = tuple(range(101, 131))  # seeds of other packings
 MANY_SEEDS = tuple(range(201, 240))  # 39: the second largest of their errors is the one that 95 % stay below
-SLIDING_SEEDS = tuple(range(301, 331))  # of checks with another beta
+SLIDING_SEEDS, SLIDING_CHECKS = tuple(range(301, 331)), tuple(range(331, 351))
 _CASES = 5  # random conditions on each of them
 TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
 _STRAIN, _BACKGROUND = 3.0, 1e-2  # of the averages of steady flow; without that drag power laws take ten times longer
@@ -71,6 +72,7 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
 
 def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, many: tuple[int, ...] = MANY_SEEDS,
                    checks: tuple[int, ...] = CHECKS, sliding: tuple[int, ...] = SLIDING_SEEDS,
+                   sliding_checks: tuple[int, ...] = SLIDING_CHECKS,
                    progress: Callable[[str], None] | None = None) -> pd.DataFrame:  # fmt: skip
     """Measure the table and write it after every packing; goes on from a file that holds a part.
 
@@ -82,7 +84,8 @@ def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, many: tuple[in
     except StorageError:
         rows = []
     done = {(row["part"], row["seed"]) for row in rows}
-    parts = (("calibrate", seeds, _grid), (MANY, many, _small), (CHECK, checks, _random), (SLIDING, sliding, _sliding))
+    parts = (("calibrate", seeds, _grid), (MANY, many, _small), (CHECK, checks, _random), (SLIDING, sliding, _sliding),
+             (SLIDING_CHECK, sliding_checks, _sliding))  # fmt: skip
     for part, each, make in parts:
         for seed in each:
             if (part, seed) in done:

@@ -28,11 +28,13 @@ SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
 MANY = "many"  # part of the table: many packings, of linear drag, at strains at which few rearrange
 CHECK = "check"  # part: other packings at random conditions, which promises are held against
-SLIDING = "sliding"  # part: such checks where sliding is damped less and more than approach
+SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
+SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
 SLIDING_BETAS = (0.1, 10.0)
 CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
+_CONDITION = ("kind", "alpha", "drag", "amplitude")
 COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
 
 
@@ -81,13 +83,16 @@ def _read(source: Traversable) -> pd.DataFrame:
     return table
 
 
-def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
+def promised_error(
+    kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None = None, beta: float = 1.0
+) -> float:
     """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
     Student's prediction interval at each condition of the table, of the logarithm of the errors of G*, and of the
     errors of a stress, which are mostly noise; scatter is pooled over drag. Interpolated between. Less drag or strain
     than in the table counts as its least where errors tend to a limit. No such interval foresees that one packing in
-    twenty rearranges early: G* is not promised better than the error that 95 % of many packings stayed below.
+    twenty rearranges early: G* is not promised better than the error that 95 % of many packings stayed below. At
+    another beta all of this is wider, see `sliding_factor`.
 
     Args:
         kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
@@ -96,7 +101,14 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
         drag: see `relative_drag`; of flow, the rate of linear drag.
         amplitude: see `relative_amplitude`; 1 of flow.
         table: see `read_errors`.
+        beta: of contact drag.
     """
+    factor = sliding_factor(kind, beta, table)
+    return factor * _promised_at_one(kind, alpha, drag, amplitude, table) if np.isfinite(factor) else float("inf")
+
+
+def _promised_at_one(kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None) -> float:
+    """Promise at beta = 1; arguments as in `promised_error`."""
     stokes = alpha == STOKES
     axes, upper = _shipped_upper_errors(kind, stokes) if table is None else _upper_errors(kind, stokes, table)
     alphas, drags, amplitudes = axes
@@ -116,6 +128,19 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
     # as 1 - alpha, errors grow linearly
     promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
     return promised if kind == "flow" else max(promised, rearranging_error(drag, amplitude, table))
+
+
+def sliding_factor(kind: str, beta: float, table: pd.DataFrame | None = None) -> float:
+    """Factor by which promises are wider where sliding is not damped as approach is, at least 1.
+
+    95 % of the runs at both `SLIDING_BETAS` would have kept promises that much wider; beta between them counts as they
+    do. Infinite beyond, or if there are too few runs.
+    """
+    if beta == 1.0:
+        return 1.0
+    if not SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1]:
+        return float("inf")
+    return _shipped_factor(kind) if table is None else _factor(kind, table)
 
 
 def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
@@ -148,13 +173,12 @@ def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple
 
     Args:
         table: see `read_errors`.
-        part: `CHECK`, of drag as in the table, or `SLIDING`, of other beta.
+        part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
     """
     rows = read_errors() if table is None else table
     checks = rows[rows["part"] == part]
-    columns = (checks[name].tolist() for name in ("kind", "alpha", "drag", "amplitude"))
-    cases = zip(*columns, strict=True)
-    promised = np.array([promised_error(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
+    cases = zip(*(checks[name].tolist() for name in (*_CONDITION, "beta")), strict=True)
+    promised = np.array([promised_error(kind, alpha, drag, x, table, beta) for kind, alpha, drag, x, beta in cases])
     known = np.isfinite(promised)
     return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
 
@@ -168,6 +192,18 @@ def scatter_of_flow(table: pd.DataFrame | None = None) -> float:
 @cache
 def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
     return _upper_errors(kind, stokes, read_errors())
+
+
+@cache
+def _shipped_factor(kind: str) -> float:
+    return _factor(kind, read_errors())
+
+
+def _factor(kind: str, table: pd.DataFrame) -> float:
+    rows = table[(table["part"] == SLIDING) & (table["kind"] == kind)]
+    cases = zip(*(rows[name].tolist() for name in _CONDITION), strict=True)
+    promised = np.array([_promised_at_one(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
+    return max(1.0, exceeded_by_few((rows["error"] / promised)[np.isfinite(promised)]))
 
 
 @cache

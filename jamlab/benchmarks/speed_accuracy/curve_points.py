@@ -79,8 +79,9 @@ def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
         cut = [note for note in notes if CUT in note]
         names: Any = (str(panel), str(method), str(setting))
         numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
-        rest: Any = (bool(rows["default"].any()), next(iter(cut + notes), ""), len(cut))
-        points.append(Point(*names, *numbers, *rest, loose=better < BETTER and floors[str(panel)] > 0))
+        loose = better < BETTER and floors[str(panel)] > 0
+        rest: Any = (bool(rows["default"].any()), next(iter(cut + notes), ""), len(cut), loose)
+        points.append(Point(*names, *numbers, *rest))
     return points
 
 

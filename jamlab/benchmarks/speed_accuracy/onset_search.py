@@ -2,6 +2,8 @@
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -54,9 +56,9 @@ def points(trials: pd.DataFrame) -> list[Point]:
     for point, bias, spread in means:
         middle = abs(bias)
         ends = (max(0.0, middle - 1.28 * spread), middle + 1.28 * spread)  # 10 and 90 % of what the bias may be
-        numbers = (point.seconds, float(np.hypot(bias, spread)), *ends, floor, point.packings, point.failed)
-        names = (_MEAN, point.method, point.setting)
-        found.append(Point(*names, *numbers, point.default, point.note, loose=floor > 0))
+        error = float(np.hypot(bias, spread))
+        changes: Any = {"low": ends[0], "high": ends[1], "floor": floor, "loose": floor > 0}
+        found.append(replace(point, panel=_MEAN, error=error, **changes))
     return found
 
 
