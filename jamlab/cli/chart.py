@@ -92,6 +92,13 @@ def stability(
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
+@chart.command("all", epilog="Example: jamlab chart all --measure --out charts")
+def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
+    """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
+    speed_accuracy(measure=measure, plan=plan, out=out)
+    stability(measure=measure, plan=plan, out=out)
+
+
 @chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
 def flow_table(
     out: Annotated[

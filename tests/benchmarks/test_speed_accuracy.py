@@ -11,6 +11,7 @@ import pytest
 from commands import call
 
 import jamlab
+from jamlab.benchmarks.failure_maps.page import MAP_CHARTS
 from jamlab.benchmarks.other_codes.compare import jolted_minimum
 from jamlab.benchmarks.other_codes.lammps_peer import Lammps
 from jamlab.benchmarks.speed_accuracy import droplet_vertices, onset_search, peer_descents
@@ -173,6 +174,15 @@ def test_charts_from_shipped_data_and_their_command(tmp_path):
     done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "d")
     assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
     assert not (tmp_path / "d").exists()
+
+
+def test_curves_and_maps_share_a_folder(tmp_path):
+    """Both are drawn into it, and measured there, under their names."""
+    done = call(tmp_path, "chart", "all", "--plan", "--out", "c")
+    assert done.exit_code == 0, done.stderr
+    names = [*TOPIC_CHARTS.charts, *MAP_CHARTS.charts]
+    assert len(set(names)) == len(names)
+    assert set(names) <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
 
 
 def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):

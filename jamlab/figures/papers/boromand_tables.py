@@ -39,7 +39,7 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
     for series, (model, _) in SERIES.items():
         if not has(states, model):
             continue
-        n = nearest_size(states, model, 256)
+        n = nearest_size(states, model, conventions.SIZES[-1])
         out.claims += _onset_claims(out.name, states, series, n)
         out.claims += _contact_claims(out.name, states, series, n)
         out.claims += _modulus_claims(out.name, states, series, n)
@@ -61,7 +61,10 @@ def _onset_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[
     found = [bootstrap([values], lambda g: g[0].mean()) if len(values) else None for values in (z, onset)]
     words = _extra_contacts(at_onset)
     if model == "sp":
-        words = {"contradiction": conventions.contradiction_of_counting(256), "shown_by": "boromand-10 f"}
+        words = {
+            "contradiction": conventions.contradiction_of_counting(conventions.SIZES[-1]),
+            "shown_by": "boromand-10 f",
+        }
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
     means = mean_by_size(states, series, lambda s: s.loc[s["state"] == 0, fraction].mean(), ".4f")
     return [
