@@ -7,7 +7,8 @@ whether contacts change, and drag over elasticity of a contact that moves with t
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -64,12 +65,23 @@ def read_errors(path: Path | None = None) -> pd.DataFrame:
     Raises:
         StorageError: it cannot be read, or is no such table.
     """
-    return _read(path) if path else _shipped()
+    return _read(path) if path else _shipped().rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """A table, equal to itself alone, so that what is worked out of it once is remembered."""
+
+    rows: pd.DataFrame
+
+
+def _runs(table: pd.DataFrame | None) -> _Runs:
+    return _shipped() if table is None else _Runs(table)
 
 
 @cache
-def _shipped() -> pd.DataFrame:
-    return _read(resources.files("jamlab.flow").joinpath("flow_errors.csv"))
+def _shipped() -> _Runs:
+    return _Runs(_read(resources.files("jamlab.flow").joinpath("flow_errors.csv")))
 
 
 def _read(source: Traversable) -> pd.DataFrame:
@@ -103,14 +115,17 @@ def promised_error(
         table: see `read_errors`.
         beta: of contact drag.
     """
-    factor = sliding_factor(kind, beta, table)
-    return factor * _promised_at_one(kind, alpha, drag, amplitude, table) if np.isfinite(factor) else float("inf")
+    return _promise(kind, alpha, drag, amplitude, beta, _runs(table))
 
 
-def _promised_at_one(kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None) -> float:
-    """Promise at beta = 1; arguments as in `promised_error`."""
-    stokes = alpha == STOKES
-    axes, upper = _shipped_upper_errors(kind, stokes) if table is None else _upper_errors(kind, stokes, table)
+def _promise(kind: str, alpha: float, drag: float, amplitude: float, beta: float, runs: _Runs) -> float:
+    factor = _factor_at(kind, beta, runs)
+    return factor * _promise_at_one(kind, alpha, drag, amplitude, runs) if np.isfinite(factor) else factor
+
+
+def _promise_at_one(kind: str, alpha: float, drag: float, amplitude: float, runs: _Runs) -> float:
+    """Promise at beta = 1."""
+    axes, upper = _upper_errors(kind, alpha == STOKES, runs)
     alphas, drags, amplitudes = axes
     x, y = float(np.log(drag)), float(np.log(amplitude))
     if kind == "flow":
@@ -127,7 +142,7 @@ def _promised_at_one(kind: str, alpha: float, drag: float, amplitude: float, tab
     found = [np.interp(y, amplitudes, [along(column) for column in each.T]) for each in upper]
     # as 1 - alpha, errors grow linearly
     promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
-    return promised if kind == "flow" else max(promised, rearranging_error(drag, amplitude, table))
+    return promised if kind == "flow" else max(promised, _rearranging(drag, amplitude, runs))
 
 
 def sliding_factor(kind: str, beta: float, table: pd.DataFrame | None = None) -> float:
@@ -136,11 +151,21 @@ def sliding_factor(kind: str, beta: float, table: pd.DataFrame | None = None) ->
     95 % of the runs at both `SLIDING_BETAS` would have kept promises that much wider; beta between them counts as they
     do. Infinite beyond, or if there are too few runs.
     """
+    return _factor_at(kind, beta, _runs(table))
+
+
+def _factor_at(kind: str, beta: float, runs: _Runs) -> float:
     if beta == 1.0:
         return 1.0
-    if not SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1]:
-        return float("inf")
-    return _shipped_factor(kind) if table is None else _factor(kind, table)
+    return _factor(kind, runs) if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else float("inf")
+
+
+@lru_cache
+def _factor(kind: str, runs: _Runs) -> float:
+    rows = runs.rows[(runs.rows["part"] == SLIDING) & (runs.rows["kind"] == kind)]
+    cases = zip(*(rows[name].tolist() for name in _CONDITION), strict=True)
+    promised = np.array([_promise_at_one(kind, alpha, drag, part, runs) for kind, alpha, drag, part in cases])
+    return max(1.0, exceeded_by_few((rows["error"] / promised)[np.isfinite(promised)]))
 
 
 def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
@@ -149,7 +174,11 @@ def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None 
     Interpolated in a grid of drags and strains, and that of the nearest end beyond; infinite if the table has too few
     packings.
     """
-    drags, amplitudes, errors = _shipped_many() if table is None else _many(table)
+    return _rearranging(drag, amplitude, _runs(table))
+
+
+def _rearranging(drag: float, amplitude: float, runs: _Runs) -> float:
+    drags, amplitudes, errors = _many(runs)
     if not np.isfinite(errors).all() or not errors.size:
         return float("inf")
     at_drag = [np.interp(np.log(drag), drags, column) for column in errors.T]
@@ -175,52 +204,33 @@ def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple
         table: see `read_errors`.
         part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
     """
-    rows = read_errors() if table is None else table
-    checks = rows[rows["part"] == part]
+    runs = _runs(table)
+    checks = runs.rows[runs.rows["part"] == part]
     cases = zip(*(checks[name].tolist() for name in (*_CONDITION, "beta")), strict=True)
-    promised = np.array([promised_error(kind, alpha, drag, x, table, beta) for kind, alpha, drag, x, beta in cases])
+    promised = np.array([_promise(kind, alpha, drag, x, beta, runs) for kind, alpha, drag, x, beta in cases])
     known = np.isfinite(promised)
     return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
 
 
 def scatter_of_flow(table: pd.DataFrame | None = None) -> float:
     """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over all runs."""
-    rows = read_errors() if table is None else table
+    rows = _runs(table).rows
     return float(rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)]["scatter"].mean())
 
 
-@cache
-def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
-    return _upper_errors(kind, stokes, read_errors())
-
-
-@cache
-def _shipped_factor(kind: str) -> float:
-    return _factor(kind, read_errors())
-
-
-def _factor(kind: str, table: pd.DataFrame) -> float:
-    rows = table[(table["part"] == SLIDING) & (table["kind"] == kind)]
-    cases = zip(*(rows[name].tolist() for name in _CONDITION), strict=True)
-    promised = np.array([_promised_at_one(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
-    return max(1.0, exceeded_by_few((rows["error"] / promised)[np.isfinite(promised)]))
-
-
-@cache
-def _shipped_many() -> tuple[Array, Array, Array]:
-    return _many(read_errors())
-
-
-def _many(table: pd.DataFrame) -> tuple[Array, Array, Array]:
+@lru_cache
+def _many(runs: _Runs) -> tuple[Array, Array, Array]:
     """ln drags, ln amplitudes, and on them that of the error that few of many packings exceed; it grows with strain."""
-    rows = table[table["part"] == MANY]
+    rows = runs.rows[runs.rows["part"] == MANY]
     found = rows.groupby(["drag", "amplitude"])["error"].agg(exceeded_by_few).unstack("amplitude")
     axes = np.log(found.index.to_numpy()), np.log(found.columns.to_numpy())
     return *axes, np.maximum.accumulate(np.log(np.maximum(found.to_numpy(), _FLOOR)), axis=1)
 
 
-def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:
+@lru_cache
+def _upper_errors(kind: str, stokes: bool, runs: _Runs) -> tuple[list[Array], Array]:
     """Axes (alpha, ln drag, ln amplitude) of a table, and on them the logarithm of the error that is promised."""
+    table = runs.rows
     rows = table[(table["part"] == "calibrate") & (table["kind"] == kind) & ((table["alpha"] == STOKES) == stokes)]
     if kind == "flow":  # linear drag beside itself has no error, not even noise
         rows = rows[rows["alpha"] < 1.0]
