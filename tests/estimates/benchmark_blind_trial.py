@@ -1,15 +1,17 @@
 """The blind trial of `jamlab.estimate`: random requests against ensembles unknown to its table. pytest -m benchmark -s.
 
-Three trials are stored, each drawn after table and rules were frozen in a commit, the first two with its first eight
-digits as seed, the third with one of the kernel's:
+Four trials are stored, each drawn after table and rules were frozen in a commit, the first two with its first eight
+digits as seed, the others with one of the kernel's:
 blind_trial_1.csv (a2b49f1c, 2729746204) let droplets carried by disks stand in for moduli, and four of its six misses
 are of G; blind_trial_2.csv (7d8599bb, 2105907643) takes moduli from droplets alone, as it is now; blind_trial_3.csv
 (7a243be, 1680824845) has a table of a hundred seeds instead of forty. Requests that take droplets from the start are
-"resampled": drawn from the campaign whose other packings are the truth.
+"resampled": drawn from the campaign whose other packings are the truth. blind_trial_4.csv (fd08501, 405933531) has the
+table with looser minima, and every packing was made. Three of its six misses are of A by one way: they
+share one error, that of the table's mean over 50 droplets, which lies 2.2 of its errors from the truth at every rho.
 
 JAMLAB_TRUTH names the folder of a campaign with 64 droplets (sweep "droplets-64" of jamlab/campaign/reference.toml) and
 runs a new trial: JAMLAB_SEEDS requests (60), drawn with JAMLAB_SEED (1), kept in the folder JAMLAB_RESULTS as they
-come, in 3 minutes of one core; JAMLAB_WHOLE=1 makes all packings, in about an hour.
+come, in 3 minutes of one core; JAMLAB_WHOLE=1 makes all packings, in half an hour.
 """
 
 import os
@@ -43,7 +45,7 @@ def show(verdicts):
     return found
 
 
-@pytest.mark.parametrize("name", ["blind_trial_1.csv", "blind_trial_2.csv", "blind_trial_3.csv"])
+@pytest.mark.parametrize("name", ["blind_trial_1.csv", "blind_trial_2.csv", "blind_trial_3.csv", "blind_trial_4.csv"])
 def test_the_stored_trials(name):
     found = show(read_verdicts(FOLDER / name))
     assert found["errors met"] == 1

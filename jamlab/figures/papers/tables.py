@@ -226,8 +226,8 @@ def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
         if len(parts) < 2:
             return parts[0] if parts else pd.DataFrame()
         first, second = (pd.MultiIndex.from_frame(part[_WHO[name]].fillna(-1)) for part in parts)
-        kept = [column for column in _COLUMNS[name] if column in parts[0] and column in parts[1]]
-        return pd.concat([parts[0][kept], parts[1].loc[~second.isin(first), kept]], ignore_index=True)
+        both = pd.concat([parts[0], parts[1].loc[~second.isin(first)]], ignore_index=True)
+        return both[[column for column in _COLUMNS[name] if column in both]]  # nan where one part has no such column
 
     return EnsembleTables(read, old.facts | new.facts)
 
