@@ -56,7 +56,7 @@ def lively_fire() -> FireSettings:
     """Less friction and longer steps, for a packing that still flows after many steps of the usual kind.
 
     Just above onset a large packing comes to rest by one slow slide after another, at contact forces that hardly push:
-    8192 disks at p = 1e-5 took 830 000 steps of the usual kind, and 297 000 when all but the first 100 000 were these.
+    8192 disks at p = 1e-5 took 830 000 steps of the usual kind, and 297 000 when all but the first 132 000 were these.
     `tmax` = 7 is too long: contacts shake, and the box stays where it is.
     """
     return replace(fire_settings(), tmax=6.0, alphashrink=0.95)
