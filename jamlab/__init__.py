@@ -5,7 +5,8 @@ All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as 
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
              particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,
              exact_method, self_crossings
-Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes
+Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, lowest_modes, zero_modes,
+             held_motions: what contacts hold, counted
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
 Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without inertia; pipkin, plan_flow, read_flow

@@ -64,6 +64,8 @@ from .measure import measure as measure
 from .measure import measure_all as measure_all
 from .mechanics.elasticity import ElasticTensor as ElasticTensor
 from .mechanics.elasticity import elastic_tensor as elastic_tensor
+from .mechanics.held_motions import HeldMotions as HeldMotions
+from .mechanics.held_motions import held_motions as held_motions
 from .mechanics.slow_shear import SlowShear as SlowShear
 from .mechanics.slow_shear import slow_shear as slow_shear
 from .mechanics.stiffness import hessian as hessian

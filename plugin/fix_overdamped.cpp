@@ -27,6 +27,7 @@ static constexpr double FIRST = 1e-3;       // first step over the longest: ther
 static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
 static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
                                             // of velocities, which no step resolves
+static constexpr double FINE = 1e-6;        // tolerance below which the shortest step shrinks as the root of it
 static constexpr double DROPLET_FIRST = 1e-6;    // over the longest, which knows of no relaxation
 static constexpr double DROPLET_SHORTEST = 1e-2;    // over tau
 static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
@@ -288,7 +289,7 @@ void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
   const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
   const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
   const double floor = droplets ? DROPLET_SHORTEST * std::min(time_unit(), longest) : SHORTEST * longest;
-  const double least = std::min(floor, state.last_step * GROWTH);
+  const double least = std::min(floor * std::min(1.0, sqrt(tolerance / FINE)), state.last_step * GROWTH);
   state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
 }
 

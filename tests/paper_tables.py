@@ -41,7 +41,7 @@ def states(model="sp", sizes=(32, 64), z0=3.7, c=1.21):
 
 
 def onset():
-    """sigma = 0.02 (32/N)^0.55 and mean 0.842 - 0.2 N^-0.7, both to the last digit."""
+    """sigma = 0.02 (32/N)^0.55, mean 0.842 - 0.2 N^-0.7, to the last digit; a pair beyond 2N - 1, N/4 free motions."""
     rows = []
     for model in ("sp", "dp"):
         for n in (32, 64, 128):
@@ -53,7 +53,9 @@ def onset():
                 rows.append(
                     {
                         **{"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed},
-                        **{"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True},
+                        **{"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n},
+                        **{"pairs": 2 * n, "site_contacts": 3 * n - 1 - n // 4, "self_stresses": 1},
+                        **{"free_motions": n // 4},
                     }
                 )
     return pd.DataFrame(rows)

@@ -1,7 +1,8 @@
 """Measure how far simpler models of flow are off: linear spectrum, equivalent damping, linear drag at another rate.
 
-Three kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone, say how often one
-rearranges early, which a few cannot; others, at random conditions, check what is promised.
+Five kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone, say how often one
+rearranges early, which a few cannot; others, at random conditions, check what is promised; others say how much worse
+errors are where sliding is damped less or more than approach, and others again check that.
 """
 
 import time
@@ -15,9 +16,13 @@ import pandas as pd
 from jamlab.errors import ConvergenceError, InputError, StorageError
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.flow_errors import (
+    CHECK,
     COLUMNS,
     MANY,
     SIZE,
+    SLIDING,
+    SLIDING_BETAS,
+    SLIDING_CHECK,
     STOKES,
     law_number,
     read_errors,
@@ -44,27 +49,30 @@ SEEDS = (1, 2, 3, 4, 5)
 SMALL_AMPLITUDES = (0.001, 0.01, 0.03, 0.1, 0.3)  # of many packings
 CHECKS = tuple(range(101, 131))  # seeds of other packings
 MANY_SEEDS = tuple(range(201, 240))  # 39: the second largest of their errors is the one that 95 % stay below
+SLIDING_SEEDS, SLIDING_CHECKS = tuple(range(301, 331)), tuple(range(331, 351))
 _CASES = 5  # random conditions on each of them
 TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
 _STRAIN, _BACKGROUND = 3.0, 1e-2  # of the averages of steady flow; without that drag power laws take ten times longer
 
 
 class Condition(NamedTuple):
-    """One run: kind "oscillation" or "flow", law (alpha, or `STOKES`), drag and amplitude as in `flow_errors`."""
+    """One run: kind "oscillation" or "flow", law (alpha, or `STOKES`; beta), drag and amplitude as in `flow_errors`."""
 
     kind: str
     alpha: float
     drag: float
     amplitude: float
+    beta: float = 1.0
 
 
-def damping(alpha: float) -> Damping:
+def damping(alpha: float, beta: float = 1.0) -> Damping:
     """Drag of a row of the table."""
-    return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(alpha=alpha)
+    return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(beta, alpha=alpha)
 
 
 def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, many: tuple[int, ...] = MANY_SEEDS,
-                   checks: tuple[int, ...] = CHECKS,
+                   checks: tuple[int, ...] = CHECKS, sliding: tuple[int, ...] = SLIDING_SEEDS,
+                   sliding_checks: tuple[int, ...] = SLIDING_CHECKS,
                    progress: Callable[[str], None] | None = None) -> pd.DataFrame:  # fmt: skip
     """Measure the table and write it after every packing; goes on from a file that holds a part.
 
@@ -76,7 +84,9 @@ def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, many: tuple[in
     except StorageError:
         rows = []
     done = {(row["part"], row["seed"]) for row in rows}
-    for part, each, make in (("calibrate", seeds, _grid), (MANY, many, _small), ("check", checks, _random)):
+    parts = (("calibrate", seeds, _grid), (MANY, many, _small), (CHECK, checks, _random), (SLIDING, sliding, _sliding),
+             (SLIDING_CHECK, sliding_checks, _sliding))  # fmt: skip
+    for part, each, make in parts:
         for seed in each:
             if (part, seed) in done:
                 continue
@@ -124,6 +134,18 @@ def _random(seed: int) -> tuple[Packing, list[Condition]]:
     return packing, found
 
 
+def _sliding(seed: int) -> tuple[Packing, list[Condition]]:
+    """Another packing, whose contacts damp sliding less or more than approach, at conditions anywhere in the grid."""
+    chance = np.random.default_rng(seed)
+    packing, beta = pack(N, _between(PRESSURES, chance), seed), SLIDING_BETAS[seed % len(SLIDING_BETAS)]
+    found = [Condition("flow", chance.uniform(0.5, 0.9), _between(RATES, chance), 1.0, beta)]
+    for _ in range(_CASES):
+        alpha = float(chance.choice([1.0, chance.uniform(0.5, 1.0)]))
+        drag, amplitude = _between(_drags(alpha), chance), _between(AMPLITUDES, chance)
+        found.append(Condition("oscillation", alpha, drag, amplitude, beta))
+    return packing, found
+
+
 def _runs(packing: Packing, conditions: list[Condition]) -> Iterator[dict[str, Any]]:
     """Rows of the conditions that have an answer."""
     pressure = 1.0 / relative_amplitude(packing, 1.0)
@@ -143,7 +165,7 @@ def _runs(packing: Packing, conditions: list[Condition]) -> Iterator[dict[str, A
 
 def _oscillation(packing: Packing, wanted: Condition) -> tuple[float, float]:
     """Relative error of G* without running, and the number of cycles that running took."""
-    law = damping(wanted.alpha)
+    law = damping(wanted.alpha, wanted.beta)
     amplitude = wanted.amplitude / relative_amplitude(packing, 1.0)
     alpha = wanted.alpha or 1.0
     omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
@@ -164,8 +186,9 @@ _FLOW: dict[str, Any] = {"strain": _STRAIN, "background": _BACKGROUND}
 def _flow(packing: Packing, wanted: Condition, linear: dict[float, float]) -> tuple[float, float]:
     """Relative error of linear drag at the rate to the power alpha; and of the mean at unit strain."""
     if wanted.drag not in linear:
-        linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], ContactDamping(), **_FLOW).stress[0])
-    curve = flow_curve(packing, [wanted.drag ** (1.0 / wanted.alpha)], damping(wanted.alpha), **_FLOW)
+        linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], damping(1.0, wanted.beta), **_FLOW).stress[0])
+    law = damping(wanted.alpha, wanted.beta)
+    curve = flow_curve(packing, [wanted.drag ** (1.0 / wanted.alpha)], law, **_FLOW)
     error = 0.0 if wanted.alpha == 1.0 else abs(linear[wanted.drag] / curve.stress[0] - 1.0)
     return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
 

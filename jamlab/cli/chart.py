@@ -92,6 +92,13 @@ def stability(
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
+@chart.command("all", epilog="Example: jamlab chart all --measure --out charts")
+def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
+    """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
+    speed_accuracy(measure=measure, plan=plan, out=out)
+    stability(measure=measure, plan=plan, out=out)
+
+
 @chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
 def flow_table(
     out: Annotated[
@@ -100,16 +107,18 @@ def flow_table(
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.benchmarks.flow_errors import CHECKS, MANY_SEEDS, SEEDS, measure_errors
-    from jamlab.flow.flow_errors import kept_promises
+    from jamlab.benchmarks.flow_errors import CHECKS, MANY_SEEDS, SEEDS, SLIDING_CHECKS, SLIDING_SEEDS, measure_errors
+    from jamlab.flow.flow_errors import SLIDING_CHECK, kept_promises
 
     expect_output(out)
     parts = {"seeds": SEEDS, "many": MANY_SEEDS, "checks": CHECKS}
+    parts |= {"sliding": SLIDING_SEEDS, "sliding_checks": SLIDING_CHECKS}
     if quick:
-        parts = {"seeds": SEEDS[:2], "many": MANY_SEEDS[:1], "checks": CHECKS[:1]}
+        parts = {name: seeds[: 2 if name == "seeds" else 1] for name, seeds in parts.items()}
     made = measure_errors(out, **parts, progress=print_stage)
-    kept, of = kept_promises(made)
-    out_console.print(f"wrote {out}: {len(made)} runs; promised errors held in {kept} of {of} checks", soft_wrap=True)
+    (kept, of), (others, of_others) = kept_promises(made), kept_promises(made, SLIDING_CHECK)
+    held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
+    out_console.print(f"wrote {out}: {len(made)} runs; {held}", soft_wrap=True)
 
 
 @chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")

@@ -12,8 +12,11 @@ import numpy as np
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_errors import (
+    CHECK,
     LEAST_ERROR,
     SIZE,
+    SLIDING_BETAS,
+    SLIDING_CHECK,
     STOKES,
     kept_promises,
     law_number,
@@ -22,6 +25,7 @@ from jamlab.flow.flow_errors import (
     relative_amplitude,
     relative_drag,
     scatter_of_flow,
+    sliding_factor,
 )
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE
 from jamlab.flow.shear import LARGEST_RATE
@@ -92,7 +96,8 @@ def choose_flow(
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
     the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks and holds for
-    larger packings, which scatter less.
+    larger packings, which scatter less; of contact damping, for beta from 0.1 to 10 and alpha from 0.5 to 1. Beyond,
+    the answer is a run.
 
     Args:
         packing: SP or DP at a minimum.
@@ -146,9 +151,9 @@ def _for_oscillation(
     best, error, condition = plain, 0.0, "infinitely small strain"
     if amplitude is not None:
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
-        error = promised_error("oscillation", number, drag, part)
+        error = promised_error("oscillation", number, drag, part, beta=_beta(law))
         condition = f"strain of {part:.2g} overlaps, drag {drag:.2g} of elasticity"
-        if LEAST_ERROR < error == rearranging_error(drag, part):
+        if LEAST_ERROR < error == sliding_factor("oscillation", _beta(law)) * rearranging_error(drag, part):
             condition += ", where packings begin to rearrange"
         if isinstance(law, ContactDamping) and law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
@@ -170,8 +175,8 @@ def _for_oscillation(
         4.0 * strain * cycles,
         values.get(way),
         _call(way, law, omega, strain, best, cycles),
-        (_compare(way, others, tolerance, condition), about_drag, about_mass, length),
-        _doubts(packing, law, heavy),
+        (_compare(way, others, tolerance, condition, _beta(law)), about_drag, about_mass, length),
+        _doubts(packing, heavy),
     )
 
 
@@ -181,7 +186,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
     average = max(1.0, (2 * scatter_of_flow() / tolerance) ** 2 * SIZE / packing.n)
     others: dict[str, float] = {}
     if number not in (STOKES, 1.0):
-        others["linear flow"] = promised_error("flow", number, slow, 1.0)
+        others["linear flow"] = promised_error("flow", number, slow, 1.0, beta=_beta(law))
     others["flow"] = RUN_ERROR
     way = next(name for name, each in others.items() if each <= tolerance)
     strain = TRANSIENT + average
@@ -199,12 +204,12 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
         None,
         f"jamlab.flow_curve(p, [{at:.4g}], {_spell(used)}, strain={average:.3g})",
         (
-            _compare(way, others, tolerance, f"stress of linear drag at rate {slow:.2g}"),
+            _compare(way, others, tolerance, f"stress of linear drag at rate {slow:.2g}", _beta(law)),
             "no linear spectrum flows, and drag laws part at any rate",
             about_mass,
             f"strain {TRANSIENT:g} of start-up and {average:.2g} of average, for two standard errors of {tolerance:g}",
         ),
-        _doubts(packing, law, heavy),
+        _doubts(packing, heavy),
     )
 
 
@@ -212,6 +217,10 @@ def _linear(law: Damping) -> Damping:
     if isinstance(law, StokesDrag):
         return law
     return ContactDamping(beta=law.beta, tau=law.tau, arms=law.arms)
+
+
+def _beta(law: Damping) -> float:
+    return law.beta if isinstance(law, ContactDamping) else 1.0
 
 
 def _by_way_of(value: complex, best: complex, error: float) -> float:
@@ -253,22 +262,24 @@ def _inertia(packing: Packing, linear: Damping, omega: float, mass: float, toler
     return words, f"{words}: flow without mass is not enough, use LAMMPS' pair_style gran/hooke"
 
 
-def _compare(way: str, others: dict[str, float], tolerance: float, condition: str) -> str:
+def _compare(way: str, others: dict[str, float], tolerance: float, condition: str, beta: float) -> str:
     simpler = list(others)[: list(others).index(way)]
     missed = ", ".join(f"{name} {_percent(others[name])}" for name in simpler)
-    kept, checked_runs = kept_promises()
+    kept, checked_runs = kept_promises(part=CHECK if beta == 1 else SLIDING_CHECK)
     errs = f"errs by {_percent(others[way])} at most" if others[way] else "is exact"
     words = f"{way} {errs} ({condition}), {_percent(tolerance)} are allowed"
     words += f"; not enough: {missed}" if missed else ""
-    return f"{words}; such promises held in {kept} of {checked_runs} checks"
+    low, high = SLIDING_BETAS
+    if not low <= beta <= high:
+        return f"{words}; beta = {beta:g}: errors were measured from {low:g} to {high:g}"
+    at = "" if beta == 1 else f" at beta = {low:g} and {high:g}"
+    return f"{words}; such promises held in {kept} of {checked_runs} checks{at}"
 
 
-def _doubts(packing: Packing, law: Damping, heavy: str) -> str:
+def _doubts(packing: Packing, heavy: str) -> str:
     found = [heavy] if heavy else []
     if packing.model == "dp":
         found.append("errors were measured on disks")
-    if isinstance(law, ContactDamping) and law.beta != 1:
-        found.append("errors were measured at beta = 1")
     return "; ".join(found)
 
 

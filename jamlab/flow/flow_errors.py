@@ -7,7 +7,8 @@ whether contacts change, and drag over elasticity of a contact that moves with t
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -27,10 +28,15 @@ Array = NDArray[np.float64]
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
 MANY = "many"  # part of the table: many packings, of linear drag, at strains at which few rearrange
+CHECK = "check"  # part: other packings at random conditions, which promises are held against
+SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
+SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
+SLIDING_BETAS = (0.1, 10.0)
 CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
-COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "error", "scatter", "seconds")
+_CONDITION = ("kind", "alpha", "drag", "amplitude")
+COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
 
 
 def relative_amplitude(packing: Packing, amplitude: float) -> float:
@@ -59,12 +65,23 @@ def read_errors(path: Path | None = None) -> pd.DataFrame:
     Raises:
         StorageError: it cannot be read, or is no such table.
     """
-    return _read(path) if path else _shipped()
+    return _read(path) if path else _shipped().rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """A table, equal to itself alone, so that what is worked out of it once is remembered."""
+
+    rows: pd.DataFrame
+
+
+def _runs(table: pd.DataFrame | None) -> _Runs:
+    return _shipped() if table is None else _Runs(table)
 
 
 @cache
-def _shipped() -> pd.DataFrame:
-    return _read(resources.files("jamlab.flow").joinpath("flow_errors.csv"))
+def _shipped() -> _Runs:
+    return _Runs(_read(resources.files("jamlab.flow").joinpath("flow_errors.csv")))
 
 
 def _read(source: Traversable) -> pd.DataFrame:
@@ -78,13 +95,16 @@ def _read(source: Traversable) -> pd.DataFrame:
     return table
 
 
-def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
+def promised_error(
+    kind: str, alpha: float, drag: float, amplitude: float, table: pd.DataFrame | None = None, beta: float = 1.0
+) -> float:
     """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
     Student's prediction interval at each condition of the table, of the logarithm of the errors of G*, and of the
     errors of a stress, which are mostly noise; scatter is pooled over drag. Interpolated between. Less drag or strain
     than in the table counts as its least where errors tend to a limit. No such interval foresees that one packing in
-    twenty rearranges early: G* is not promised better than the error that 95 % of many packings stayed below.
+    twenty rearranges early: G* is not promised better than the error that 95 % of many packings stayed below. At
+    another beta all of this is wider, see `sliding_factor`.
 
     Args:
         kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
@@ -93,9 +113,19 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
         drag: see `relative_drag`; of flow, the rate of linear drag.
         amplitude: see `relative_amplitude`; 1 of flow.
         table: see `read_errors`.
+        beta: of contact drag.
     """
-    stokes = alpha == STOKES
-    axes, upper = _shipped_upper_errors(kind, stokes) if table is None else _upper_errors(kind, stokes, table)
+    return _promise(kind, alpha, drag, amplitude, beta, _runs(table))
+
+
+def _promise(kind: str, alpha: float, drag: float, amplitude: float, beta: float, runs: _Runs) -> float:
+    factor = _factor_at(kind, beta, runs)
+    return factor * _promise_at_one(kind, alpha, drag, amplitude, runs) if np.isfinite(factor) else factor
+
+
+def _promise_at_one(kind: str, alpha: float, drag: float, amplitude: float, runs: _Runs) -> float:
+    """Promise at beta = 1."""
+    axes, upper = _upper_errors(kind, alpha == STOKES, runs)
     alphas, drags, amplitudes = axes
     x, y = float(np.log(drag)), float(np.log(amplitude))
     if kind == "flow":
@@ -112,7 +142,30 @@ def promised_error(kind: str, alpha: float, drag: float, amplitude: float, table
     found = [np.interp(y, amplitudes, [along(column) for column in each.T]) for each in upper]
     # as 1 - alpha, errors grow linearly
     promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)
-    return promised if kind == "flow" else max(promised, rearranging_error(drag, amplitude, table))
+    return promised if kind == "flow" else max(promised, _rearranging(drag, amplitude, runs))
+
+
+def sliding_factor(kind: str, beta: float, table: pd.DataFrame | None = None) -> float:
+    """Factor by which promises are wider where sliding is not damped as approach is, at least 1.
+
+    95 % of the runs at both `SLIDING_BETAS` would have kept promises that much wider; beta between them counts as they
+    do. Infinite beyond, or if there are too few runs.
+    """
+    return _factor_at(kind, beta, _runs(table))
+
+
+def _factor_at(kind: str, beta: float, runs: _Runs) -> float:
+    if beta == 1.0:
+        return 1.0
+    return _factor(kind, runs) if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else float("inf")
+
+
+@lru_cache
+def _factor(kind: str, runs: _Runs) -> float:
+    rows = runs.rows[(runs.rows["part"] == SLIDING) & (runs.rows["kind"] == kind)]
+    cases = zip(*(rows[name].tolist() for name in _CONDITION), strict=True)
+    promised = np.array([_promise_at_one(kind, alpha, drag, part, runs) for kind, alpha, drag, part in cases])
+    return max(1.0, exceeded_by_few((rows["error"] / promised)[np.isfinite(promised)]))
 
 
 def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None = None) -> float:
@@ -121,7 +174,11 @@ def rearranging_error(drag: float, amplitude: float, table: pd.DataFrame | None 
     Interpolated in a grid of drags and strains, and that of the nearest end beyond; infinite if the table has too few
     packings.
     """
-    drags, amplitudes, errors = _shipped_many() if table is None else _many(table)
+    return _rearranging(drag, amplitude, _runs(table))
+
+
+def _rearranging(drag: float, amplitude: float, runs: _Runs) -> float:
+    drags, amplitudes, errors = _many(runs)
     if not np.isfinite(errors).all() or not errors.size:
         return float("inf")
     at_drag = [np.interp(np.log(drag), drags, column) for column in errors.T]
@@ -138,46 +195,42 @@ def exceeded_by_few(errors: Array | pd.Series) -> float:
     return float(np.sort(errors)[-place]) if place else float("inf")
 
 
-def kept_promises(table: pd.DataFrame | None = None) -> tuple[int, int]:
+def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple[int, int]:
     """How many of the checks, on other packings at random conditions, stayed below the error promised; and of how many.
 
     Conditions for which nothing is promised are left out.
+
+    Args:
+        table: see `read_errors`.
+        part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
     """
-    rows = read_errors() if table is None else table
-    checks = rows[rows["part"] == "check"]
-    columns = (checks[name].tolist() for name in ("kind", "alpha", "drag", "amplitude"))
-    cases = zip(*columns, strict=True)
-    promised = np.array([promised_error(kind, alpha, drag, part, table) for kind, alpha, drag, part in cases])
+    runs = _runs(table)
+    checks = runs.rows[runs.rows["part"] == part]
+    cases = zip(*(checks[name].tolist() for name in (*_CONDITION, "beta")), strict=True)
+    promised = np.array([_promise(kind, alpha, drag, x, beta, runs) for kind, alpha, drag, x, beta in cases])
     known = np.isfinite(promised)
     return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
 
 
 def scatter_of_flow(table: pd.DataFrame | None = None) -> float:
     """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over all runs."""
-    rows = read_errors() if table is None else table
+    rows = _runs(table).rows
     return float(rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)]["scatter"].mean())
 
 
-@cache
-def _shipped_upper_errors(kind: str, stokes: bool) -> tuple[list[Array], Array]:
-    return _upper_errors(kind, stokes, read_errors())
-
-
-@cache
-def _shipped_many() -> tuple[Array, Array, Array]:
-    return _many(read_errors())
-
-
-def _many(table: pd.DataFrame) -> tuple[Array, Array, Array]:
+@lru_cache
+def _many(runs: _Runs) -> tuple[Array, Array, Array]:
     """ln drags, ln amplitudes, and on them that of the error that few of many packings exceed; it grows with strain."""
-    rows = table[table["part"] == MANY]
+    rows = runs.rows[runs.rows["part"] == MANY]
     found = rows.groupby(["drag", "amplitude"])["error"].agg(exceeded_by_few).unstack("amplitude")
     axes = np.log(found.index.to_numpy()), np.log(found.columns.to_numpy())
     return *axes, np.maximum.accumulate(np.log(np.maximum(found.to_numpy(), _FLOOR)), axis=1)
 
 
-def _upper_errors(kind: str, stokes: bool, table: pd.DataFrame) -> tuple[list[Array], Array]:
+@lru_cache
+def _upper_errors(kind: str, stokes: bool, runs: _Runs) -> tuple[list[Array], Array]:
     """Axes (alpha, ln drag, ln amplitude) of a table, and on them the logarithm of the error that is promised."""
+    table = runs.rows
     rows = table[(table["part"] == "calibrate") & (table["kind"] == kind) & ((table["alpha"] == STOKES) == stokes)]
     if kind == "flow":  # linear drag beside itself has no error, not even noise
         rows = rows[rows["alpha"] < 1.0]

@@ -27,7 +27,8 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
-_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end
+_CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
+_FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
 _SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
 # what tells a flow that has no answer from an engine that fails; the plugin's own words say what to do
 _NO_ANSWER = ("Fix overdamped: the drag is nearly singular", "Fix overdamped: at time", "Lost atoms", "Non-numeric")
@@ -77,7 +78,7 @@ class OverdampedSession:
 
     def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
         check_flowing(damping, tolerance, background)
-        self._damping = damping
+        self._damping, self._tolerance = damping, tolerance
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
         self._driven = False
@@ -172,7 +173,7 @@ class OverdampedSession:
         smooth = _SMOOTH[0] * self._damping.tau
         if state.rate:
             smooth = min(smooth, _SMOOTH[1] / abs(state.rate))
-        if step < _CRAWL * smooth:
+        if step < _CRAWL * smooth * min(1.0, (self._tolerance / _FINE) ** 0.5):
             raise ConvergenceError(
                 f"at strain {state.strain:.4g}, rate {state.rate:.3g} contacts leave motion that costs hardly any "
                 f"drag, and steps of {step:.1g} lead nowhere: give background = 1e-2, or a lower rate"

@@ -58,9 +58,10 @@ def shear(
         frames: strain between two packings that are kept; it must divide `strain`. By default first and last are.
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. The steps follow; so does the
             residual that the solver leaves. Stresses of a smooth flow err by about as much; where contacts open and
-            close, paths part, and means agree. Below 1e-5 disks take no shorter steps: a new contact is a jump of
-            velocities, and 0.01 tau_1 is the shortest. The result says how well energy is balanced: of droplets with
-            contact drag, whose vertices slip in jumps, to 20 % at rate 0.1 and to 1 % at 0.01.
+            close, paths part, and means agree. A new contact is a jump of velocities, for which no step gets shorter
+            than 0.01 tau_1; below 1e-6 that shrinks as the root of the tolerance. The result says how well energy is
+            balanced: of droplets with contact drag, whose vertices slip in jumps, to 20 % at rate 0.1 and to 1 % at
+            0.01.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none. In
             flow contacts leave motion that costs hardly any drag and that no step resolves. 1e-4, the default for
             disks, carries that and moves stresses by less than 1e-3; 1e-2, for drag without sliding and high rates, by

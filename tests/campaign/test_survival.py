@@ -73,7 +73,7 @@ def contents(file):
 
         def take(name, item):
             for key, value in item.attrs.items():
-                if (name, key) not in (("campaign", "seconds"), ("campaign", "host")):
+                if name != "campaign" or key not in ("seconds", "cpu_seconds", "host"):
                     found[name, key] = np.asarray(value).tolist()
             if isinstance(item, h5py.Dataset):
                 value = item[()]

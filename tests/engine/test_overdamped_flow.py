@@ -69,9 +69,10 @@ def test_modulus_of_large_packings(tmp_path, n, beta, pressure):
     """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off.
 
     Without rattlers: those that just touch drag at any amplitude, and the frequency domain leaves them out. The
-    amplitude goes with the pressure: at 1e-3, a strain of 1e-5 opens a contact of 256 disks.
+    amplitude goes with the pressure: at 1e-3, a strain of 1e-5 opens a contact of 256 disks. The seed is one whose
+    packings have a modulus above 0, and contacts that such strains do not open.
     """
-    packing = jamlab.pack(n=n, pressure=pressure, seed=1)
+    packing = jamlab.pack(n=n, pressure=pressure, seed=4)
     packing = packing.select(~jamlab.contacts(packing).rattlers)
     frequencies = [1e-2, 3e-2, 0.1, 0.3, 1.0]
     expected = jamlab.complex_modulus(packing, frequencies, jamlab.ContactDamping(beta=beta))

@@ -20,7 +20,7 @@ from jamlab.figures.papers.beyond_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from jamlab.figures.papers.tables import EnsembleTables, reference_tables
+from jamlab.figures.papers.tables import COUNTS, EnsembleTables, reference_tables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
@@ -54,6 +54,9 @@ def test_captions_say_what_the_tables_hold():
     assert said("modes", "to the power: .*, middle") == pytest.approx(0.0, abs=1e-6)
     assert said("vertices", "G") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
     assert said("sizes", "theta =") == pytest.approx(0.55, abs=0.005)
+    assert said("contacts", "motions left free") == pytest.approx(0.25)
+    assert said("contacts", "pairs that share two contacts") == pytest.approx((3 * 128 - 1 - 32 - 256) / 128, abs=1e-3)
+    assert said("contacts", "one in") == 1
 
 
 @pytest.mark.slow
@@ -142,3 +145,15 @@ def test_every_number_of_the_page_stands_in_a_caption():
     numbers = re.findall(r"-?[\d.e-]+ \[-?[\d.e-]+, -?[\d.e-]+\]", PAGE.read_text())
     assert len(numbers) > 20
     assert [number for number in numbers if number not in captions] == []
+
+
+def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for_without_them():
+    onset = beyond_tables.paper_tables.onset().query("n == 32")
+    bare = onset.drop(columns=list(COUNTS))
+    states = onset.assign(state=0)[["task", "state", *COUNTS]]
+    states = pd.concat([states, states.assign(state=1, pairs=0)])
+    joined = EnsembleTables({"onset": bare, "states": states}.get).onset
+    assert joined["pairs"].tolist() == [64] * len(bare)
+    few = EnsembleTables({"onset": bare, "states": states.drop(columns="pairs")}.get)
+    with pytest.raises(InputError, match=r"add 'jamlab\.mechanics\.held_motions:count_motions' to the observables"):
+        gallery.draw("beyond-droplet-contacts", few)

@@ -1,5 +1,7 @@
 """Ensemble averages over packings: distances to onset, places, what is left out."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -98,6 +100,17 @@ def test_begun_sizes_do_not_move_the_width_of_onsets():
     ]
     assert [c.value for c in theta] == pytest.approx([0.55, 0.55], abs=1e-6)
     assert theta[1].high == pytest.approx(theta[0].high)
+
+
+def test_the_width_of_onsets_is_fitted_at_the_sizes_of_the_paper():
+    """Others are told beside it: twenty packings of N = 1024 that all jam at about the same place."""
+    table = onset()
+    more = table[(table["n"] == 128) & (table["seed"] < 20)].assign(n=1024)
+    more = more.assign(phi_J=0.84 + 1e-4 * (more["phi_J"] - 0.84))
+    drawn = figure_10(EnsembleTables({"onset": pd.concat([table, more], ignore_index=True)}.get))
+    theta = next(c for c in drawn.claims if c.quantity.startswith("theta"))
+    assert theta.value == pytest.approx(0.55, abs=1e-6)
+    assert re.search(r"with all, 32 to 1024, [1-9]\.", theta.how)
 
 
 def test_a_scan_of_damping_may_stand_at_a_smaller_size_than_the_spectra():

@@ -122,6 +122,19 @@ def test_tolerance_is_that_of_the_stress(disks):
     assert abs(coarse / exact - 1) < 1e-2 and abs(fine / exact - 1) < 2e-4
 
 
+def test_errors_at_new_contacts_go_on_falling_with_the_tolerance(disks):
+    """Velocities jump there, and the shortest step decides: it shrinks as the root of a tolerance below 1e-6."""
+
+    def stress(tolerance):
+        found = jamlab.shear(disks, 0.01, 0.02, rows=4, tolerance=tolerance)
+        assert np.ptp(found.contacts) > 0
+        return found.stress, found.steps
+
+    (usual, few), (fine, more), (exact, most) = map(stress, (1e-6, 1e-8, 1e-9))
+    assert more == pytest.approx(10 * few, rel=0.1) and most > 2.5 * more
+    assert np.abs(fine - exact).max() < 0.1 * np.abs(usual - exact).max()
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

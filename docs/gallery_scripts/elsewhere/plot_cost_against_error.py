@@ -36,3 +36,10 @@ show("droplet-minimisers")
 # end and changing contacts at the other.
 
 show("shear-modulus")
+
+# %%
+# Contact forms of droplets along their numbers of vertices, without the disks that they are made from. No reference is
+# a hundred times better here: the hatched strip is its own error, and what lies in there is not ranked. The form of
+# the paper, ``segment``, has no minima; it stands where its search ends.
+
+show("droplet-vertices")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jamlab.benchmarks.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters
+from jamlab.benchmarks.other_codes.peer import Descent, Peer, Point, mean_diameters
 from jamlab.engine.session import Session
 from jamlab.packing.packing import Packing
 
@@ -36,7 +36,7 @@ class Lammps(Peer):
 
         def run(force: float, steps: int) -> np.ndarray:
             session.load(packing)
-            session.command(f"minimize 0.0 {force:.17g} {MOST_STEPS} {steps}")
+            session.command(f"minimize 0.0 {force:.17g} {steps} {steps}")  # fire looks at the first bound only
             return session.positions()
 
         return run

@@ -1,7 +1,7 @@
 """Draw curves of cost against error: one for each method along its dial, bands over packings, the default in a ring."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,19 +17,40 @@ from jamlab.plotting.axes import LABEL, LEGEND, TICK
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
 _MARKERS = "osD^vP*X"
 _GREY = "#D9D9D9"
+_UNKNOWN: dict[str, Any] = {"facecolor": "#EFEFEF", "edgecolor": "#CCCCCC", "hatch": "///", "linewidth": 0}
 _COLUMNS = 3  # of panels, four where that fills two rows
 _MOST_TICKS = 6
-_APART = (0.16, 0.05)  # parts of the axes that a label needs
+_APART = (0.18, 0.07)  # parts of the axes that a label needs
 _RIGHT = 0.75  # part of the axes beyond which a label stands left of its mark
+_PALE = 0.5  # of marks that are not ranked
 _EXACT = 1.3  # decades between the break and the line of what is exact
+_SHORT = 100.0  # ratio of the ends of the axis of times below which powers of ten are too few ticks
+_BELOW = 10.0  # times the error of the reference may be what is drawn below it
+
+
+class _Scale(NamedTuple):
+    """Errors of a panel: least and largest above all floors; either the height of what is exact, below a break of the
+    axis, or the error of the reference where nothing below is ranked; else None."""
+
+    bottom: float
+    top: float
+    exact: float | None
+    known: float | None
+
+    def height(self, point: Point, value: float) -> float:
+        """Where a value of a point stands."""
+        if self.known is not None:
+            return max(value, self.bottom)
+        return self.exact if self.exact is not None and value <= point.floor else value
 
 
 def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
     """Draw one panel for each `Point.panel`.
 
     Lines are mean errors over packings, shades and bars the 10 to 90 % of them. What cannot be told from the reference
-    stands on a line of its own below a break of the axis. Open marks: some packings gave no number. Half marks: runs
-    were cut short by a limit of time, and stand where they came.
+    stands on a line of its own below a break of the axis; where no reference is a hundred times better than what is
+    compared with it, its own error is a hatched strip, and what lies in there is not ranked. Open marks: some packings
+    gave no number. Half marks: runs were cut short by a limit of time, and stand where they came.
 
     Args:
         title: above all panels.
@@ -48,7 +69,8 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
         if any(point.drawn for point in here):
             _draw_panel(axes, [point for point in here if point.drawn], style)
         missing = sum(not point.drawn for point in here)
-        axes.set_title(name + (f"   (without a number: {missing} settings)" if missing else ""), fontsize=TICK)
+        settings = "1 setting" if missing == 1 else f"{missing} settings"
+        axes.set_title(name + (f"   (without a number: {settings})" if missing else ""), fontsize=TICK)
         axes.set_xlabel("CPU time on one core, s", fontsize=LABEL)
         axes.set_ylabel(error, fontsize=LABEL)
     for axes in grid[len(names) :]:
@@ -63,11 +85,7 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
 def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str, str]]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    above = [value for p in points for value in (p.low, p.error) if value > p.floor and not p.exact]
-    bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points) or 1e-16
-    top = max([10 * bottom, *(2 * max(p.error, p.high) for p in points)])
-    exact = bottom / 10 ** (_EXACT * max(1.0, np.log10(top / bottom) / 8))
-    broken = any(p.exact or p.low <= p.floor for p in points)
+    scale = _scale(points)
     labels: list[tuple[Point, float, float, str]] = []
     for method, (colour, marker) in style.items():
         curve = [p for p in points if p.method == method]
@@ -75,7 +93,7 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
             continue
         x = [p.seconds for p in curve]
         y, low, high = (
-            [value if value > p.floor else exact for p, value in zip(curve, values, strict=True)]
+            [scale.height(p, value) for p, value in zip(curve, values, strict=True)]
             for values in ([p.error for p in curve], [p.low for p in curve], [p.high for p in curve])
         )
         if len(curve) > 1 and np.all(np.diff(x) > 0):
@@ -85,8 +103,9 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
         axes.plot(x, y, "-", color=colour, linewidth=1.4)
         for p, here_x, here_y in zip(curve, x, y, strict=True):
             face = "white" if p.failed else colour
-            half: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white"} if p.cut else {}
-            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, markersize=9 if p.cut else 7, **half)
+            more: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white"} if p.cut else {}
+            more |= {"markersize": 9 if p.cut else 7, "alpha": 1.0 if p.ranked else _PALE}
+            axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, **more)
             if p.default:
                 axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
         ends = {0, len(curve) - 1}
@@ -95,9 +114,23 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
     left, right = axes.get_xlim()
     spare = 10 ** max(0.0, (1.5 - np.log10(right / left)) / 2)
     axes.set_xlim(left / spare, right * spare)
-    axes.set_ylim(exact / 3 if broken else bottom / 2, top * (top / bottom) ** 0.1)
+    least = scale.bottom / 2 if scale.exact is None else scale.exact / 3
+    axes.set_ylim(least, scale.top * (scale.top / scale.bottom) ** 0.1)
     _label(axes, labels)
-    _tick(axes, bottom, top, exact if broken else None)
+    _tick(axes, scale)
+
+
+def _scale(points: Sequence[Point]) -> _Scale:
+    known = max((p.floor for p in points if p.loose), default=None)
+    if known is None:
+        above = [value for p in points for value in (p.low, p.error) if value > p.floor and not p.exact]
+        bottom = 10 ** np.floor(np.log10(min(above))) if above else max(p.floor for p in points) or 1e-16
+    else:
+        bottom = max(known / _BELOW, min([known / 2, *(value for p in points for value in (p.low, p.error))]))
+    top = max([10 * bottom, *(2 * max(p.error, p.high) for p in points)])
+    broken = known is None and any(p.exact or p.low <= p.floor for p in points)
+    exact = bottom / 10 ** (_EXACT * max(1.0, np.log10(top / bottom) / 8)) if broken else None
+    return _Scale(float(bottom), float(top), exact, known)
 
 
 def _label(axes: Axes, labels: list[tuple[Point, float, float, str]]) -> None:
@@ -112,16 +145,23 @@ def _label(axes: Axes, labels: list[tuple[Point, float, float, str]]) -> None:
             axes.annotate(point.setting, (x, y), (-8 if right else 7, 6), textcoords="offset points", **style)
 
 
-def _tick(axes: Axes, bottom: float, top: float, exact: float | None) -> None:
-    """Powers of ten above the break, and `exact` below it."""
+def _tick(axes: Axes, scale: _Scale) -> None:
+    """Powers of ten above the break, and `exact` below it; or the strip of the error of the reference."""
+    bottom, top, exact, known = scale
     first, last = int(np.ceil(np.log10(bottom) - 1e-9)), int(np.floor(np.log10(2 * top)))
     every = max(1, -(-(last - first + 1) // _MOST_TICKS))
     powers = list(range(first, last + 1, every))
     values = [10.0**k for k in powers]
     names = [f"$10^{{{k}}}$" for k in powers]
-    axes.xaxis.set_major_locator(LogLocator(numticks=6))
+    left, right = axes.get_xlim()
+    short = right / left < _SHORT
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if short else (1,), numticks=6))
+    if short:
+        axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.3, which="major")
+    if known is not None:
+        axes.axhspan(bottom / 1e3, known, **_UNKNOWN, zorder=0)
     if exact is not None:
         values, names = [exact, *values], ["exact", *names]
         middle = np.sqrt(exact * bottom / 1.5)
@@ -146,13 +186,15 @@ def _handles(style: dict[str, tuple[str, str]], points: Sequence[Point]) -> list
         Line2D([], [], marker=m, color=c, markersize=7, label=name) for name, (c, m) in style.items()
     ]
     handles.append(Patch(color="#888888", alpha=0.3, label="10 to 90 % of packings"))
-    loose: dict[str, Any] = {"marker": "o", "linestyle": ""}
+    if any(p.loose and p.drawn for p in points):
+        handles.append(Patch(label="error of the reference itself", **_UNKNOWN))
+    alone: dict[str, Any] = {"marker": "o", "linestyle": ""}
     if any(p.default for p in points):
         ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "color": "black"}
-        handles.append(Line2D([], [], label="jamlab's default", **loose, **ring))
+        handles.append(Line2D([], [], label="jamlab's default", **alone, **ring))
     if any(p.failed and p.drawn for p in points):
-        handles.append(Line2D([], [], markerfacecolor="white", color="#444444", label="some failed", **loose))
+        handles.append(Line2D([], [], markerfacecolor="white", color="#444444", label="some failed", **alone))
     if any(p.cut and p.drawn for p in points):
         half: dict[str, Any] = {"fillstyle": "left", "markerfacecoloralt": "white", "markersize": 9}
-        handles.append(Line2D([], [], color="#444444", label="cut short by its limit of time", **half, **loose))
+        handles.append(Line2D([], [], color="#444444", label="cut short by its limit of time", **half, **alone))
     return handles

@@ -2,6 +2,8 @@
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,25 +40,26 @@ def _find(seed: int, search: str, step: float) -> tuple[float, float]:
 
 
 def points(trials: pd.DataFrame) -> list[Point]:
-    """Points of one packing; and of the mean, whose error holds its bias and what is unknown of it."""
+    """Points of one packing; and of the mean, whose error holds its bias and what is unknown of it.
+
+    What twenty packings know of a mean is told by the step whose difference is known least: one that differs in none
+    of them, or in two, may do so in the next.
+    """
     found = points_of(trials)
     means = []
     for point in found:
         rows = trials[(trials["method"] == point.method) & (trials["setting"] == point.setting)]
         off = rows["error"].dropna().to_numpy(dtype=np.float64)
-        if len(off) < 2:
-            continue
-        spread = float(off.std(ddof=1) / np.sqrt(len(off)))
-        size = float(np.hypot(off.mean(), spread))
-        middle = abs(float(off.mean()))
+        if len(off) > 1:
+            means.append((point, float(off.mean()), float(off.std(ddof=1) / np.sqrt(len(off)))))
+    floor = max((spread for _, _, spread in means), default=0.0)
+    for point, bias, spread in means:
+        middle = abs(bias)
         ends = (max(0.0, middle - 1.28 * spread), middle + 1.28 * spread)  # 10 and 90 % of what the bias may be
-        means.append(
-            Point(
-                *(_MEAN, point.method, point.setting, point.seconds, size, *ends, point.floor),
-                *(point.packings, point.failed, point.default, point.note),
-            )
-        )
-    return found + means
+        error = float(np.hypot(bias, spread))
+        changes: Any = {"low": ends[0], "high": ends[1], "floor": floor, "loose": floor > 0}
+        found.append(replace(point, panel=_MEAN, error=error, **changes))
+    return found
 
 
 TOPIC = Topic(
@@ -64,7 +67,8 @@ TOPIC = Topic(
     "error of φ at onset",
     "first step in φ",
     "compression from φ = 0.2 in steps of 1e-4 all the way, search='paper'. φ_J of a packing is known to 1e-8. Errors "
-    "of the mean are its paired difference and the standard error of that, squares added",
+    "of the mean are its paired difference and the standard error of that, squares added; the largest standard error "
+    "is what twenty packings leave unknown of any mean",
     measure,
     points=points,
     reason="twenty packings do not tell first steps of 0.05 from 0.01; hundreds hold the default to the paper's "

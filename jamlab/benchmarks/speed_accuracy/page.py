@@ -1,6 +1,6 @@
 """Draw cost against error, topic by topic, from data that ship with jamlab or are measured anew."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,7 +17,8 @@ _LEAD = (
     "Each curve is one method along its own dial: median cost on one core and mean error over packings, with the 10 to "
     "90 % of them. A mean above its band is carried by a few packings. A ring marks what jamlab does by default. "
     "'exact' below the break of an axis: the difference to the reference is none, or below the floor, 100 times the "
-    "error of the reference itself, or as the caption says. Open marks: some packings gave no number. "
+    "error of the reference itself. Where no reference is known that well, a hatched strip reaches up to its error, "
+    "and what lies in there is not ranked. Open marks: some packings gave no number. "
     "Half marks: runs were cut short by a limit of time, and stand where they came."
 )
 
@@ -58,8 +59,9 @@ def speed_accuracy(
         topic, points = TOPICS[name], found[name]
         caption = f"Reference: {topic.reference}. Settings: {topic.dial}. {tables[name].made}."
         beaten = dominated(points)
-        rows = [{"topic": name, **asdict(p), "on_front": not b} for p, b in zip(points, beaten, strict=True)]
-        table = _table(topic.error, points, [not b for b in beaten])
+        front = [p.ranked and not b for p, b in zip(points, beaten, strict=True)]
+        rows = [{"topic": name, **asdict(p), "on_front": f} for p, f in zip(points, front, strict=True)]
+        table = _table(topic.error, points, beaten)
         return Chart(topic.title, caption, curve_figure(topic.title, topic.error, points), table, rows)
 
     off = defaults_off_the_front(found)
@@ -83,18 +85,24 @@ def defaults_off_the_front(found: Mapping[str, Sequence[Point]]) -> list[list[st
 
 
 def _error(point: Point) -> str:
+    if not point.ranked:
+        return f"below {point.floor:.1e}"
     return "exact" if point.exact else f"{point.error:.1e}"
 
 
-def _table(error: str, points: Sequence[Point], on_front: Sequence[bool]) -> TextTable:
+def _table(error: str, points: Sequence[Point], beaten: Iterable[bool]) -> TextTable:
     """Points as text, in their order."""
     columns = ["panel", "method", "setting", "time [s]", error, "10 to 90 %", "packings", "on the front", "note"]
+    marks = [
+        ("beaten" if b else "on the front") if p.ranked else "not ranked" for p, b in zip(points, beaten, strict=True)
+    ]
+    words = {"on the front": "yes", "beaten": ""}
     rows = [
         [
             *(p.panel, p.method + (" (default)" if p.default else ""), p.setting, f"{p.seconds:.3g}", _error(p)),
             *(f"{p.low:.1e} .. {p.high:.1e}", f"{p.packings} of {p.packings + p.failed}"),
-            *("yes" if front else "", p.note),
+            *(words.get(mark, mark), p.note),
         ]
-        for p, front in zip(points, on_front, strict=True)
+        for p, mark in zip(points, marks, strict=True)
     ]
-    return TextTable(columns, rows, marks=["on the front" if front else "beaten" for front in on_front])
+    return TextTable(columns, rows, marks=marks)

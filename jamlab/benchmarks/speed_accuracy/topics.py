@@ -19,7 +19,7 @@ from jamlab.benchmarks.speed_accuracy import (
 TOPICS = {
     "disk-minimisers": disk_minimisers.TOPIC,
     "droplet-minimisers": droplet_minimisers.TOPIC,
-    "onset": onset_search.TOPIC,
+    "onset-search": onset_search.TOPIC,
     "pressure-packing": pressure_packing.TOPIC,
     "packing-fraction": packing_fractions.TOPIC,
     "shear-modulus": moduli.TOPIC,

@@ -60,7 +60,9 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
     out.claims = _departure_claims(states, out.name)
-    missing = "; the paper's droplets of N = 256 are not there" if 256 not in sizes(states, "dp") else ""
+    missing = (
+        "; the paper's droplets of N = 256 are not there" if conventions.SIZES[-1] not in sizes(states, "dp") else ""
+    )
     out.caption = (
         "z and G against packing fraction; bands of the largest sizes: 95 % over packings. Dashed: the paper's fits, "
         f"tables 1-2; dash-dotted: where its models part{missing}. States that are no minimum are left out."
@@ -69,10 +71,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 
 
 def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
-    """The sizes nearest to the paper's 32 and 256; none without packings."""
+    """The sizes nearest to the paper's least and largest; none without packings."""
     if not has(states, model):
         return []
-    return sorted({nearest_size(states, model, wanted) for wanted in (32, 256)})
+    return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
 
 
 def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
@@ -173,7 +175,7 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
         found, how = None, f"no {model} packings"
         words: dict[str, str] = {}
         if has(states, model):
-            n = nearest_size(states, model, 256)
+            n = nearest_size(states, model, conventions.SIZES[-1])
             curve = _above_a_hundredth(conventions.even_curve(states, series, n, column))
             found = curve.interval(conventions.fit_exponent)
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
@@ -216,7 +218,7 @@ def _exponent_of_size(states: pd.DataFrame, series: str, n: int, column: str) ->
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
     """Fit a of the crossover dphi* ~ N^-a by the collapse of the paper's sizes."""
-    n = [m for m in sizes(states, "sp") if m <= 256]
+    n = [m for m in sizes(states, "sp") if m in conventions.SIZES]
     if len(n) < 2:
         return None
     curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]

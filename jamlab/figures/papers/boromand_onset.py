@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from jamlab.figures.papers import conventions
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import bootstrap, groups_by, has, sampled_sizes, sizes
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
@@ -101,17 +102,23 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
 def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> list[Claim]:
     big = model.upper()
     theta = limit = None
+    how = of_width = "needs two sizes with three packings or more"
     if len(n) > 1 and min(len(g) for g in groups) > 2:
-        theta = bootstrap(groups, lambda g: _width_exponent(n, g))
+        how = of_width = f"N = {', '.join(map(str, n))}"
         limit = bootstrap(groups, lambda g: _limit(n, g))
-    how = f"N = {', '.join(map(str, n))}" if theta is not None else "needs two sizes with three packings or more"
+        theta = every = bootstrap(groups, lambda g: _width_exponent(n, g))
+        same = [k for k, size in enumerate(n) if size in conventions.SIZES]
+        if 1 < len(same) < len(n):  # "matched N"
+            kept = [n[k] for k in same]
+            theta = bootstrap([groups[k] for k in same], lambda g: _width_exponent(kept, g))
+            of_width = f"N = {', '.join(map(str, kept))} of the paper's; with all, {n[0]} to {n[-1]}, {every.value:.2f}"
     return [
         claim(
             name,
             f"theta: sigma ~ N^-theta, {big}",
             theta,
             published.THETA,
-            how=how,
+            how=of_width,
             cause=_local_exponents(n, groups),
             shown_by="boromand-10 c",
         ),

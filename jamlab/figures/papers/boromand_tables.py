@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from jamlab.errors import InputError
 from jamlab.figures.papers import conventions
+from jamlab.figures.papers.beyond_droplet_contacts import counts_at_onset
 from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.figures.papers.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
 from jamlab.figures.papers.ensembles import average, bootstrap, has, median, nearest_size, sampled_sizes
@@ -39,8 +41,8 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
     for series, (model, _) in SERIES.items():
         if not has(states, model):
             continue
-        n = nearest_size(states, model, 256)
-        out.claims += _onset_claims(out.name, states, series, n)
+        n = nearest_size(states, model, conventions.SIZES[-1])
+        out.claims += _onset_claims(out.name, tables, series, n)
         out.claims += _contact_claims(out.name, states, series, n)
         out.claims += _modulus_claims(out.name, states, series, n)
     _draw_ratios(out, axes)
@@ -52,16 +54,20 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _onset_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[Claim]:
+def _onset_claims(name: str, tables: EnsembleTables, series: str, n: int) -> list[Claim]:
     """z_J and phi_J or rho_J."""
-    model, by = SERIES[series]
+    states, (model, by) = tables.states, SERIES[series]
     fraction = by.removeprefix("d_")
     at_onset = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
     z, onset = (at_onset[column].dropna().to_numpy(dtype=float) for column in ("z", fraction))
     found = [bootstrap([values], lambda g: g[0].mean()) if len(values) else None for values in (z, onset)]
-    words = _extra_contacts(at_onset)
     if model == "sp":
-        words = {"contradiction": conventions.contradiction_of_counting(256), "shown_by": "boromand-10 f"}
+        words = {
+            "contradiction": conventions.contradiction_of_counting(conventions.SIZES[-1]),
+            "shown_by": "boromand-10 f",
+        }
+    else:
+        words = _extra_contacts(at_onset, tables.onset, n)
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
     means = mean_by_size(states, series, lambda s: s.loc[s["state"] == 0, fraction].mean(), ".4f")
     return [
@@ -78,17 +84,22 @@ def _onset_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[
     ]
 
 
-def _extra_contacts(at_onset: pd.DataFrame) -> dict[str, str]:
-    """Words on how far the contacts of droplets at onset are from 2N' - 1."""
+def _extra_contacts(at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict[str, str]:
+    """Words on how far the contacts of droplets at onset are from 2N' - 1, and on what is counted instead."""
     held = at_onset["n"] - at_onset["rattlers"]
     extra = 0.5 * at_onset["z"] * held - (2 * held - 1)
     middle, low, high = extra.mean(), extra.min(), extra.max()
-    pressed = float(np.corrcoef(at_onset["pressure"], extra)[0, 1]) if len(extra) > 2 and extra.std() > 0 else np.nan
-    return {
-        "cause": f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}; their correlation with"
-        f" the pressure left at onset is {pressed:+.2f}",
-        "shown_by": "boromand-10 e",
-    }
+    words = f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}"
+    try:
+        counts = counts_at_onset(onset[onset["n"] == n])
+    except InputError:
+        return {"cause": words, "shown_by": "boromand-10 e"}
+    free, least = counts["free"].mean(), counts["self_stresses"].min()
+    words += (
+        f"; what obeys a count are contacts of vertices: {least:.0f} state of self-stress or more in all {len(counts)} "
+        f"packings, {free:.2f} motions left free a droplet, where disks have none"
+    )
+    return {"cause": words, "shown_by": "beyond-droplet-contacts"}
 
 
 def mean_by_size(

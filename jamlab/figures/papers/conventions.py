@@ -11,6 +11,7 @@ Array = NDArray[np.float64]
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 
+SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
 SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
 
 # [B] steps evenly, by 1e-4, so its least squares weigh every distance alike; its regimes begin at these distances

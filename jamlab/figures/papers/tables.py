@@ -29,6 +29,7 @@ OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correl
 OF_FLOWS = ("flow", "oscillation", "creep")
 OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
+COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
 RECORD = "reference.json"  # origin of the tables
 TABLE_FILE = "{}.csv.gz"
 RHO_BIN = 0.01  # width of the bins in which voids are counted
@@ -42,7 +43,7 @@ _FLOW_RUN = (  # what tells packings, laws and settings of flows apart
 )
 _COLUMNS = {
     "states": STATES,
-    "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged"),
+    "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": ("model", "n", "seed", "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
         *("n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress", "omega", "storage", "loss"),
@@ -92,8 +93,8 @@ class EnsembleTables:
 
     @cached_property
     def onset(self) -> pd.DataFrame:
-        """One row per packing at onset, of the usual protocol."""
-        table = select_usual(self._read("onset"))
+        """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
+        table = self._counted(select_usual(self._read("onset")))
         return _require_rows("onset", table[table["converged"].astype(bool)])
 
     @cached_property
@@ -153,6 +154,15 @@ class EnsembleTables:
     def droplet_voids(self) -> pd.DataFrame:
         """Voids between droplets of several force laws, see `beyond_tables`."""
         return self._shipped_or("droplet_voids", lambda: voids_by_state(self._read("states"), self._read("voids")))
+
+    def _counted(self, onset: pd.DataFrame) -> pd.DataFrame:
+        """Onsets with the counts that a campaign keeps in its states; those that ship have them."""
+        if "task" not in onset or set(COUNTS) & set(onset.columns):
+            return onset
+        states = self._read("states")
+        if not set(COUNTS) <= set(states.columns):
+            return onset
+        return onset.merge(states.loc[states["state"] == 0, ["task", *COUNTS]], on="task", how="left")
 
     def _shipped_or(self, name: str, made: Callable[[], pd.DataFrame]) -> pd.DataFrame:
         """A table that ships with the reference data, or is made of the tables of a campaign."""

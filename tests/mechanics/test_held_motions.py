@@ -1,0 +1,90 @@
+"""What contacts hold: counts of disks, of polygons by hand, and what no view of a packing may change."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.errors import InputError
+from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.mechanics.held_motions import MOST, conditions, count_motions
+
+STATES = Path(__file__).parents[1] / "protocols" / "states"
+
+
+def squares(*rows, delta=0.1):
+    """Squares of side 1 in a wide box: centre and angle of each."""
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    places = []
+    for x, y, angle in rows:
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        places.append(corners @ turn + [x, y])
+    law = {"gamma": 0.1, "ka": 10.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
+    law["a0"] = np.ones(len(rows))
+    return jamlab.Packing("dp", 20 * np.eye(2), np.concatenate(places), law, offsets=4 * np.arange(len(rows) + 1))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_disks_at_onset_have_one_state_of_self_stress_and_no_free_motion(seed):
+    packing = jamlab.jam("sp", 16, seed)
+    found, network = jamlab.held_motions(packing), jamlab.contacts(packing)
+    assert (found.contacts, found.pairs, found.particles) == (network.count, network.count, network.backbone)
+    assert (found.self_stresses, found.free) == (1, 0)
+
+
+def test_squares_flat_on_flat_share_two_contacts():
+    """Nothing holds a row from parting; of four around a point, which meet in five pairs, slides are left free."""
+    row = squares((5, 5, 0.0), (6.05, 5.3, 0.0), (7.1, 5.1, 0.0))
+    assert jamlab.held_motions(row) == jamlab.HeldMotions(0, 0, 0, 0, 0)
+    found = jamlab.held_motions(squares((5, 5, 0.0), (6.05, 5.3, 0.0), (6.05, 6.35, 0.0), (5, 6.05, 0.0)))
+    assert (found.particles, found.pairs, found.contacts) == (4, 5, 10)
+    assert 10 == 3 * 4 - 2 - found.free + found.self_stresses
+
+
+def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
+    """Three squares around a fourth: a corner on its left, corner to corner on its upper right, flat below."""
+    tip = np.sqrt(0.5)
+    shapes = [(5, 5, 0.0), (5 - 0.5 - tip - 0.05, 5.0, np.pi / 4)]
+    near = 0.5 + tip * 0.5**0.5 + 0.05 * 0.5**0.5
+    shapes.append((5 + near, 5 + near, 0.0))
+    shapes.append((5.2, 5 - 1.05, 0.0))
+    packing = squares(*shapes)
+    assert len(jamlab.contacts(packing).pairs) == 3
+    rows = conditions(packing, vertex_contacts(packing))  # but for the fourth all are loose, so nothing is counted
+    assert rows.shape == (1 + 1 + 2, 12)
+
+
+def views(packing):
+    """The same packing shifted, turned by a quarter and mirrored, and with its droplets in another order."""
+    x, y = packing.positions.T
+    turned = [(x + 0.3, y + 0.7), (-y, x), (x, packing.box[0, 0] - y)]
+    for k, places in enumerate(turned):
+        places = np.column_stack(places)
+        if k == 2:  # a mirror image runs clockwise
+            places = np.concatenate([part[::-1] for part in np.split(places, packing.offsets[1:-1])])
+        yield jamlab.Packing("dp", packing.box, places, packing.params, offsets=packing.offsets)
+    order = np.random.default_rng(1).permutation(packing.n)
+    parts = np.split(packing.positions, packing.offsets[1:-1])
+    offsets = np.concatenate([[0], np.cumsum([len(parts[k]) for k in order])])
+    law = dict(packing.params) | {"a0": packing.params["a0"][order]}
+    yield jamlab.Packing("dp", packing.box, np.concatenate([parts[k] for k in order]), law, offsets=offsets)
+
+
+def test_droplets_keep_their_counts_in_every_view():
+    """One of them is held between two opposite contacts, which `contacts` calls a rattler."""
+    packing = jamlab.read(STATES / "squeezed_droplet.h5")
+    found = jamlab.held_motions(packing)
+    assert found.particles == jamlab.contacts(packing).backbone + 1
+    assert found.contacts == 3 * found.particles - 2 - found.free + found.self_stresses
+    assert found.self_stresses >= 1  # that of the forces it bears
+    assert [jamlab.held_motions(view) for view in views(packing)] == [found] * 4
+    assert tuple(count_motions(packing).values()) == (found.particles, found.pairs, found.contacts, 2, found.free)
+
+
+def test_too_many_are_refused():
+    rng = np.random.default_rng(0)
+    n = MOST + 1
+    many = jamlab.Packing("sp", 100 * np.eye(2), 100 * rng.random((n, 2)), {"eps": 1.0}, diameters=np.ones(n))
+    with pytest.raises(InputError, match=f"held_motions of {n} particles: at most {MOST}"):
+        jamlab.held_motions(many)
