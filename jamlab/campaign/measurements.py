@@ -25,7 +25,7 @@ from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.slow_shear import slow_shear
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import Damping
-from jamlab.rheology.displacement_correlation import displacement_correlation
+from jamlab.rheology.displacement_correlation import displacement_correlations
 from jamlab.rheology.mode_motion import MOTIONS, mode_motion
 
 Columns = dict[str, NDArray[Any]]
@@ -165,11 +165,12 @@ def _correlation_rows(parameters: dict[str, Any], states: TaskStates, pressure: 
     rows = []
     for k, packing in enumerate(states.packings):
         for law, prestress in _laws(parameters):
-            for omega in parameters["correlation_omega"]:
-                try:
-                    found = displacement_correlation(packing, omega, law, prestress)
-                except ConvergenceError:  # not jammed, or unstable in a fixed box
-                    continue
+            frequencies = parameters["correlation_omega"]
+            try:
+                correlations = displacement_correlations(packing, frequencies, law, prestress)
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                continue
+            for omega, found in zip(frequencies, correlations, strict=True):
                 row = state_columns(states, pressure, k) | law_columns(law) | {"prestress": prestress}
                 row |= {"omega": omega, "delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
                 rows.append(row)

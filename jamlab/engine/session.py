@@ -21,7 +21,7 @@ from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
-from jamlab.engine.disk_fire import fire_disks
+from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
@@ -179,7 +179,14 @@ class Session:
 
     @checked
     def minimize(
-        self, force: float, *, style: str, steps: int, stretch: int | None = None, border: Border | None = None
+        self,
+        force: float,
+        *,
+        style: str,
+        steps: int,
+        stretch: int | None = None,
+        border: Border | None = None,
+        fire: FireSettings | None = None,
     ) -> Evaluation:
         """LAMMPS `minimize` until the largest force is below `force`; FIRE over disks by the same steps in a kernel.
 
@@ -191,12 +198,13 @@ class Session:
                 power of all forces together turns negative; in large packings soft modes then swing for long.
             border: FIRE over disks: strains that the box takes as well, by default none. A box of less than three
                 diameters keeps its shape.
+            fire: FIRE over disks: numbers of the method, default those of `minimize.fire`.
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
         stretch = min(stretch or steps, steps)
-        if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border):
+        if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border, fire):
             return self.evaluate()
         if self._ranks > 1:
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
@@ -212,11 +220,13 @@ class Session:
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
         return self._evaluation()
 
-    def _fire_disks(self, force: float, steps: int, stretch: int, border: Border | None) -> bool:
+    def _fire_disks(
+        self, force: float, steps: int, stretch: int, border: Border | None, fire: FireSettings | None
+    ) -> bool:
         """FIRE in the compiled kernel; False if the box is too small for it."""
         packing = self.packing()
         for _ in range(0, steps, stretch):
-            found = fire_disks(packing, force, stretch, self._ranks, border)
+            found = fire_disks(packing, force, stretch, self._ranks, border, fire)
             if found is None:
                 return False
             packing, taken, largest = found

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.engine.box_border import PURE_SHEARS, Border
+from jamlab.engine.disk_fire import fire_settings, lively_fire
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
@@ -30,7 +31,7 @@ class BoxRelaxationSettings:
         jammed: largest force over pressure at which a packing at fixed box shows whether anything holds the box.
         noise: the same at which Newton steps take over; started at 1e-4 many fail.
         finer: its factor where they fail.
-        rounds: at most.
+        rounds: at most; after one whose steps ran out, FIRE is livelier.
         fire_only_disks: from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks.
         near: Newton steps from a guess of the minimum, before anything else.
         leave: shear of a box that rests on a saddle, as symmetric packings of few disks do.
@@ -41,7 +42,7 @@ class BoxRelaxationSettings:
     jammed: float = 1e-2
     noise: float = 1e-6
     finer: float = 0.1
-    rounds: int = 7
+    rounds: int = 12
     fire_only_disks: int = 10_000
     near: int = 10
     leave: float = 1e-3
@@ -79,12 +80,14 @@ def relax_disks_and_box(
     state = quench(session, BOX_RELAXATION.jammed, floor=max(least_pressure, lowest / BOX_RELAXATION.jammed))
     if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
+    fire = fire_settings()
     for noise in BOX_RELAXATION.noise * BOX_RELAXATION.finer ** np.arange(BOX_RELAXATION.rounds):
         floor = max(least_pressure, lowest / noise)
-        state = quench(session, noise, floor=floor, border=border)
+        state = quench(session, noise, floor=floor, border=border, fire=fire)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
         if state.max_force > noise * max(state.pressure, floor):
+            fire = lively_fire()  # the packing flows on, slide by slide
             continue  # still too far for Newton steps
         met = border.excess(state.stress) <= BOX_RELAXATION.met * state.pressure
         if not may_shear and met and state.max_force <= tolerance:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from jamlab.checks import check_number
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.disk_fire import FireSettings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
@@ -211,7 +212,13 @@ def _descend_disks(session: Session, tolerance: float, round_: int, least_pressu
 
 
 def quench(
-    session: Session, noise: float, *, floor: float, steps: int = 100_000, border: Border | None = None
+    session: Session,
+    noise: float,
+    *,
+    floor: float,
+    steps: int = 100_000,
+    border: Border | None = None,
+    fire: FireSettings | None = None,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
@@ -221,6 +228,7 @@ def quench(
         floor: pressure below which a packing counts as loose, and need not be relaxed any further.
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
+        fire: numbers of the method, default those of `minimize.fire`.
     """
     state = session.evaluate()
     for _ in range(SETTINGS.stages):  # the pressure, and with it the target, falls on the way
@@ -228,7 +236,9 @@ def quench(
         if state.max_force <= target and (border is None or border.excess(state.stress) <= target):
             break
         before = state.pressure
-        state = session.minimize(target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border)
+        state = session.minimize(
+            target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border, fire=fire
+        )
         if state.max_force > target and state.pressure > SETTINGS.jump * before:
             break
     return state

@@ -6,6 +6,7 @@ falls. Sites are binned and pairs counted by fast Fourier transform: the cost gr
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -115,15 +116,23 @@ def oscillating_displacements(
         >>> u.shape == (backbone.n, 2), bool(np.allclose(u.mean(axis=0), 0))
         (True, True)
     """
-    if not (np.isfinite(omega) and omega > 0):
-        raise InputError(f"omega = {omega}: must be positive and finite")
+    return next(_displacements(packing, [omega], damping, prestress))
+
+
+def _displacements(
+    packing: Packing, frequencies: Iterable[float], damping: Damping | None, prestress: bool
+) -> Iterator[tuple[Packing, Complex]]:
+    """Yield what `oscillating_displacements` returns, for several frequencies of one equation of motion."""
     network = force_network(packing, prestress=prestress)
     motion = equation_of_motion(network, damping or ContactDamping())
     find_limits(motion)  # refuses what is not stable
-    q, modulus, _ = solve_frequency(motion, omega)
     fixed = 2 * len(network.packing.positions) - motion.moving
-    u = np.concatenate([np.zeros(fixed), q[: motion.moving] / modulus]).reshape(-1, 2)
-    return network.packing, u - u.mean(axis=0)
+    for omega in frequencies:
+        if not (np.isfinite(omega) and omega > 0):
+            raise InputError(f"omega = {omega}: must be positive and finite")
+        q, modulus, _ = solve_frequency(motion, omega)
+        u = np.concatenate([np.zeros(fixed), q[: motion.moving] / modulus]).reshape(-1, 2)
+        yield network.packing, u - u.mean(axis=0)
 
 
 @checked
@@ -156,9 +165,24 @@ def displacement_correlation(
         >>> c.delta.shape == c.correlation.shape
         True
     """
-    network, u = oscillating_displacements(packing, omega, damping, prestress)
-    found = correlation_along_x(network.positions, u[:, 1].real, packing.box, lane=lane, width=width)
-    return replace(found, unit=UNIT_OF_LENGTH[packing.model, packing.units])
+    return displacement_correlations(packing, [omega], damping, prestress, lane=lane, width=width)[0]
+
+
+def displacement_correlations(
+    packing: Packing,
+    frequencies: Iterable[float],
+    damping: Damping | None = None,
+    prestress: bool = True,
+    *,
+    lane: float = 1.0,
+    width: float = 0.5,
+) -> list[DisplacementCorrelation]:
+    """`displacement_correlation` at several frequencies, for which the equation of motion is built and checked once."""
+    unit = UNIT_OF_LENGTH[packing.model, packing.units]
+    return [
+        replace(correlation_along_x(backbone.positions, u[:, 1].real, packing.box, lane=lane, width=width), unit=unit)
+        for backbone, u in _displacements(packing, frequencies, damping, prestress)
+    ]
 
 
 def correlation_along_x(

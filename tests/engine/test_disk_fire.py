@@ -6,11 +6,10 @@ import pytest
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.deck_defaults import deck
-from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings
+from jamlab.engine.disk_fire import DELAY, fire_disks, fire_settings, lively_fire
 from jamlab.errors import EngineError
 from jamlab.mechanics.stiffness import forces, stress
 
-FIRE = fire_settings()
 ALL = np.concatenate([COMPRESSION, SHEARS])
 
 
@@ -22,12 +21,12 @@ def by_lammps(packing, steps):
         return session.positions()
 
 
-def plain_fire(packing, steps, border):
+def plain_fire(packing, steps, border, fire):
     """The method in numpy, strains of the box among the coordinates; yields every state."""
     size = packing.diameters.mean()
     inertia = np.sqrt(packing.n) * size
     v, w = np.zeros_like(packing.positions), np.zeros(len(border.strains))
-    dt, alpha, last_negative = FIRE.timestep, FIRE.alpha0, 0
+    dt, alpha, last_negative = fire.timestep, fire.alpha0, 0
 
     def push(p):
         return forces(p), -border.gradient(stress(p), p.area) / inertia
@@ -40,16 +39,16 @@ def plain_fire(packing, steps, border):
             keep = 1 - alpha
             steer = alpha * np.sqrt((np.vdot(v, v) + w @ w) / (np.vdot(f, f) + g @ g))
             if step - last_negative > DELAY:
-                dt, alpha = min(dt * FIRE.dtgrow, FIRE.tmax * FIRE.timestep), alpha * FIRE.alphashrink
+                dt, alpha = min(dt * fire.dtgrow, fire.tmax * fire.timestep), alpha * fire.alphashrink
         else:
             last_negative, start = step, True
             if step >= DELAY:
-                dt, alpha = max(dt * FIRE.dtshrink, FIRE.tmin * FIRE.timestep), FIRE.alpha0
+                dt, alpha = max(dt * fire.dtshrink, fire.tmin * fire.timestep), fire.alpha0
             packing = border.move(packing, -0.5 * dt * v, -0.5 * dt * w / inertia)
             v, w = 0 * v, 0 * w
             f, g = push(packing)
         fast = max(np.abs(v + start * dt * f).max(), 10 * np.abs(w + start * dt * g).max() / inertia)
-        step_time = min(dt, FIRE.dmax / fast)
+        step_time = min(dt, fire.dmax / fast)
         v, w = keep * (v + step_time * f) + steer * f, keep * (w + step_time * g) + steer * g
         packing = border.move(packing, step_time * v, step_time * w / inertia)
         yield packing, power
@@ -67,17 +66,24 @@ def test_steps_are_those_of_lammps(random_disks, units, tilt, threads):
     assert np.abs(moved.positions - start.positions).max() > 0.3  # neighbors have changed
 
 
-@pytest.mark.parametrize("strains", [COMPRESSION, SHEARS, ALL], ids=["size", "shears", "both"])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_strains_of_the_box_are_coordinates(random_disks, strains, threads):
+@pytest.mark.parametrize(
+    "strains, threads, kind",
+    [
+        pytest.param(COMPRESSION, 1, lively_fire, id="size-lively"),
+        *(pytest.param(COMPRESSION, k, fire_settings, id=f"size-{k}") for k in (1, 2)),
+        *(pytest.param(SHEARS, k, fire_settings, id=f"shears-{k}") for k in (1, 2)),
+        *(pytest.param(ALL, k, fire_settings, id=f"both-{k}") for k in (1, 2)),
+    ],
+)
+def test_strains_of_the_box_are_coordinates(random_disks, strains, threads, kind):
     """Beside FIRE in numpy, box and positions, uphill and downhill."""
     start = random_disks(0.2, "k", seed=1, n=60)
     border = Border(strains, 0.05)
     powers = []
-    for steps, (plain, power) in enumerate(plain_fire(start, 60, border), 1):
+    for steps, (plain, power) in enumerate(plain_fire(start, 60, border, kind()), 1):
         powers.append(power)
         if steps in (1, 60):
-            moved, _, _ = fire_disks(start, 1e-13, steps, threads, border)
+            moved, _, _ = fire_disks(start, 1e-13, steps, threads, border, kind())
             assert np.allclose(moved.positions, plain.positions, rtol=0, atol=1e-9)
             assert np.allclose(moved.box, plain.box, rtol=0, atol=1e-10)
     assert min(powers[1:]) < 0 < max(powers)

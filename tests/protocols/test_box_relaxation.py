@@ -5,6 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.engine.box_border import COMPRESSION, PURE_SHEARS, SHEARS, Border
+from jamlab.engine.disk_fire import fire_settings, lively_fire
 from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.packing.deformation import deformed, shear_gradient
@@ -12,7 +13,7 @@ from jamlab.protocols import border_newton, box_relaxation
 from jamlab.protocols.border_newton import Model, descend_with_box
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.box_shear import shear_stress
-from jamlab.protocols.relaxation import relax
+from jamlab.protocols.relaxation import quench, relax
 
 ALL = np.concatenate([COMPRESSION, SHEARS])
 ANGLES = np.linspace(0, np.pi, 36, endpoint=False)
@@ -139,6 +140,30 @@ def test_shear_curvature_is_the_second_difference_of_relaxed_energies():
                 energies.append(relax(session).evaluation.energy)
         difference = (energies[0] - 2 * energies[1] + energies[2]) / h**2 / packing.area
         assert found[a, a] == pytest.approx(difference, rel=1e-3)
+
+
+def test_packings_that_flow_on_are_brought_down_by_livelier_steps(monkeypatch):
+    """Here the usual steps run out at once, as in large packings just above onset; the pressure is met anyway."""
+    kinds = []
+
+    def short(session, noise, *, fire=None, **how):
+        kinds.append(fire)
+        return quench(session, noise, fire=fire, **how, **({"steps": 30} if fire == fire_settings() else {}))
+
+    monkeypatch.setattr(box_relaxation, "quench", short)
+    p = jamlab.pack(64, 1e-4, 1)
+    assert kinds[:3] == [None, fire_settings(), lively_fire()]
+    assert p.converged and p.max_force <= 1e-12
+    assert jamlab.evaluate(p).pressure == pytest.approx(1e-4, rel=1e-7)
+
+
+@pytest.mark.slow
+def test_large_packing_just_above_onset_meets_its_pressure():
+    """8192 disks at p = 1e-5, half a CPU minute: FIRE of the usual kind alone did not end in 700 000 steps."""
+    p = jamlab.pack(8192, 1e-5, 2)
+    assert p.converged and p.max_force <= 1e-12
+    assert jamlab.evaluate(p).pressure == pytest.approx(1e-5, rel=1e-7)
+    assert jamlab.shear_modulus(p, angle=ANGLES).min() > 0
 
 
 def test_a_step_of_the_box_alone_does_not_divide_by_zero():

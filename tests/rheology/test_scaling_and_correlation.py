@@ -7,7 +7,7 @@ from scipy.integrate import quad
 import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.geometry.contact_network import without_rattlers
-from jamlab.rheology.displacement_correlation import correlation_along_x
+from jamlab.rheology.displacement_correlation import correlation_along_x, displacement_correlations
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +98,15 @@ def test_correlations_reach_further_in_slow_flow():
     near = (slow.delta > 0.7) & (slow.delta < 2.0)
     assert slow.correlation[near].mean() > 0.0 > fast.correlation[near].mean()
     assert 0.5 < slow.length < 0.5 * larger.box[0, 0]
+
+
+def test_several_frequencies_are_as_one_by_one(packing):
+    """One equation of motion serves all, in the order asked for."""
+    frequencies = (1e-1, 1e-3)
+    for omega, found in zip(frequencies, displacement_correlations(packing, frequencies, StokesDrag()), strict=True):
+        alone = jamlab.displacement_correlation(packing, omega, StokesDrag())
+        assert np.array_equal(found.correlation, alone.correlation) and np.array_equal(found.delta, alone.delta)
+    assert displacement_correlations(packing, []) == []
 
 
 def test_impossible_correlations_are_refused(packing):

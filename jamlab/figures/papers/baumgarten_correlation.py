@@ -98,6 +98,21 @@ def _larger(table: pd.DataFrame, n: int) -> str:
     return f"; {share:.3f} at N = {int(slow['n'].iloc[0])}, p = {slow['pressure'].iloc[0]:g}"
 
 
+def _compare_lengths(pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
+    """Say what l is at every pressure where omega/p^0.5 makes it `middle` at the first one; "" without curves."""
+    if not curves:
+        return ""
+    x, y = curves[0]
+    place = np.interp(-np.log(middle), -np.log(y), np.log(x))
+    lengths = [np.exp(np.interp(place, np.log(x), np.log(y))) for x, y in curves]
+    logs = -np.log(pressures)
+    return (
+        f"at omega/p^0.5 = {np.exp(place):.2g} l is {', '.join(f'{length:.1f}' for length in lengths)} d at p = "
+        f"{', '.join(f'{p:g}' for p in pressures)}, where the paper's power of -ln p would change it by a factor of "
+        f"{(logs.max() / logs.min()) ** published.LOG_EXPONENT.value:.1f}"
+    )
+
+
 def correlations(part: pd.DataFrame) -> Array:
     """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
     step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
@@ -195,7 +210,11 @@ def _log_claim(
             found,
             published.LOG_EXPONENT,
             how=how,
-            cause=f"lengths span {decades:.1f} decades between two disks and the box",
+            cause=_compare_lengths(
+                [pressures[k] for k in several],
+                [usable(*family[k]) for k in several],
+                np.sqrt(_SHORTEST * _PLATEAU * side),
+            ),
             shown_by="baumgarten-7 c",
         )
     )
