@@ -9,7 +9,7 @@ import pytest
 from commands import call
 from drawn_figures import PICTURES, PUBLISHED, TABLES, drawn, tables
 from matplotlib.axes import Axes
-from paper_tables import states
+from paper_tables import onset, states
 
 from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
@@ -69,7 +69,8 @@ def test_figures_measure_what_the_tables_hold(figure, quantity, value, tolerance
 
 
 def test_a_table_that_differs_is_told_from_the_paper():
-    other = EnsembleTables(lambda name: pd.concat([states(z0=5.0, c=0.9), states("dp")]) if name == "states" else None)
+    both = pd.concat([states(z0=5.0, c=0.9), states("dp")])
+    other = EnsembleTables({"states": both, "onset": onset()}.get)
     by_name = {c.quantity: c for c in gallery.draw("tables", other).claims}
     assert by_name["z_0, SP(φ)"].value == pytest.approx(5.0, abs=0.1)
     assert by_name["z_0, SP(φ)"].verdict == "differs" and "5" in by_name["z_0, SP(φ)"].cause

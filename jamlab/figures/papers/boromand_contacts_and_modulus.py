@@ -79,15 +79,20 @@ def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
 
 def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     """Where z and G of droplets leave those of disks of the same N."""
-    n = conventions.matched_size(states)
+    matched = conventions.matched_sizes(states)
     claims = []
     for column, share in (("z", 0.02), ("g", 0.1)):
         found, how = None, "needs packings of both models at one N"
         words = {}
-        if n is not None:
-            sp, dp = (ensemble(states, model, n, "rho", column, LINEAR) for model in ("sp", "dp"))
-            found = _find_departure(sp, dp, share)
-            how = f"N = {n} of both, last crossing of the mean curves"
+        if matched:
+            curves = [
+                tuple(ensemble(states, model, m, "rho", column, LINEAR) for model in ("sp", "dp")) for m in matched
+            ]
+            each = [_find_departure(sp, dp, share) for sp, dp in curves]
+            found, (sp, dp) = each[-1], curves[-1]
+            how = f"N = {matched[-1]} of both, last crossing of the mean curves"
+            by_size = ", ".join("none" if d is None else f"{float(d.value):.3f}" for d in each)
+            words = {"cause": f"it is {by_size} at N = {', '.join(map(str, matched))}", "shown_by": "boromand-5 a"}
             if column == "g":
                 ratio = at(0.88, *dp.mean) / at(0.88, *sp.mean)
                 words = {

@@ -61,9 +61,9 @@ def at(place: float, x: Array, y: ArrayLike) -> float:
     return float(np.interp(place, x, np.asarray(y)[kept]))
 
 
-def matched_size(states: pd.DataFrame) -> int | None:
-    """Largest N of which there are enough packings of both models; None without one."""
-    return max(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")), default=None)
+def matched_sizes(states: pd.DataFrame) -> list[int]:
+    """Every N of which there are enough packings of both models, ascending."""
+    return sorted(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")))
 
 
 # contradictions of the paper with itself, in its own numbers ----------------------------------------------------------
