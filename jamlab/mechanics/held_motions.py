@@ -46,6 +46,11 @@ class HeldMotions:
         contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
         self_stresses: ways in which forces of these contacts balance by themselves.
         free: motions that no contact holds, but for the two translations of the whole.
+
+    Example:
+        >>> m = jamlab.held_motions(jamlab.jam("sp", 16, 1))
+        >>> m.contacts == 2 * m.particles - 2 - m.free + m.self_stresses  # with 3 for 2: droplets
+        True
     """
 
     particles: int
