@@ -39,7 +39,7 @@ def speed_accuracy(
     from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
 
     if plan:
-        _print_plan(TOPIC_CHARTS, out, topic or (), as_json)
+        _print_plan((TOPIC_CHARTS,), out, topic or (), as_json)
         return
     expect_output(out)
     found = run(out, topic or (), measure=measure, progress=print_stage)
@@ -55,14 +55,15 @@ def speed_accuracy(
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
-def _print_plan(charts: "MeasuredCharts", out: Path, chosen: Sequence[str], as_json: bool) -> None:
+def _print_plan(kinds: "Sequence[MeasuredCharts]", out: Path, chosen: Sequence[str], as_json: bool) -> None:
     """Print what a measurement would do and how long it takes."""
-    rows = charts.plan(out, chosen)
+    expect_output(out)
+    rows = [row for charts in kinds for row in charts.plan(out, chosen)]
     total = sum(float(row[2]) for row in rows if row[2] != "unknown")
     if as_json:
         print_json({"plan": rows, "seconds": total})
         return
-    print_table("to measure", [charts.kind, "left", "CPU s"], rows)
+    print_table("to measure", [" or ".join(charts.kind for charts in kinds), "left", "CPU s"], rows)
     long = f"{total / 60:.0f} CPU minutes" if total > 90 else f"{total:.0f} CPU seconds"
     out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
@@ -80,7 +81,7 @@ def stability(
     from jamlab.benchmarks.failure_maps.page import stability as run
 
     if plan:
-        _print_plan(MAP_CHARTS, out, maps or (), as_json)
+        _print_plan((MAP_CHARTS,), out, maps or (), as_json)
         return
     expect_output(out)
     found = run(out, maps or (), measure=measure, progress=print_stage)
@@ -95,8 +96,14 @@ def stability(
 @chart.command("all", epilog="Example: jamlab chart all --measure --out charts")
 def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
-    speed_accuracy(measure=measure, plan=plan, out=out)
-    stability(measure=measure, plan=plan, out=out)
+    if plan:
+        from jamlab.benchmarks.failure_maps.page import MAP_CHARTS
+        from jamlab.benchmarks.speed_accuracy.page import TOPIC_CHARTS
+
+        _print_plan((TOPIC_CHARTS, MAP_CHARTS), out, (), as_json=False)
+        return
+    speed_accuracy(measure=measure, out=out)
+    stability(measure=measure, out=out)
 
 
 @chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")

@@ -198,7 +198,8 @@ class Session:
                 power of all forces together turns negative; in large packings soft modes then swing for long.
             border: FIRE over disks: strains that the box takes as well, by default none. A box of less than three
                 diameters keeps its shape.
-            fire: FIRE over disks: numbers of the method, default those of `minimize.fire`.
+            fire: FIRE over disks: numbers of the method, default those of `minimize.fire`, by which LAMMPS descends
+                where the box is too small for the kernel.
 
         Returns:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.

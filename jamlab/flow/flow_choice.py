@@ -153,7 +153,9 @@ def _for_oscillation(
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
         error = promised_error("oscillation", number, drag, part, beta=_beta(law))
         condition = f"strain of {part:.2g} overlaps, drag {drag:.2g} of elasticity"
-        if LEAST_ERROR < error == sliding_factor("oscillation", _beta(law)) * rearranging_error(drag, part):
+        if LEAST_ERROR < error < np.inf and error == sliding_factor("oscillation", _beta(law)) * rearranging_error(
+            drag, part
+        ):
             condition += ", where packings begin to rearrange"
         if isinstance(law, ContactDamping) and law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
@@ -176,14 +178,14 @@ def _for_oscillation(
         values.get(way),
         _call(way, law, omega, strain, best, cycles),
         (_compare(way, others, tolerance, condition, _beta(law)), about_drag, about_mass, length),
-        _doubts(packing, heavy),
+        _doubts(packing, law, heavy),
     )
 
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mass: float) -> FlowChoice:
     number = law_number(law)
     slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
-    average = max(1.0, (2 * scatter_of_flow() / tolerance) ** 2 * SIZE / packing.n)
+    average = max(1.0, (2 * scatter_of_flow(beta=_beta(law)) / tolerance) ** 2 * SIZE / packing.n)
     others: dict[str, float] = {}
     if number not in (STOKES, 1.0):
         others["linear flow"] = promised_error("flow", number, slow, 1.0, beta=_beta(law))
@@ -209,7 +211,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
             about_mass,
             f"strain {TRANSIENT:g} of start-up and {average:.2g} of average, for two standard errors of {tolerance:g}",
         ),
-        _doubts(packing, heavy),
+        _doubts(packing, law, heavy),
     )
 
 
@@ -276,8 +278,10 @@ def _compare(way: str, others: dict[str, float], tolerance: float, condition: st
     return f"{words}; such promises held in {kept} of {checked_runs} checks{at}"
 
 
-def _doubts(packing: Packing, heavy: str) -> str:
+def _doubts(packing: Packing, law: Damping, heavy: str) -> str:
     found = [heavy] if heavy else []
+    if not SLIDING_BETAS[0] <= _beta(law) <= SLIDING_BETAS[1]:
+        found.append(f"errors were measured at beta from {SLIDING_BETAS[0]:g} to {SLIDING_BETAS[1]:g}")
     if packing.model == "dp":
         found.append("errors were measured on disks")
     return "; ".join(found)

@@ -85,8 +85,8 @@ def held_motions(packing: Packing) -> HeldMotions:
         return HeldMotions(0, 0, 0, 0, 0)
     rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
     each = 2 if disks else 3
-    rows = rows[:, np.repeat(~rattlers, each)]
-    rows = rows[np.abs(rows).max(axis=1) > 0]
+    loose = np.repeat(rattlers, each)
+    rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
     singular = np.linalg.svd(rows, compute_uv=False)
     rank = int((singular > _DEPENDENT).sum())
     held = int((~rattlers).sum())

@@ -177,7 +177,7 @@ def test_charts_from_shipped_data_and_their_command(tmp_path):
 
 
 def test_curves_and_maps_share_a_folder(tmp_path):
-    """Both are drawn into it, and measured there, under their names."""
+    """Their files are named alike, so no name may stand for both; one plan lists all."""
     done = call(tmp_path, "chart", "all", "--plan", "--out", "c")
     assert done.exit_code == 0, done.stderr
     names = [*TOPIC_CHARTS.charts, *MAP_CHARTS.charts]

@@ -25,9 +25,10 @@ def squares(*rows, delta=0.1):
     return jamlab.Packing("dp", 20 * np.eye(2), np.concatenate(places), law, offsets=4 * np.arange(len(rows) + 1))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_disks_at_onset_have_one_state_of_self_stress_and_no_free_motion(seed):
-    packing = jamlab.jam("sp", 16, seed)
+@pytest.mark.parametrize(("n", "seed"), [(16, 1), (16, 2), (32, 8)])
+def test_disks_at_onset_have_one_state_of_self_stress_and_no_free_motion(n, seed):
+    """Of (32, 8) rattlers touch others, which hold nothing."""
+    packing = jamlab.jam("sp", n, seed)
     found, network = jamlab.held_motions(packing), jamlab.contacts(packing)
     assert (found.contacts, found.pairs, found.particles) == (network.count, network.count, network.backbone)
     assert (found.self_stresses, found.free) == (1, 0)
@@ -39,7 +40,7 @@ def test_squares_flat_on_flat_share_two_contacts():
     assert jamlab.held_motions(row) == jamlab.HeldMotions(0, 0, 0, 0, 0)
     found = jamlab.held_motions(squares((5, 5, 0.0), (6.05, 5.3, 0.0), (6.05, 6.35, 0.0), (5, 6.05, 0.0)))
     assert (found.particles, found.pairs, found.contacts) == (4, 5, 10)
-    assert 10 == 3 * 4 - 2 - found.free + found.self_stresses
+    assert (found.self_stresses, found.free) == (2, 2)  # aligned, they slide along x and y; none of them can turn
 
 
 def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
@@ -76,8 +77,7 @@ def test_droplets_keep_their_counts_in_every_view():
     packing = jamlab.read(STATES / "squeezed_droplet.h5")
     found = jamlab.held_motions(packing)
     assert found.particles == jamlab.contacts(packing).backbone + 1
-    assert found.contacts == 3 * found.particles - 2 - found.free + found.self_stresses
-    assert found.self_stresses >= 1  # that of the forces it bears
+    assert (found.self_stresses, found.free) == (2, 1)
     assert [jamlab.held_motions(view) for view in views(packing)] == [found] * 4
     assert tuple(count_motions(packing).values()) == (found.particles, found.pairs, found.contacts, 2, found.free)
 

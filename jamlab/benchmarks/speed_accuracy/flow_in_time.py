@@ -52,7 +52,7 @@ def _massless(packing: Packing, rate: float, tolerance: float) -> tuple[NDArray[
 
 def _in_short_steps(packing: Packing, rate: float, longest: float) -> NDArray[np.float64]:
     """The stress in steps that are short everywhere, not only where the tolerance asks for it: a new contact is a jump
-    of velocities, and there the tolerance alone takes no steps below 0.01 tau_1."""
+    of velocities, where the shortest step decides."""
     with OverdampedSession(packing, ContactDamping(), _FINEST, 0.0) as session:
         session.drive(f"rate {rate:.17g}", _STRAIN / _ROWS / rate, longest=longest)
         return np.array([session.advance().stress for _ in range(_ROWS)])
@@ -68,7 +68,6 @@ TOPIC = Topic(
     "relative error of the stress",
     "tolerance: relative error of velocities in a step; mass of a disk in k τ₁²",
     "massless disks at a tolerance of 1e-9 in steps of at most 0.003 τ₁ (rate 0.01) and 0.03 τ₁ (0.001), its error by "
-    "steps three times as long. Below a tolerance of 1e-5 the shortest step, 0.01 τ₁, takes over. Costs "
-    "of small inertia are without the start of LAMMPS",
+    "steps three times as long. Costs of small inertia are without the start of LAMMPS",
     measure,
 )

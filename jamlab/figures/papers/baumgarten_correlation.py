@@ -104,7 +104,11 @@ def _compare_lengths(pressures: list[float], curves: list[tuple[Array, Array]], 
         return ""
     x, y = curves[0]
     place = np.interp(-np.log(middle), -np.log(y), np.log(x))
-    lengths = [np.exp(np.interp(place, np.log(x), np.log(y))) for x, y in curves]
+    held = [(p, x, y) for p, (x, y) in zip(pressures, curves, strict=True) if x[0] <= np.exp(place) <= x[-1]]
+    lengths = [np.exp(np.interp(place, np.log(x), np.log(y))) for _, x, y in held]
+    pressures = [p for p, _, _ in held]
+    if len(held) < 2:
+        return ""
     logs = -np.log(pressures)
     return (
         f"at omega/p^0.5 = {np.exp(place):.2g} l is {', '.join(f'{length:.1f}' for length in lengths)} d at p = "

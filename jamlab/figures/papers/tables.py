@@ -226,8 +226,9 @@ def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
         if len(parts) < 2:
             return parts[0] if parts else pd.DataFrame()
         first, second = (pd.MultiIndex.from_frame(part[_WHO[name]].fillna(-1)) for part in parts)
-        both = pd.concat([parts[0], parts[1].loc[~second.isin(first)]], ignore_index=True)
-        return both[[column for column in _COLUMNS[name] if column in both]]  # nan where one part has no such column
+        shared = set(parts[0]) & set(parts[1]) | set(COUNTS)  # counts came later: nan in packings from before
+        kept = [[c for c in _COLUMNS[name] if c in part and c in shared] for part in parts]
+        return pd.concat([parts[0][kept[0]], parts[1].loc[~second.isin(first), kept[1]]], ignore_index=True)
 
     return EnsembleTables(read, old.facts | new.facts)
 
