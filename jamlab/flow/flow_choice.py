@@ -153,9 +153,8 @@ def _for_oscillation(
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
         error = promised_error("oscillation", number, drag, part, beta=_beta(law))
         condition = f"strain of {part:.2g} overlaps, drag {drag:.2g} of elasticity"
-        if LEAST_ERROR < error < np.inf and error == sliding_factor("oscillation", _beta(law)) * rearranging_error(
-            drag, part
-        ):
+        rearranged = sliding_factor("oscillation", _beta(law)) * rearranging_error(drag, part)
+        if LEAST_ERROR < error < np.inf and error == rearranged:
             condition += ", where packings begin to rearrange"
         if isinstance(law, ContactDamping) and law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
