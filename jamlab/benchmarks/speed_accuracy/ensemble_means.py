@@ -18,10 +18,8 @@ Array = NDArray[np.float64]
 _PRESSURE = 1e-3
 _SIZES = (16, 32, 64, 128, 256)
 _LARGE = {1024: 100, 4096: 50}  # N of the reference -> how many of the seeds
-_EXPONENTS = (
-    0.5,
-    1.0,
-)  # of N, between which differences from the limit of large N fall: 0.69(4) for phi, 0.84(3) for z
+# of N, between which differences from the limit of large N fall: 0.69(4) for phi, 0.84(3) for z
+_EXPONENTS = (0.5, 1.0)
 _PACKINGS = (1, 2, 5, 10, 20, 50)
 _DRAWS = 2000
 _QUANTITIES = {"phi": "φ", "z": "z", "g": "G, k"}
