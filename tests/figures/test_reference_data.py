@@ -15,6 +15,7 @@ from jamlab.figures.papers import gallery
 from jamlab.figures.papers.claims import Verdict
 from jamlab.figures.papers.summary import SUMMARY, first_line
 from jamlab.figures.papers.tables import (
+    COUNTS,
     NAMES,
     EnsembleTables,
     combine,
@@ -152,3 +153,13 @@ def test_what_a_legend_covers_is_counted():
     assert covered(figure) > 0
     axes.legend(loc="upper left")
     assert covered(figure) == 0
+
+
+def test_counts_that_came_later_are_nan_in_packings_from_before():
+    """Other columns stay those that both have."""
+    onset = TABLES["onset"]().query("model == 'dp'")
+    new, old = onset.query("n == 32"), onset.query("n == 64").drop(columns=[*COUNTS, "phi_J"])
+    states = onset.assign(state=0)[["task", "state"]]
+    both = combine(*(EnsembleTables({"onset": part, "states": states}.get) for part in (new, old))).onset
+    assert both.groupby("n")["pairs"].count().to_dict() == {32: 30, 64: 0}
+    assert len(both) == 60 and "phi_J" not in both

@@ -144,6 +144,17 @@ def test_the_factor_of_other_damping_is_what_few_runs_exceed():
         assert promised_error("oscillation", 1.0, 1.0, 1.0, table, beta=11.0) == np.inf
 
 
+def test_the_worse_end_of_beta_makes_the_factor():
+    """Four runs of 60 at beta = 0.1 are three times off: more than one in twenty there, less of the 120 at both."""
+    runs = [("calibrate", 1.0, 0.1)] * 2 + [(MANY, 1.0, 1e-3)] * 39
+    runs += [(SLIDING, 0.1, 0.3)] * 4 + [(SLIDING, 0.1, 0.1)] * 56 + [(SLIDING, 10.0, 0.1)] * 60
+    rows = [
+        ("oscillation", part, k, 64, 1e-2, 1.0, 1.0, 1.0, beta, error, 3, 0.1)
+        for k, (part, beta, error) in enumerate(runs)
+    ]
+    assert sliding_factor("oscillation", 3.0, pd.DataFrame(rows, columns=list(COLUMNS))) == pytest.approx(3.0)
+
+
 def promise(*errors, many=(1e-3,) * 39, drag=1.0, amplitude=1.0):
     """What a table promises of a few packings with some errors, and many with others."""
     rows = [

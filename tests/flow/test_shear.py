@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.flow import overdamped_session
 from jamlab.flow.stress_drops import stress_drops
 
 
@@ -133,6 +134,12 @@ def test_errors_at_new_contacts_go_on_falling_with_the_tolerance(disks):
     (usual, few), (fine, more), (exact, most) = map(stress, (1e-6, 1e-8, 1e-9))
     assert more == pytest.approx(10 * few, rel=0.1) and most > 2.5 * more
     assert np.abs(fine - exact).max() < 0.1 * np.abs(usual - exact).max()
+
+
+def test_the_finest_steps_are_not_taken_for_a_run_that_leads_nowhere(disks, monkeypatch):
+    """Steps are looked at after 500 here, where they are as short as a tolerance of 1e-9 makes them."""
+    monkeypatch.setattr(overdamped_session, "_LOOK", 500)
+    assert jamlab.shear(disks, 0.01, 0.01, rows=2, tolerance=1e-9).steps > 1000
 
 
 @pytest.mark.parametrize(
