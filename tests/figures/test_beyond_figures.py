@@ -57,6 +57,8 @@ def test_captions_say_what_the_tables_hold():
     assert said("contacts", "motions left free") == pytest.approx(0.25)
     assert said("contacts", "pairs that share two contacts") == pytest.approx((3 * 128 - 1 - 32 - 256) / 128, abs=1e-3)
     assert said("contacts", "one in") == 1
+    beyond = drawn("beyond-droplet-contacts").table.query("panel == 'a'")
+    assert set(beyond["x"]) == {1.0} and set(beyond["y"]) == {1.0}  # 2N pairs, everywhere
 
 
 @pytest.mark.slow
