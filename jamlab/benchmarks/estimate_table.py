@@ -38,7 +38,7 @@ QUANTITIES = ("z", "g", "b", "a", "void_sides")
 FEW_VERTICES = (8, 11)
 OTHER_FORM = "segment/smooth"  # the third, "segment", has no minima to end in
 LOOSE = 1e-6  # largest force: 1e-8 saves a third of what it saves, 1e-5 no more
-SEEDS = range(20_001, 20_101)  # none that a test, a campaign or `jamlab.estimate` uses
+SEEDS = range(20_001, 20_201)  # none that a test, a campaign or `jamlab.estimate` uses
 _RARE = 4  # one in so many seeds has fewer vertices, another form, looser minima and fewer particles: these save less
 COLUMNS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", *QUANTITIES, "rho-J", "seconds")
 

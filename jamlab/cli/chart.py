@@ -132,7 +132,7 @@ def estimates(
     out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.gz.")] = Path(
         "ways.csv.gz"
     ),
-    seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 100,
+    seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
     trials: Annotated[int, typer.Option(help="Requests in worlds drawn from the table, to check intervals.")] = 1200,
     as_json: Json = False,
 ) -> None:

@@ -8,16 +8,8 @@ from pathlib import Path
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
-from jamlab.figures.papers.tables import (
-    NAMES,
-    RECORD,
-    TABLE_FILE,
-    EnsembleTables,
-    combine,
-    read_folder,
-    reference_tables,
-    save,
-)
+from jamlab.figures.papers.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import NAMES, EnsembleTables
 from jamlab.packing.versions import versions
 
 

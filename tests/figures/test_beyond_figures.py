@@ -20,7 +20,8 @@ from jamlab.figures.papers.beyond_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from jamlab.figures.papers.tables import COUNTS, EnsembleTables, reference_tables
+from jamlab.figures.papers.reference_data import reference_tables
+from jamlab.figures.papers.tables import COUNTS, EnsembleTables
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"

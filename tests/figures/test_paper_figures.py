@@ -13,11 +13,9 @@ from paper_tables import onset, states
 
 from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
+from jamlab.figures.papers.reference_data import save
 from jamlab.figures.papers.summary import SUMMARY
-from jamlab.figures.papers.tables import (
-    EnsembleTables,
-    save,
-)
+from jamlab.figures.papers.tables import EnsembleTables
 
 
 def found(name, text):

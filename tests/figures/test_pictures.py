@@ -24,7 +24,7 @@ from jamlab.benchmarks.speed_accuracy.curve_points import Point
 from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
 from jamlab.figures.packing_pictures import draw_packing, modulus_figure
 from jamlab.figures.papers import gallery
-from jamlab.figures.papers.tables import reference_tables
+from jamlab.figures.papers.reference_data import reference_tables
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
 

@@ -13,16 +13,9 @@ from matplotlib.figure import Figure
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.claims import Verdict
+from jamlab.figures.papers.reference_data import combine, read_folder, reference_tables, save
 from jamlab.figures.papers.summary import SUMMARY, first_line
-from jamlab.figures.papers.tables import (
-    COUNTS,
-    NAMES,
-    EnsembleTables,
-    combine,
-    read_folder,
-    reference_tables,
-    save,
-)
+from jamlab.figures.papers.tables import COUNTS, NAMES, EnsembleTables
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from jamlab.figures.papers.gallery import draw
-from jamlab.figures.papers.tables import reference_tables
+from jamlab.figures.papers.reference_data import reference_tables
 
 tables = reference_tables()
 

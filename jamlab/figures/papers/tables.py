@@ -1,12 +1,7 @@
-"""Prepare the tables that figures are drawn from: those of a campaign, or the reference data shipped with jamlab."""
+"""Prepare the tables that figures are drawn from, those of a campaign or of the reference data."""
 
-import gzip
-import json
-from collections.abc import Callable, Sequence
-from functools import cached_property, partial
-from importlib import resources
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -22,7 +17,6 @@ from jamlab.figures.papers.beyond_tables import (
     voids_by_state,
 )
 from jamlab.figures.papers.ensembles import add_distances, select_usual
-from jamlab.packing.atomic_file import atomic_file, make_folder
 from jamlab.rheology.mode_motion import MOTIONS
 
 OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
@@ -30,18 +24,16 @@ OF_FLOWS = ("flow", "oscillation", "creep")
 OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_voids")
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
-RECORD = "reference.json"  # origin of the tables
-TABLE_FILE = "{}.csv.gz"
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
-_FLOW_RUN = (  # what tells packings, laws and settings of flows apart
+FLOW_RUN = (  # what tells packings, laws and settings of flows apart
     *("model", "n", "seed", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
 )
-_COLUMNS = {
+COLUMNS = {
     "states": STATES,
     "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": ("model", "n", "seed", "onset", "rho", "sides", "voids", "area", "shape"),
@@ -52,16 +44,16 @@ _COLUMNS = {
     "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
     "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
     "flow": (
-        *_FLOW_RUN,
+        *FLOW_RUN,
         *("rate", "stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure"),
         *("flow_pressure_error", "peak_stress", "peak_strain", "converged"),
     ),
     "oscillation": (
-        *(*_FLOW_RUN, "omega", "amplitude", "storage", "loss", "third_over_first", "error", "equivalent_storage"),
+        *(*FLOW_RUN, "omega", "amplitude", "storage", "loss", "third_over_first", "error", "equivalent_storage"),
         *("equivalent_loss", "equivalent_time", "converged"),
     ),
     "creep": (
-        *(*_FLOW_RUN, "stress", "residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests"),
+        *(*FLOW_RUN, "stress", "residual", "final_time", "final_strain", "final_rate", "slope", "flows", "rests"),
         "converged",
     ),
     "droplet_states": (*STATES, "rho_J", *LAW),
@@ -69,8 +61,6 @@ _COLUMNS = {
     "droplet_modes": (*PACKING, *DAMPING, "rho", "rate", "strength", *MOTIONS, "sliding"),
     "droplet_voids": (*PACKING, "state", "rho", "overlap", "voids", "three", "shape_of_three"),
 }
-_DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
-_EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 
 
 class EnsembleTables:
@@ -194,150 +184,3 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
     keys = ["model", "n", "seed", "onset", "rho", "sides"]
     return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
-
-
-_WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
-    "states": ["model", "n", "seed"],
-    "onset": ["model", "n", "seed"],
-    "void_counts": ["model", "n", "seed"],
-    "spectra": ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"],
-    "quasistatic": ["n", "seed", "pressure", "prestress"],
-    "correlation": ["n", "seed", "pressure", "law", "beta", "eta_f", "prestress"],
-    "flow": [*_FLOW_RUN, "rate"],
-    "oscillation": [*_FLOW_RUN, "omega", "amplitude"],
-    "creep": [*_FLOW_RUN, "stress"],
-    "droplet_states": PACKING,
-    "droplet_spectra": [*PACKING, *DAMPING],
-    "droplet_modes": [*PACKING, *DAMPING],
-    "droplet_voids": PACKING,
-}
-
-
-def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
-    """Add packings to tables that are there: a packing of both is that of the new ones."""
-
-    def read(name: str) -> pd.DataFrame:
-        parts: list[pd.DataFrame] = []
-        for tables in (new, old):
-            try:
-                parts.append(getattr(tables, name))
-            except (InputError, StorageError, KeyError):
-                continue
-        if len(parts) < 2:
-            return parts[0] if parts else pd.DataFrame()
-        first, second = (pd.MultiIndex.from_frame(part[_WHO[name]].fillna(-1)) for part in parts)
-        shared = set(parts[0]) & set(parts[1]) | set(COUNTS)  # counts came later: nan in packings from before
-        kept = [[c for c in _COLUMNS[name] if c in part and c in shared] for part in parts]
-        return pd.concat([parts[0][kept[0]], parts[1].loc[~second.isin(first), kept[1]]], ignore_index=True)
-
-    return EnsembleTables(read, old.facts | new.facts)
-
-
-def reference_tables() -> EnsembleTables:
-    """Tables of the reference data shipped with jamlab: those of the papers, and of flows from a campaign of their own.
-
-    Raises:
-        StorageError: the data are missing.
-    """
-    place = Path(str(resources.files("jamlab.figures.papers")))
-    facts = read_folder(place / "reference").facts
-    for what, folder in (("flows", "reference_flows"), ("droplets of several laws", "reference_beyond")):
-        facts = facts | {
-            f"{name} of {what}": read_folder(place / folder).facts[name] for name in ("campaign", "commit")
-        }
-    return EnsembleTables(partial(_read_shipped, place), facts)
-
-
-def _read_shipped(place: Path, name: str) -> pd.DataFrame:
-    folder = "reference_flows" if name in OF_FLOWS else "reference_beyond" if name in OF_BEYOND else "reference"
-    return _read_table(place / folder, name)
-
-
-def read_folder(folder: Path) -> EnsembleTables:
-    """Read tables from a folder that `save` wrote.
-
-    Raises:
-        StorageError: no such folder; later, on use, a table that is missing or cannot be read.
-    """
-    record = folder / RECORD
-    try:
-        facts = json.loads(record.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise StorageError(
-            f"{record} cannot be read ({error}): give a folder of reference tables or a campaign"
-        ) from None
-
-    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts["facts"].items()})
-
-
-def _read_table(folder: Path, name: str) -> pd.DataFrame:
-    path = folder / TABLE_FILE.format(name)
-    try:
-        return pd.read_csv(path)
-    except (OSError, ValueError, EOFError) as error:
-        raise StorageError(f"{path} cannot be read ({error}): make it with a campaign that measures {name}") from None
-
-
-def save(
-    tables: EnsembleTables,
-    folder: Path,
-    facts: dict[str, Any],
-    campaign: str = "",
-    before: dict[str, Any] | None = None,
-    names: Sequence[str] = NAMES,
-) -> dict[str, int]:
-    """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
-
-    Args:
-        tables: of a campaign.
-        folder: created if missing; its tables are replaced.
-        facts: versions, commit and other entries for the page; kept in reference.json.
-        campaign: text of the campaign file, kept there too.
-        before: content of the reference.json that some of the packings had before, see `combine`.
-        names: of the tables to write.
-
-    Returns:
-        Name of each table -> bytes written. Tables without rows are left out.
-
-    Raises:
-        StorageError: the folder cannot be written.
-        InputError: no table has rows.
-    """
-    make_folder(folder)
-    written: dict[str, int] = {}
-    rows: dict[str, int] = {}
-    for name in names:
-        path = folder / TABLE_FILE.format(name)
-        try:
-            table = getattr(tables, name)
-        except (InputError, StorageError, KeyError):
-            path.unlink(missing_ok=True)
-            continue
-        kept = _round_floats(table[[c for c in _COLUMNS[name] if c in table]])
-        with atomic_file(path) as temporary:
-            temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
-        written[name], rows[name] = path.stat().st_size, len(kept)
-    if not written:
-        raise InputError("no table has rows: finish some tasks of the campaign first")
-    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
-    if before is not None:
-        content["before"] = before
-    with atomic_file(folder / RECORD) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    return written
-
-
-def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
-    """Round floats to significant digits."""
-    out = table.copy()
-    for name in out.select_dtypes("float").columns:
-        digits = _EXACT.get(name, _DIGITS.get(name, 6))
-        values = out[name].to_numpy(dtype=np.float64)
-        power = np.zeros_like(values)
-        some = np.isfinite(values) & (values != 0)
-        power[some] = np.floor(np.log10(np.abs(values[some]))) + 1 - digits
-        # a power of ten is exact only upwards
-        up = power < 0
-        rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
-        out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
-    return out
