@@ -7,8 +7,16 @@ from pathlib import Path
 
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
-from jamlab.errors import InputError, StorageError
-from jamlab.figures.papers.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
+from jamlab.errors import InputError
+from jamlab.figures.papers.reference_data import (
+    RECORD,
+    TABLE_FILE,
+    MissingTableError,
+    combine,
+    read_folder,
+    reference_tables,
+    save,
+)
 from jamlab.figures.papers.tables import NAMES, EnsembleTables
 from jamlab.packing.versions import versions
 
@@ -59,7 +67,7 @@ def save_reference(
     old = read_folder(folder)
     before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     for name in names:  # all are read before any is replaced
-        with suppress(InputError, StorageError):
+        with suppress(InputError, MissingTableError):
             getattr(old, name)
     return save(combine(tables, old), folder, facts, text, before, names)
 

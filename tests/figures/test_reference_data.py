@@ -46,6 +46,29 @@ def test_new_packings_join_those_that_are_there(tmp_path):
     assert len(both.states) == len(old.states)
 
 
+def test_packings_that_are_there_are_not_added_again(tmp_path):
+    """Numbers that tell them apart were rounded when they were written, and another machine's last digits differ."""
+    save(tables(), tmp_path, {})
+    old, held = read_folder(tmp_path), {name: getattr(tables(), name) for name in NAMES}
+    again = {name: t.assign(**{c: t[c] * (1 + 1e-13) for c in ("rho", "phi") if c in t}) for name, t in held.items()}
+    both = combine(EnsembleTables(again.__getitem__), old)
+    assert {name: len(getattr(both, name)) for name in NAMES} == {name: len(t) for name, t in again.items()}
+
+
+def test_tables_are_never_lost(tmp_path):
+    """Not where another campaign writes, nor where a file that is to be added to cannot be read."""
+    save(tables(), tmp_path, {})
+    record, other = (tmp_path / "reference.json").read_bytes(), EnsembleTables({"flow": tables().flow}.__getitem__)
+    with pytest.raises(InputError, match=r"holds states, .*--add"):
+        save(other, tmp_path, {})
+    assert (tmp_path / "reference.json").read_bytes() == record and len(read_folder(tmp_path).states)
+    save(combine(other, read_folder(tmp_path)), tmp_path, {}, before=json.loads(record), names=["flow"])
+    assert json.loads((tmp_path / "reference.json").read_text())["rows"] == json.loads(record)["rows"]
+    (tmp_path / "flow.csv.gz").write_bytes(b"no gzip")
+    with pytest.raises(StorageError, match=r"flow\.csv\.gz cannot be read"):
+        len(combine(other, read_folder(tmp_path)).flow)
+
+
 def test_reference_tables_are_written_alike_every_time(tmp_path):
     for folder in ("a", "b"):
         save(tables(), tmp_path / folder, {})
@@ -62,7 +85,7 @@ def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
     assert set(save(EnsembleTables(read), tmp_path, {})) == {"onset"}
     back = read_folder(tmp_path)
     assert gallery.draw("boromand-10", back).claims
-    with pytest.raises(StorageError, match=r"spectra.*cannot be read"):
+    with pytest.raises(StorageError, match=r"spectra.*is not there"):
         gallery.draw("baumgarten-1", back)
     with pytest.raises(InputError, match="no table has rows"):
         save(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, {})

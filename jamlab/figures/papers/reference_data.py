@@ -3,6 +3,7 @@
 import gzip
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -20,6 +21,7 @@ RECORD = "reference.json"  # origin of the tables
 TABLE_FILE = "{}.csv.gz"
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
+_FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
 _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
     "states": ["model", "n", "seed"],
     "onset": ["model", "n", "seed"],
@@ -27,9 +29,9 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
     "spectra": ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"],
     "quasistatic": ["n", "seed", "pressure", "prestress"],
     "correlation": ["n", "seed", "pressure", "law", "beta", "eta_f", "prestress"],
-    "flow": [*FLOW_RUN, "rate"],
-    "oscillation": [*FLOW_RUN, "omega", "amplitude"],
-    "creep": [*FLOW_RUN, "stress"],
+    "flow": [*_FLOW, "rate"],
+    "oscillation": [*_FLOW, "omega", "amplitude"],
+    "creep": [*_FLOW, "stress"],
     "droplet_states": PACKING,
     "droplet_spectra": [*PACKING, *DAMPING],
     "droplet_modes": [*PACKING, *DAMPING],
@@ -37,24 +39,39 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
 }
 
 
+class MissingTableError(StorageError):
+    """A folder of reference tables has no file of this name; one that cannot be read is another error."""
+
+
 def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
-    """Add packings to tables that are there: a packing of both is that of the new ones."""
+    """Add packings to tables that are there: a packing of both is that of the new ones.
+
+    Its numbers differ in digits that were not kept, so both are compared as they are written.
+    """
 
     def read(name: str) -> pd.DataFrame:
         parts: list[pd.DataFrame] = []
-        for tables in (new, old):
+        for tables, absent in ((new, (InputError, KeyError)), (old, MissingTableError)):
             try:
                 parts.append(getattr(tables, name))
-            except (InputError, StorageError, KeyError):
+            except absent:
                 continue
         if len(parts) < 2:
             return parts[0] if parts else pd.DataFrame()
-        first, second = (pd.MultiIndex.from_frame(part[_WHO[name]].fillna(-1)) for part in parts)
+        first, second = (_who(name, part) for part in parts)
         shared = set(parts[0]) & set(parts[1]) | set(COUNTS)  # counts came later: nan in packings from before
         kept = [[c for c in COLUMNS[name] if c in part and c in shared] for part in parts]
         return pd.concat([parts[0][kept[0]], parts[1].loc[~second.isin(first), kept[1]]], ignore_index=True)
 
     return EnsembleTables(read, old.facts | new.facts)
+
+
+def _who(name: str, table: pd.DataFrame) -> pd.MultiIndex:
+    """What tells the packings of a table apart, in digits that are kept and that every machine repeats."""
+    found = _round_floats(table[_WHO[name]])
+    if "phi" in found:
+        found["phi"] = found["phi"].round(6)
+    return pd.MultiIndex.from_frame(found.fillna(-1))
 
 
 def reference_tables() -> EnsembleTables:
@@ -96,6 +113,8 @@ def read_folder(folder: Path) -> EnsembleTables:
 
 def _read_table(folder: Path, name: str) -> pd.DataFrame:
     path = folder / TABLE_FILE.format(name)
+    if not path.exists():
+        raise MissingTableError(f"{path} is not there: make it with a campaign that measures {name}")
     try:
         return pd.read_csv(path)
     except (OSError, ValueError, EOFError) as error:
@@ -125,24 +144,29 @@ def save(
 
     Raises:
         StorageError: the folder cannot be written.
-        InputError: no table has rows.
+        InputError: no table has rows, or the folder holds one that these tables lack.
     """
+    made: dict[str, pd.DataFrame] = {}
+    for name in names:
+        with suppress(InputError, MissingTableError, KeyError):
+            made[name] = getattr(tables, name)
+    if not made:
+        raise InputError("no table has rows: finish some tasks of the campaign first")
+    lost = [name for name in NAMES if name not in made and (folder / TABLE_FILE.format(name)).exists()]
+    if lost and before is None:
+        raise InputError(
+            f"{folder} holds {', '.join(lost)}, which would no longer match its record: add to it with "
+            "--add, or name another folder"
+        )
     make_folder(folder)
     written: dict[str, int] = {}
-    rows: dict[str, int] = {}
-    for name in names:
+    rows = {name: count for name, count in (before or {"rows": {}})["rows"].items() if name in lost}
+    for name, table in made.items():
         path = folder / TABLE_FILE.format(name)
-        try:
-            table = getattr(tables, name)
-        except (InputError, StorageError, KeyError):
-            path.unlink(missing_ok=True)
-            continue
         kept = _round_floats(table[[c for c in COLUMNS[name] if c in table]])
         with atomic_file(path) as temporary:
             temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
         written[name], rows[name] = path.stat().st_size, len(kept)
-    if not written:
-        raise InputError("no table has rows: finish some tasks of the campaign first")
     content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
     if before is not None:
         content["before"] = before
