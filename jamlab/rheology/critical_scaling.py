@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_HIGHEST = (
+HIGHEST = (
     0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)
 )
-_CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
+CRITICAL = 30.0  # omega/p^lambda from which the square root law is fitted, clear of the crossover near 1 (fig 3b)
 _LEAST_POINTS = 3  # frequencies that make a slope: two have no scatter to show
 
 
@@ -148,7 +148,7 @@ def collapse(
                 f"a packing at pressure {pressure:g} has no positive modulus (G_0 = {unstable[0]:.3g}): leave it out, "
                 "or use prestress=False"
             )
-    kept = omega <= _HIGHEST
+    kept = omega <= HIGHEST
     curves = [np.array([[s.storage[kept], s.loss[kept]] for s in group]) for group in spectra]
     x = omega[kept]
     means = [c.mean(axis=0) for c in curves]
@@ -171,9 +171,9 @@ def _fit(omega: Array, p: Array, curves: Sequence[Array]) -> tuple[float, float,
     mu, lam = -found.b, -found.a
     slopes = []
     for c, pressure in zip(curves, p, strict=True):
-        critical = omega > _CRITICAL * pressure**lam
+        critical = omega > CRITICAL * pressure**lam
         if np.count_nonzero(critical) >= _LEAST_POINTS:
             slopes += [np.polyfit(np.log(omega[critical]), np.log(part[critical]), 1)[0] for part in c]
     if not slopes:
-        raise InputError(f"no frequency lies between {_CRITICAL:g} p^lambda and {_HIGHEST:g}: lower the pressure")
+        raise InputError(f"no frequency lies between {CRITICAL:g} p^lambda and {HIGHEST:g}: lower the pressure")
     return mu, lam, float(np.mean(slopes)), found.spread

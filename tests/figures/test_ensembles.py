@@ -20,7 +20,7 @@ from jamlab.figures.papers.ensembles import (
     select_usual,
     sizes,
 )
-from jamlab.figures.papers.spectral_groups import select_largest, select_sweep
+from jamlab.figures.papers.spectral_groups import Group, same_packings, select_largest, select_sweep
 from jamlab.figures.papers.tables import EnsembleTables, count_voids
 
 
@@ -118,3 +118,24 @@ def test_a_scan_of_damping_may_stand_at_a_smaller_size_than_the_spectra():
     large = pd.DataFrame({"n": 32768, "target_pressure": [1e-4, 1e-4, 1e-2], "beta": [0.0, 1.0, 1.0]})
     assert select_sweep(pd.concat([large, scan]), "beta")["n"].unique() == [2048]
     assert select_sweep(pd.concat([large, large.assign(n=8192)]), "beta")["n"].unique() == [32768]
+
+
+def test_a_place_that_too_few_packings_reach_for_an_interval_is_left_out():
+    """Three of five packings go on to d_phi = 0.2."""
+    table = pd.concat(
+        pd.DataFrame({"model": "sp", "n": 32, "seed": seed, "d_phi": np.linspace(0.01, end, 8), "z": 4.0})
+        for seed, end in enumerate((0.1, 0.1, 0.3, 0.3, 0.3))
+    )
+    found = ensemble(table, "sp", 32, "d_phi", "z", [0.05, 0.2])
+    assert found.y.shape == (5, 1) and found.mean[0] == pytest.approx([0.05])
+
+
+def test_packings_of_two_laws_are_paired_by_seed():
+    """Under one law seed 2 is not stable."""
+
+    def group(seeds, eta0):
+        one = np.ones((len(seeds), 1))
+        return Group(np.array(seeds), np.ones(1), one, one, one[:, 0], np.array(eta0), one[:, 0])
+
+    found = same_packings([group([1, 2, 3], [1.0, 2.0, 3.0]), group([1, 3], [10.0, 30.0])])
+    assert found.tolist() == [[1.0, 10.0], [3.0, 30.0]]

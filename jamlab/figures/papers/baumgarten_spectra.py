@@ -16,6 +16,7 @@ from jamlab.figures.papers.spectral_groups import (
     Group,
     format_power,
     group_by_pressure,
+    same_packings,
     select_large,
     select_law,
     select_sampled,
@@ -24,6 +25,7 @@ from jamlab.figures.papers.spectral_groups import (
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
+from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
@@ -31,7 +33,6 @@ from jamlab.statistics.power_laws import power_law
 Array = NDArray[np.float64]
 
 MODULUS = r"[$k$]"
-_CRITICAL = (30.0, 0.1)  # from this many times the pressure to this frequency, G* goes as a square root
 
 
 def nearest(values: Sequence[float], wanted: float) -> float:
@@ -78,7 +79,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
     draw(out, axes, group, f"$p = {format_power(p)}$", {"color": GREEN, "marker": "o"})
-    low, high = _CRITICAL[0] * p, _CRITICAL[1]
+    low, high = CRITICAL * p, HIGHEST
     out.window(axes, low, high)
     w = group.omega
     out.slope(axes, 1.0, (w[0], 0.1 * p), 0.4 * group.loss.mean(axis=0)[0])
@@ -109,9 +110,9 @@ def _at_every_pressure(groups: dict[float, Group], part: int) -> str:
     """Say what the critical slope is at every pressure whose window is wide enough."""
     slopes = []
     for p, group in groups.items():
-        low = _CRITICAL[0] * p
-        if np.count_nonzero((group.omega >= low) & (group.omega <= _CRITICAL[1])) >= 5:
-            slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, _CRITICAL[1])))
+        low = CRITICAL * p
+        if np.count_nonzero((group.omega >= low) & (group.omega <= HIGHEST)) >= 5:
+            slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, HIGHEST)))
     values = ", ".join(f"{slope:.3f}" for _, slope in slopes)
     return f"it is {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
 
@@ -123,11 +124,8 @@ def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Gr
         name = f"$p = {format_power(p)}$"
         if plain is not None:
             draw(out, plain, group, name, look)
-        kept = group.omega <= _CRITICAL[1]
-        part = Group(
-            group.omega[kept], group.storage[:, kept], group.loss[:, kept], group.g0, group.eta0, group.eta_inf
-        )
-        draw(out, scaled, part, name, look, 1 / p, p**-0.5)
+        kept = group.omega <= HIGHEST
+        draw(out, scaled, group.at(kept), name, look, 1 / p, p**-0.5)
     x = np.concatenate([g.omega / p for p, g in groups.items()])
     low = max(x.min(), 1e-4)
     level = float(np.median([g.g0.mean() / p**0.5 for p, g in groups.items()]))
@@ -166,7 +164,7 @@ def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) ->
     if n == int(select_spectra(table)["n"].iloc[0]) or part["omega"].nunique() < 10:
         return
     for p, group in group_by_pressure(part).items():
-        kept = group.omega <= _CRITICAL[1]
+        kept = group.omega <= HIGHEST
         for name, values in (("G'", group.storage.mean(axis=0)), ("G''", group.loss.mean(axis=0))):
             series = f"{name} N = {n}, p = {p:g}"
             text = rf"$N = {n}$, $p = {format_power(p)}$" if name == "G'" else None
@@ -261,8 +259,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
     found, how = None, "needs beta = 0 and two others"
     if len(known) > 1 and 0.0 in ends:
         how = f"p = {p:g}"
-        seeds = min(len(g.eta0) for g in ends.values())
-        eta = np.column_stack([ends[beta].eta0[:seeds] for beta in (0.0, *known)])
+        eta = same_packings([ends[beta] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
     out.claims.append(claim(out.name, text, found, published.SLIDING_VISCOSITY, how=how))
@@ -279,11 +276,11 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     _draw_collapse(out, None, a, groups)
     part = select_sweep(every, "eta_f")
     p = float(part["target_pressure"].iloc[0])
-    viscosity: dict[float, Array] = {}
+    viscosity: dict[float, Group] = {}
     for index, eta_f in enumerate(sorted(part["eta_f"].unique())):
         found = group_by_pressure(part[part["eta_f"] == eta_f])
         if p in found:
-            viscosity[eta_f] = found[p].eta0
+            viscosity[eta_f] = found[p]
             text = rf"$\eta_F = {format_power(eta_f) if eta_f else 0}$"
             draw(out, b, found[p], text, sequence(index, part["eta_f"].nunique()))
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
@@ -294,8 +291,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)
         how = f"eta_F = {low:g} and {high:g}, p = {p:g}"
-        size = min(len(viscosity[low]), len(viscosity[high]))
-        rise = (viscosity[high][:size] - viscosity[low][:size]) / (high - low)
+        rise = np.diff(same_packings([viscosity[low], viscosity[high]]))[:, 0] / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
     out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, how=how))
     out.caption = (

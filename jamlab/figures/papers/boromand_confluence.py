@@ -73,7 +73,8 @@ def _confluence_claims(name: str, model: str, curves: dict[int, Ensemble]) -> li
         distance, n = min((float(np.nanmin(e.x)), n) for n, e in curves.items())
         found = curves[n].interval(lambda x, y: y[np.nanargmin(x)] * n)
         how = f"N = {n}, rho* - rho = {distance:.2g}, rho* of each packing"
-        words = {"cause": f"more contacts than one open within {distance:.2g} of rho*", "shown_by": "boromand-7 b"}
+        missing = ", ".join(f"{float(curves[m].mean[1][0]) * m:.2f} at N = {m}" for m in sorted(curves))
+        words = {"cause": f"at the least distance of each size it is {missing}", "shown_by": "boromand-7 b"}
         largest = max(curves)
         slope = curves[largest].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
         ending = f"N = {largest}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}"

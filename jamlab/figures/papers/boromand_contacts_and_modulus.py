@@ -32,7 +32,10 @@ Array = NDArray[np.float64]
 
 NEAR = log_places(1e-6, 0.4, 5)
 LINEAR = np.arange(0.80, 1.25, 0.01)
-REGIME = {"sp": (1e-3, 0.2), "dp": (1e-2, 0.16)}  # where the paper sees a power law, fig 6
+REGIME = {  # where the paper sees a power law, fig 6
+    "sp": (conventions.LOWEST["sp"], conventions.HIGHEST["d_phi"]),
+    "dp": (conventions.LOWEST["dp"], published.CONFLUENCE),
+}
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 
 
@@ -94,10 +97,11 @@ def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             by_size = ", ".join("none" if d is None else f"{float(d.value):.3f}" for d in each)
             words = {"cause": f"it is {by_size} at N = {', '.join(map(str, matched))}", "shown_by": "boromand-5 a"}
             if column == "g":
-                ratio = at(0.88, *dp.mean) / at(0.88, *sp.mean)
+                part = published.MODELS_PART.value
+                ratio = at(part, *dp.mean) / at(part, *sp.mean)
                 words = {
                     "calibrated": f"G comes in units of eps and of eps_r, which gamma and delta tie: the ratio at"
-                    f" rho = 0.88 is {ratio:.2f}"
+                    f" rho = {part:g} is {ratio:.2f}"
                 }
         text = f"rho from which {column} of DP exceeds SP by {100 * share:g} %"
         claims.append(claim(name, text, found, published.MODELS_PART, how=how, **words))

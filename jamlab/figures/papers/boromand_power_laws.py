@@ -179,7 +179,7 @@ def _draw_laws(
             found = float(power_law(x, y, low=fit.low * 0.99, high=fit.high * 1.01).exponents[0])
             return 1 / found if inverse else found
 
-        how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}"
+        how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
         words = {"how": how, "cause": _local_exponents(x, means, law), "shown_by": "boromand-11 f"}
         out.claims.append(claim(out.name, law.name, e.interval(exponent), law.paper, **words))
         _draw_fit(out, axes, law, fit, out.claims[-1].value, swap)

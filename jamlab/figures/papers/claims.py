@@ -86,10 +86,10 @@ class Claim:
         """See `Verdict`."""
         if self.contradiction:
             return Verdict.INCONSISTENT
-        if self.calibrated:
-            return Verdict.CALIBRATED
         if not self.measured:
             return Verdict.MISSING
+        if self.calibrated:
+            return Verdict.CALIBRATED
         if not self.meets:
             return Verdict.DIFFERS
         return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
@@ -104,8 +104,8 @@ class Claim:
         """What stands behind the verdict; "" where ours agrees."""
         shown = f" ({self.shown_by})" if self.shown_by else ""
         if self.verdict is Verdict.MISSING:
-            few = np.isfinite(self.value)
-            return "no interval from fewer than five packings" if few else self.how or "too few data"
+            why = "no interval: fewer than five packings, or most of their resamples have no such value"
+            return why if np.isfinite(self.value) else self.how or "too few data"
         return {
             Verdict.AGREES: "",
             Verdict.DIFFERS: (self.cause or "no cause has been measured in these data") + shown,

@@ -86,7 +86,7 @@ def contradiction_of_disks(d_rho: float = 0.1) -> str:
     )
 
 
-def contradiction_of_models(rho: float = 0.88) -> str:
+def contradiction_of_models(rho: float = published.MODELS_PART.value) -> str:
     """Table 1: rows SP(ρ) and DP(ρ) differ where the text says that the models still agree."""
     one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
     differ = f"{other - one:.2f} in z at rho = {rho:g}"

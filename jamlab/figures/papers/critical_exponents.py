@@ -49,7 +49,6 @@ def exponent_claims(name: str, table: pd.DataFrame, law: str, parameters: dict[s
         except InputError as error:
             how = str(error)
     names = ("mu: G_0 ~ p^mu", "lambda: tau* ~ p^-lambda", "Delta: G* ~ omega^Delta")
-    shown = {"cause": cause, "shown_by": f"{name} a"}
     return [
         claim(
             name,
@@ -57,7 +56,8 @@ def exponent_claims(name: str, table: pd.DataFrame, law: str, parameters: dict[s
             Interval(np.array(v), np.array(v - e), np.array(v + e)),
             paper,
             how=f"{how}; {cause}" if cause else how,
-            **shown,
+            cause=cause if paper is published.MU else "",
+            shown_by=f"{name} a",
         )
         for text, (v, e), paper in zip(names, values, (published.MU, published.LAMBDA, published.DELTA), strict=True)
     ]

@@ -84,8 +84,6 @@ def _limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]
     return claim(
         *(NAME, "exponent of the softening amplitude over pressure, Boschan et al. 2016", exponent, SOFTENING_EXPONENT),
         how=how,
-        cause="few disks, and frequencies above the slow limit of the lowest pressure",
-        shown_by="panels (a) to (c)",
     )
 
 

@@ -23,7 +23,7 @@ from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import RED
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
-from jamlab.statistics.published_numbers import FLOW_AT_ONSET
+from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR
 
 Array = NDArray[np.float64]
 
@@ -134,7 +134,7 @@ def _exponent_at_onset(table: pd.DataFrame) -> Claim:
             found = bootstrap([stress], _slope(np.log(rates)))
     how = f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}"
     quantity = "exponent of stress over rate near onset"
-    cause = f"{ONSET} lies below onset in shear; at onset the collapse finds q"
+    cause = f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q"
     return claim("dynamics-flow-curves", quantity, found, FLOW_AT_ONSET, how=how, cause=cause, shown_by=_COLLAPSE)
 
 

@@ -177,7 +177,7 @@ def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: A
     if not rows:
         return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
     values = np.array(rows)
-    kept = np.isfinite(values).sum(axis=0) >= max(SHARE * len(values), 1)
+    kept = np.isfinite(values).sum(axis=0) >= max(SHARE * len(values), min(FEWEST, len(values)))
     values = values[:, kept]
     return Ensemble(np.where(np.isfinite(values), at[kept], np.nan), values)
 

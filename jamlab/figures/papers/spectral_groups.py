@@ -1,7 +1,7 @@
 """Group rows of spectra into packings of one law and pressure."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,17 +23,23 @@ class Group:
     """Packings of one pressure under one law.
 
     Attributes:
+        seeds: (packings,) of the packings, ascending.
         omega: (m,) frequencies.
         storage, loss: (packings, m).
         g0, eta0, eta_inf: (packings,).
     """
 
+    seeds: NDArray[np.int64]
     omega: Array
     storage: Array
     loss: Array
     g0: Array
     eta0: Array
     eta_inf: Array
+
+    def at(self, kept: NDArray[np.bool_]) -> "Group":
+        """The same packings at some of the frequencies, (m,) bool."""
+        return replace(self, omega=self.omega[kept], storage=self.storage[:, kept], loss=self.loss[:, kept])
 
     def members(self) -> list[ComplexModulus]:
         """Spectra of single packings, the form that `jamlab.collapse` takes."""
@@ -57,8 +63,14 @@ def cut_to_shared_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
     out = {}
     for p, g in groups.items():
         kept = np.array([w in shared for w in g.omega])
-        out[p] = Group(g.omega[kept], g.storage[:, kept], g.loss[:, kept], g.g0, g.eta0, g.eta_inf)
+        out[p] = g.at(kept)
     return out
+
+
+def same_packings(groups: Sequence[Group]) -> Array:
+    """(packings, groups) eta_0 of the packings that all groups have: under one law some may not be stable."""
+    shared = set.intersection(*(set(g.seeds.tolist()) for g in groups))
+    return np.column_stack([g.eta0[np.isin(g.seeds, list(shared))] for g in groups])
 
 
 def select_limits(table: pd.DataFrame) -> pd.DataFrame:
@@ -125,10 +137,12 @@ def group_by_pressure(table: pd.DataFrame) -> dict[float, Group]:
         stable: NDArray[np.bool_] = (up > 0).all(axis=1) & (down > 0).all(axis=1)
         if not stable.any():
             continue
-        ends = part.drop_duplicates("seed").set_index("seed").loc[wide.index.to_numpy()[stable]]
+        seeds = wide.index.to_numpy(dtype=np.int64)[stable]
+        ends = part.drop_duplicates("seed").set_index("seed").loc[seeds]
         omega = wide["storage"].columns.to_numpy(dtype=np.float64)
         out[float(p)] = Group(
-            omega, up[stable], down[stable], *(ends[c].to_numpy(dtype=np.float64) for c in ("g0", "eta0", "eta_inf"))
+            *(seeds, omega, up[stable], down[stable]),
+            *(ends[c].to_numpy(dtype=np.float64) for c in ("g0", "eta0", "eta_inf")),
         )
     return dict(sorted(out.items(), reverse=True))
 
