@@ -31,7 +31,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             continue
         n = sizes(onset, model)
         groups[model] = groups_by(part, "n", column, n)
-        inset = axes.inset_axes((0.1, 0.52, 0.36, 0.42))
+        inset = axes.inset_axes((0.09, 0.56, 0.36, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups[model], strict=True):
             look = size_style(size)
@@ -41,7 +41,9 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
         symbol = r"\phi_J" if model == "sp" else r"\rho_J"
         label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
-        axes.set_ylim(0, 2.1 * axes.get_ylim()[1])
+        scale(axes, "linear", "log")  # of 16 and of 1024 particles in one panel
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** 1.1)
         inset.tick_params(labelsize=7)
         inset.set_title("$f_J$", fontsize=8, pad=2)
         spread = bootstrap(groups[model], lambda g: [v.std(ddof=1) if len(v) > 1 else np.nan for v in g])
@@ -93,7 +95,7 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
     line = np.geomspace(12, 500, 40)
     out.curve(mean, "4 - 2/N", line, 4 - 2 / line, **FIT)
     paper = published.TABLE_1["SP(φ)"][0]
-    out.curve(mean, f"paper: z_J = {paper}", [12, 500], [paper] * 2, **PAPER)
+    out.curve(mean, f"paper: $z_J$ = {paper}", [12, 500], [paper] * 2, **PAPER)
     mean.set_xscale("log")
     label(extra, r"contacts at onset beyond $2N' - 1$", "share of packings")
     label(mean, "N", r"$z_J$", loc="lower right")
