@@ -103,10 +103,10 @@ def test_reasons_of_disks_name_the_default_forces_at_rho_and_at_onset():
     more = "a packing of 64 disks at rho = 0.9 costs 25 % more with forces to 1e-06 than with forces to 1e-12"
     assert plan.way == DISKS and more in plan.why
     assert f"the next would be {plan.packings} packings of {loose}, in 2 s" in plan.why
-    why = jamlab.plan_estimate("rho-J", 0.9, 0.005, table=world).why
+    why = jamlab.plan_estimate("rho-J", 0.9, 0.01, table=world).why
     assert "at onset costs 25 % more with forces to 1e-06 (1e-09 at onset) than with forces to 1e-12" in why
     assert "rho = 0.9 is not used" in why
-    assert "not used" not in jamlab.plan_estimate("rho-J", None, 0.005, table=world).why
+    assert "not used" not in jamlab.plan_estimate("rho-J", None, 0.01, table=world).why
 
 
 def test_ways_with_too_few_packings_are_counted_apart_from_those_that_are_loose():
