@@ -200,13 +200,14 @@ def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
 
 
 def check_number(name: str, value: Any, highest: float) -> None:
-    """Refuse what is no number above 0 and up to `highest`.
+    """Refuse what is no finite number above 0 and up to `highest`.
 
     Raises:
         InputError: naming the value.
     """
     if not is_number(value) or not 0 < value <= highest:
-        raise InputError(f"{name} = {value!r}: must be a number above 0 and at most {highest:g}")
+        limits = f"a number above 0 and at most {highest:g}" if is_number(highest) else "a finite number above 0"
+        raise InputError(f"{name} = {value!r}: must be {limits}")
 
 
 def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
@@ -223,16 +224,24 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
     """
     if not is_number(large) or not 0 < large < 1:
         raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
+    check_count(n, large)
+    if not 0 < round(large * n) < n:
+        raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
+    check_seed(seed)
+    check_number("phi", phi, 2.0)
+
+
+def check_count(n: Any, large: float = 0.5) -> None:
+    """Refuse a number of particles that no packing of small and large ones has, see `check_bidisperse`.
+
+    Raises:
+        InputError: naming the value.
+    """
     whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
     if not whole or (large == 0.5 and n % 2):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
     if n > MOST_PARTICLES:
         raise InputError(f"n = {n}: must be {MOST_PARTICLES} or less, a run takes one core half a year there")
-
-    if not 0 < round(large * n) < n:
-        raise InputError(f"large = {large:g}: of n = {n} particles that leaves one size only, take a share nearer 0.5")
-    check_seed(seed)
-    check_number("phi", phi, 2.0)
 
 
 def check_seed(seed: Any) -> None:

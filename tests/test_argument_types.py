@@ -259,7 +259,7 @@ def test_ranges(random_disks):
         r"omega = 10+ \(int\): must be a number; write a number beyond 64 bits with an exponent": (
             lambda: jamlab.oscillating_displacements(p, 10**30)
         ),
-        "n = 0: must be a number of particles": lambda: jamlab.scene(0.87, n=0, tolerance={"z": 0.25}),
+        "n = 0: half of the particles are large": lambda: jamlab.scene(0.87, n=0, tolerance={"z": 0.25}),
         "seed = -1: must be a whole number": lambda: jamlab.to_polygons(p, seed=-1),
         "step = 0: must be a whole number other than 0": lambda: jamlab.from_universe(jamlab.universe(p), step=0),
         "strain = nan: must be a number above 0": lambda: jamlab.shear_modulus(p, strain=float("nan")),

@@ -13,7 +13,7 @@ from jamlab.cli.progress import count_bar
 def estimate(
     quantity: Annotated[str, typer.Argument(help="z, g, b, rho-J, a or void_sides.")],
     error: Annotated[float, typer.Option(help="Half the width wanted of the 95 % interval, in the quantity's unit.")],
-    rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98; rho-J needs none.")] = None,
+    rho: Annotated[float | None, typer.Option(help="True packing fraction, 0.84 to 0.98; not used for rho-J.")] = None,
     seed: Seed = 1,
     model: Annotated[str, typer.Option(help="auto, or sp or dp: disks or droplets only.")] = "auto",
     processes: Annotated[int, typer.Option(help="Packings made at once.")] = 1,
@@ -22,8 +22,10 @@ def estimate(
 ) -> None:
     """Estimate a mean over packings of droplets to an error, from the cheapest packings that give it."""
     from jamlab.estimates.ensemble_plan import plan_estimate
+    from jamlab.estimates.estimate import check_run
     from jamlab.estimates.estimate import estimate as run
 
+    check_run(seed, processes)
     plan = plan_estimate(quantity, rho, error, model=model)
     planned = {"expected_seconds": plan.seconds, "why": plan.why}
     if dry_run:

@@ -83,14 +83,17 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
                 chosen, tables, out, lambda name: status.update(f"drawing {name}"), opening, available_cores()
             )
             claims = [c for each in drawn for c in each.claims]
+            captions = {each.name: each.caption for each in drawn}
         else:
             drawings, failures = [gallery.draw(name, tables) for name in chosen], []
             for drawing in drawings:
                 gallery.write(drawing, out)
             claims = [c for d in drawings for c in d.claims]
+            captions = {d.name: d.caption for d in drawings}
     if as_json:
         missing = {f.name: f.reason for f in failures}
-        print_json({"out": str(out), "claims": [c.row() for c in claims], "not_drawn": missing})
+        rows = [c.row() for c in claims]
+        print_json({"out": str(out), "claims": rows, "captions": captions, "not_drawn": missing})
     else:
         if whole:
             for line in summary(claims):

@@ -8,16 +8,8 @@ from pathlib import Path
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.figures.papers.reference_data import (
-    RECORD,
-    TABLE_FILE,
-    MissingTableError,
-    combine,
-    read_folder,
-    reference_tables,
-    save,
-)
-from jamlab.figures.papers.tables import NAMES, EnsembleTables
+from jamlab.figures.papers.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
+from jamlab.figures.papers.tables import NAMES, AbsentTableError, EnsembleTables
 from jamlab.packing.versions import versions
 
 
@@ -55,7 +47,7 @@ def save_reference(
 
     Raises:
         InputError: there is no campaign, or none of its tasks is finished.
-        StorageError: the folder cannot be written.
+        StorageError: the folder cannot be written, or with `add` one of its tables is damaged.
     """
     names = _check_tables(only)
     campaign = open_campaign(source)
@@ -67,7 +59,7 @@ def save_reference(
     old = read_folder(folder)
     before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     for name in names:  # all are read before any is replaced
-        with suppress(InputError, MissingTableError):
+        with suppress(InputError, AbsentTableError):
             getattr(old, name)
     return save(combine(tables, old), folder, facts, text, before, names)
 

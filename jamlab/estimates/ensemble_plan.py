@@ -17,7 +17,8 @@ from scipy.special import stdtrit
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_vertices
-from jamlab.estimates.way_errors import Scatter, difference, is_known, relative_cost, scatter
+from jamlab.estimates.plan_words import absence_words, choice_words, finish_words
+from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
 from jamlab.estimates.way_table import ONSET, N, WayRecord, read_ways
 from jamlab.packing.short_repr import short_repr
 
@@ -48,7 +49,7 @@ class EnsemblePlan:
         correction: to add to the mean over packings, from the table; 0 for droplets.
         seconds: expected CPU time on the machine of the table.
         scatter: of one packing.
-        why: one sentence.
+        why: statements with "; " between them, each of which can be read alone.
 
     Example:
         >>> plan = jamlab.plan_estimate("z", rho=0.9, error=0.05)
@@ -89,8 +90,8 @@ def plan_estimate(
         table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
 
     Raises:
-        InputError: an unknown quantity or model, rho outside the table, moduli from disks, an error that is not
-            positive or takes more than 100 000 packings.
+        InputError: an unknown quantity or model, rho missing or outside the table, moduli from disks, an error that is
+            not positive and finite or takes more than 100 000 packings.
         StorageError: the table was made with other parameters than those of `dp.parameters` now.
 
     Example:
@@ -102,26 +103,27 @@ def plan_estimate(
     _check(table, quantity, rho, error, model)
     reference = table[reference_way()]
     at = math.nan if rho is None or quantity == ONSET else rho
-    ways = [
-        record
-        for record in table.values()
-        if model in ("auto", record.way.model) and record.way.contact is None and _gives(record.way, quantity)
-    ]
+    able = {way: record for way, record in table.items() if _gives(way, quantity)}
+    ways = [r for r in able.values() if model in ("auto", r.way.model) and r.way.contact is None]
     yields = _LEAST_YIELD * scatter(reference, quantity, at).share
-    plans = [_plan(r, reference, quantity, at, error) for r in ways if is_known(r, reference, quantity)]
-    plans = [p for p in plans if p.scatter.share >= yields]
-    good = [p for p in plans if p.bias_error <= _LARGEST_SHARE * error]
+    known = [_plan(r, reference, quantity, at, error) for r in ways if is_known(r, reference, quantity)]
+    plans = [p for p in known if p.scatter.share >= yields]
+    limit = _LARGEST_SHARE * error
+    good = [p for p in plans if p.bias_error <= limit]
+    unused = [f"rho = {rho:g} is not used: {ONSET} is that at onset"] if quantity == ONSET and rho is not None else []
     if not plans:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
     if not good:
         nearest = min(plans, key=lambda p: p.bias_error)
         why = f"{nearest.way}: known no better than {nearest.bias_error:.2g} with this model, however many packings"
-        return replace(nearest, why=why)
+        return replace(nearest, why="; ".join([why, *unused]))
     best = min(good, key=lambda p: p.seconds)
     if best.error > error:
         raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best.error:.2g}")
-    few = "" if len(plans) == len(ways) else f"; of {len(ways) - len(plans)} others the table has too few packings"
-    return replace(best, why=_explain(best, plans, good) + few + _explain_minima(table, best.way, quantity, at))
+    said = choice_words(best, good, [p for p in plans if p not in good], limit)
+    said += absence_words(len(ways) - len(known), len(known) - len(plans), quantity, at)
+    said += finish_words(able, best.way, quantity, at)
+    return replace(best, why="; ".join(said + unused))
 
 
 def interval(deviation: float, freedom: float, packings: int) -> float:
@@ -163,36 +165,6 @@ def _plan(record: WayRecord, reference: WayRecord, quantity: str, rho: float, er
     return EnsemblePlan(quantity, rho, record.way, packings, reached, bias_error, correction, seconds, one)
 
 
-def _explain(best: EnsemblePlan, plans: list[EnsemblePlan], good: list[EnsemblePlan]) -> str:
-    rank = "the only way" if len(good) == 1 else f"cheapest of {len(good)} ways"
-    parts = [f"{best.way}: {rank} to this error, {best.packings} packings in {best.seconds:.0f} s"]
-    dearer = min((p for p in good if p is not best), key=lambda p: p.seconds, default=None)
-    if dearer is not None:
-        parts.append(f"next {dearer.way}, {dearer.packings} packings, {dearer.seconds:.0f} s")
-    parts += [f"{p.way}: known to {p.bias_error:.2g} only" for p in plans if p not in good]
-    return "; ".join(parts)
-
-
-def _explain_minima(table: Mapping[EnsembleWay, WayRecord], way: EnsembleWay, quantity: str, rho: float) -> str:
-    """What another contact form and looser minima cost, and what they cannot save of droplets from the start.
-
-    Another form is never offered: it costs more, and is no nearer to the packings whose mean is wanted.
-    """
-    said = []
-    for record in table.values():
-        usual = table.get(replace(record.way, contact=None, tolerance=None))
-        if usual is None or usual is record or record.way.nv != way.nv or not _gives(record.way, quantity):
-            continue
-        cost = 100 * (relative_cost(record, usual, quantity, rho) - 1)
-        said.append(f"{record.way} cost {abs(cost):.0f} % {'more' if cost > 0 else 'less'} than without")
-    if way.start == "droplets":
-        searched = table[way].seconds[:, 0].mean() / scatter(table[way], quantity, rho).seconds
-        said.append(f"looser minima do not shorten their search for onset, {100 * searched:.0f} % of the time")
-    if way.nv is not None:
-        said.append("contacts segment have no minima")
-    return "".join(f"; {each}" for each in said)
-
-
 def _check(table: Mapping[EnsembleWay, WayRecord], quantity: str, rho: float | None, error: float, model: str) -> None:
     check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
     check_choice("model", model, ("auto", "sp", "dp"))
@@ -205,5 +177,7 @@ def _check(table: Mapping[EnsembleWay, WayRecord], quantity: str, rho: float | N
     if quantity == ONSET:
         return
     low, high = reference.levels[0], reference.levels[-1]
-    if rho is None or not low <= rho <= high:
+    if rho is None:
+        raise InputError(f"{quantity} needs rho, a true packing fraction: give one in {low:g} .. {high:g}")
+    if not low <= rho <= high:
         raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; take a campaign beyond it")

@@ -80,7 +80,7 @@ def estimate(
     b where a packing is stable, void_sides where it has a closed void. Cheaper packings (disks; droplets that take over
     from disks; fewer vertices; looser minima; 32 instead of 64) stand in for them where the table knows their mean
     difference from it well enough; it is taken off, and its error is part of the interval. Packings are added until
-    the interval is met.
+    the interval is met. Intervals of requests answered from one table share its errors: they are not independent.
     Larger packings have other means: see docs/how_to/mean_to_an_error.md.
 
     Args:
@@ -94,7 +94,8 @@ def estimate(
         progress: called with the number of seeds tried, and of those expected in all.
 
     Raises:
-        InputError: an unknown quantity, rho outside the table, an error that is not positive.
+        InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite, a
+            seed or a number of processes that there is not.
         ConvergenceError: nearly no packing jams below rho.
 
     Example:
@@ -102,9 +103,7 @@ def estimate(
         >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.error
         (True, True, True)
     """
-    check_seed(seed)
-    if processes < 1:
-        raise InputError(f"processes = {processes}: must be 1 or more")
+    check_run(seed, processes)
     plan = plan_estimate(quantity, rho, error, model=model)
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
@@ -143,6 +142,17 @@ def estimate(
         seeds=np.array(seeds)[np.isfinite(found.values)],
         stopped=stopped,
     )
+
+
+def check_run(seed: int, processes: int) -> None:
+    """Refuse what no packings can be made with; a plan does not depend on it.
+
+    Raises:
+        InputError: naming the value.
+    """
+    check_seed(seed)
+    if processes < 1:
+        raise InputError(f"processes = {processes}: must be 1 or more")
 
 
 def make_one(

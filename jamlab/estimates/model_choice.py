@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from jamlab.checks import MOST_PARTICLES, checked
+from jamlab.checks import check_count, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_way
 from jamlab.estimates.way_table import N, WayRecord, read_ways
@@ -72,13 +72,13 @@ def choose(
     Args:
         rho: true packing fraction of the scene.
         tolerance: quantity of `QUANTITIES` -> error allowed against default droplets on the same packing.
-        n: particles; errors from packing to packing go with n^-1/2.
+        n: even number of particles; errors from packing to packing go with n^-1/2.
         model: "auto", or "sp" or "dp" to choose within a model.
         table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
 
     Raises:
-        InputError: an unknown quantity or model, a tolerance that is not positive, rho outside the table, or a
-            tolerance that nothing meets; the message says what the best one does.
+        InputError: an unknown quantity or model, an odd n, a tolerance that is not positive, rho outside the table, or
+            a tolerance that nothing meets; the message says what the best one does.
         StorageError: the table was made with other parameters than those of `dp.parameters` now.
 
     Example:
@@ -87,8 +87,7 @@ def choose(
         ('sp', True)
     """
     _check(rho, tolerance, model)
-    if not 1 <= n <= MOST_PARTICLES:
-        raise InputError(f"n = {n}: must be a number of particles from 1 to {MOST_PARTICLES}")
+    check_count(n)
     table = read_ways() if table is None else table
     reference = table.get(default_way(N))
     if reference is None:

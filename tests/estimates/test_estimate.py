@@ -55,7 +55,8 @@ def test_cheap_packings_serve_where_their_difference_is_known():
     assert 0.3 < loose.bias_error / (1.96 * SPREAD * 0.02**0.5) < 1
     assert tight.packings == pytest.approx((1.96 * SPREAD / 0.01) ** 2, rel=0.3)
     assert tight.seconds == pytest.approx(10.0 * tight.packings)
-    assert "64 disks: known to" in loose.why and "cheapest of 2 ways" in loose.why
+    assert "known no better than 0.03 however many are made: 64 disks (" in loose.why
+    assert "cheapest of 2 ways" in loose.why
 
 
 def test_a_way_of_which_few_packings_jam_is_left_out():
@@ -83,9 +84,38 @@ def test_looser_minima_serve_where_they_cost_less_and_other_contact_forms_never(
     plan = jamlab.plan_estimate("z", 0.9, 0.05, table=world)
     assert plan.way == loose and plan.correction == pytest.approx(2 * OFF, abs=plan.bias_error)
     assert plan.bias_error > 0 and "contacts segment have no minima" in plan.why
-    assert "contacts segment/smooth cost 50 % less" in plan.why and "forces to 1e-06 cost 20 % less" in plan.why
+    packing = f"a packing of {CARRIED} at rho = 0.9 costs"
+    assert f"{packing} 50 % less with contacts segment/smooth than with contacts outline;" in plan.why
+    usual = "forces to 1e-12 (disks) and 1e-10 (droplets)"  # of *.minimum.parameters
+    assert f"{packing} 20 % less with forces to 1e-06 than with {usual};" in plan.why
     tight = jamlab.plan_estimate("z", 0.9, 0.01, table=world)
     assert tight.way == reference_way() and "search for onset, 100 % of the time" in tight.why
+    as_dear = world | {smooth: replace(world[smooth], seconds=0.996 * world[CARRIED].seconds)}
+    why = jamlab.plan_estimate("z", 0.9, 0.05, table=as_dear).why
+    assert f"{packing} as much with contacts segment/smooth as with contacts outline;" in why
+
+
+def test_reasons_of_disks_name_the_default_forces_at_rho_and_at_onset():
+    world = {DISKS: record(DISKS, 4.0, SPREAD, 0.1, 100, 3), reference_way(): table()[reference_way()]}
+    loose = replace(DISKS, tolerance=1e-6)
+    world[loose] = replace(world[DISKS], way=loose, seconds=1.25 * world[DISKS].seconds)
+    plan = jamlab.plan_estimate("z", 0.9, 0.05, table=world)
+    more = "a packing of 64 disks at rho = 0.9 costs 25 % more with forces to 1e-06 than with forces to 1e-12"
+    assert plan.way == DISKS and more in plan.why
+    assert f"the next would be {plan.packings} packings of {loose}, in 2 s" in plan.why
+    why = jamlab.plan_estimate("rho-J", 0.9, 0.01, table=world).why
+    assert "at onset costs 25 % more with forces to 1e-06 (1e-09 at onset) than with forces to 1e-12" in why
+    assert "rho = 0.9 is not used" in why
+    assert "not used" not in jamlab.plan_estimate("rho-J", None, 0.01, table=world).why
+
+
+def test_ways_with_too_few_packings_are_counted_apart_from_those_that_are_loose():
+    world = table()
+    world[CARRIED].values["z"][:60, 0] = np.nan
+    world[replace(CARRIED, n=32)] = record(replace(CARRIED, n=32), 4.0, SPREAD, 0.1, 5, 8)
+    why = jamlab.plan_estimate("z", 0.84, 0.05, table=world).why
+    assert "the table has too few packings of 1 other way;" in why
+    assert "too few packings of 1 other way have z at rho = 0.84" in why
 
 
 def test_other_contact_forms_are_dearer_in_the_shipped_table():
@@ -208,8 +238,9 @@ def test_seeds_without_a_value_are_made_up_for_and_nearly_none_is_refused():
     [
         (("y", 0.9, 0.1), "quantity"),
         (("z", 0.83, 0.1), "0.84 .. 0.98"),
-        (("z", None, 0.1), "0.84 .. 0.98"),
-        (("z", 0.9, 0.0), "error = 0.0"),
+        (("z", None, 0.1), "z needs rho, .* 0.84 .. 0.98"),
+        (("z", 0.9, 0.0), "error = 0.0: must be a finite number above 0$"),
+        (("z", 0.9, float("inf")), "error = inf: must be a finite number above 0$"),
         (("z", 0.9, 1e-7), "more than 100000 packings"),
     ],
 )
@@ -238,7 +269,13 @@ def test_the_command_prints_the_plan(tmp_path):
     assert json.loads(done.stdout)["packings"] == plan.packings
     assert json.loads(done.stdout)["why"] == plan.why
     done = call(tmp_path, "estimate", "g", "--error", "0.03")
-    assert done.exit_code == 1 and "0.84 .. 0.98" in done.stderr
+    assert done.exit_code == 1 and "g needs rho" in done.stderr
+
+
+@pytest.mark.parametrize("words", [("--seed", "-1"), ("--processes", "0")])
+def test_a_dry_run_refuses_what_no_run_can_start_from(tmp_path, words):
+    done = call(tmp_path, "estimate", "z", "--rho", "0.9", "--error", "0.1", *words, "--dry-run")
+    assert done.exit_code == 1 and f"{words[0][2:]} = {words[1]}" in done.stderr and not done.stdout
 
 
 def test_the_shipped_table_is_whole():

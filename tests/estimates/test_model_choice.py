@@ -115,6 +115,16 @@ def test_refusals(rho, tolerance, options, said):
         jamlab.choose(rho, tolerance, 64, **{"table": table()} | options)
 
 
+@pytest.mark.parametrize("n", [0, 1, 7, 1_000_002])
+def test_a_choice_refuses_what_no_scene_has(n):
+    said = []
+    for ask in (jamlab.choose, jamlab.scene):
+        with pytest.raises(jamlab.InputError, match=f"n = {n}: ") as caught:
+            ask(rho=0.9, n=n, tolerance={"z": 2.0})
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+
+
 def test_shipped_table_serves_scenes():
     """Disks, fewer vertices, another contact form and default droplets, from the onsets to confluence."""
     ways = [record.way for record in list_records(read_ways())]

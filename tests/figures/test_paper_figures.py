@@ -144,8 +144,19 @@ def test_command(tmp_path):
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
     content = json.loads(call(tmp_path, *words, "--json").stdout)
     assert [c["verdict"] for c in content["claims"]] == ["agrees"] * 3
+    assert content["captions"] == {"baumgarten-5": drawn("baumgarten-5").caption}
     assert "boromand-11" in call(tmp_path, "figure", "list").stdout
     assert set(json.loads(call(tmp_path, "figure", "list", "--json").stdout)) == set(gallery.FIGURES)
+
+
+def test_numbers_without_a_paper_are_in_the_captions(tmp_path):
+    save(tables(), tmp_path / "reference", {})
+    names = ["beyond-droplet-contacts", "dynamics-yield"]
+    words = ["figure", *names, "--from", tmp_path / "reference", "--out", tmp_path / "out", "--json"]
+    content = json.loads(call(tmp_path, *words).stdout)
+    assert content["claims"] == [] and list(content["captions"]) == names
+    for caption in content["captions"].values():
+        assert re.search(r"\d\.\d+ (\[|-\+)", caption), caption
 
 
 @pytest.mark.parametrize(

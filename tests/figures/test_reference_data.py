@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from commands import call
 from drawn_figures import REFERENCE, TABLES, drawn, tables
 from matplotlib.figure import Figure
 
@@ -85,7 +86,7 @@ def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
     assert set(save(EnsembleTables(read), tmp_path, {})) == {"onset"}
     back = read_folder(tmp_path)
     assert gallery.draw("boromand-10", back).claims
-    with pytest.raises(StorageError, match=r"spectra.*is not there"):
+    with pytest.raises(StorageError, match=r"spectra.*cannot be read"):
         gallery.draw("baumgarten-1", back)
     with pytest.raises(InputError, match="no table has rows"):
         save(EnsembleTables(lambda name: pd.DataFrame()), tmp_path, {})
@@ -99,15 +100,90 @@ def test_damaged_reference_tables_are_refused(tmp_path):
     with pytest.raises(StorageError, match="onset"):
         gallery.draw("boromand-10", read_folder(tmp_path))
     (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
+    (tmp_path / "reference.json").write_text('{"facts": {}, "rows": {"onset": 1}}')
     with pytest.raises(InputError, match="column"):
         gallery.draw("boromand-10", read_folder(tmp_path))
+    (tmp_path / "reference.json").write_text('{"facts": {}}')
+    with pytest.raises(StorageError, match=r"reference\.json.*lacks"):
+        read_folder(tmp_path)
 
 
-def test_the_reference_data_are_packed_whole_and_small():
+def lines_of(path):
+    return gzip.decompress(path.read_bytes()).decode().splitlines()
+
+
+def write_lines(path, lines):
+    path.write_bytes(gzip.compress("\n".join([*lines, ""]).encode()))
+
+
+@pytest.mark.parametrize("column", ["rho_J", "converged"])
+def test_one_bad_cell_is_named(tmp_path, column):
+    """Text in a column of numbers, or of truth values, where any text would pass for True."""
+    save(tables(), tmp_path, {})
+    path = tmp_path / "onset.csv.gz"
+    lines = lines_of(path)
+    cells = lines[7].split(",")
+    cells[lines[0].split(",").index(column)] = "x.8"
+    write_lines(path, [*lines[:7], ",".join(cells), *lines[8:]])
+    done = call(tmp_path, "figure", "boromand-10", "--from", tmp_path, "--out", tmp_path / "out")
+    told = " ".join(done.stderr.split())
+    assert done.exit_code == 1 and f"onset.csv.gz cannot be read (line 8, column {column}: 'x.8')" in told
+
+
+def test_a_cut_table_is_refused(tmp_path):
+    """Of a whole file with fewer rows, and of a packed one that breaks off or is spoilt inside."""
+    save(tables(), tmp_path, {})
+    path = tmp_path / "states.csv.gz"
+    packed, lines = path.read_bytes(), lines_of(path)
+    write_lines(path, lines[:301])
+    with pytest.raises(StorageError, match=rf"states\.csv\.gz has 300 rows, {len(lines) - 1} expected"):
+        _ = read_folder(tmp_path).states
+    for spoilt in (packed[:-200], packed[:40] + b"\xff" * 40 + packed[80:]):
+        path.write_bytes(spoilt)
+        with pytest.raises(StorageError, match=r"states\.csv\.gz cannot be read"):
+            _ = read_folder(tmp_path).states
+
+
+def test_no_table_stands_in_for_a_damaged_one(tmp_path):
+    """Droplets of several laws are made from the states of a campaign, never where their own table is spoilt; nor is
+    such a table replaced by new packings alone, or removed."""
+    save(tables(), tmp_path, {})
+    for name in ("droplet_states", "onset"):
+        path = tmp_path / f"{name}.csv.gz"
+        write_lines(path, lines_of(path)[:-1])
+    old = read_folder(tmp_path)
+    with pytest.raises(StorageError, match=r"droplet_states\.csv\.gz has"):
+        _ = old.droplet_states
+    with pytest.raises(StorageError, match=r"onset\.csv\.gz has"):
+        save(combine(tables(), old), tmp_path, {}, names=["onset"])
+    with pytest.raises(StorageError, match=r"onset\.csv\.gz has"):
+        save(old, tmp_path, {}, names=["onset"])
+    assert path.exists()
+
+
+def test_rows_of_tables_that_were_not_written_anew_are_those_of_the_record_before(tmp_path):
+    save(tables(), tmp_path, {})
+    before = json.loads((tmp_path / "reference.json").read_text())
+    save(tables(), tmp_path, {}, before=before, names=["onset"])
+    path = tmp_path / "states.csv.gz"
+    assert len(read_folder(tmp_path).states)
+    write_lines(path, lines_of(path)[:-1])
+    with pytest.raises(StorageError, match=r"states\.csv\.gz has"):
+        _ = read_folder(tmp_path).states
+
+
+@pytest.mark.parametrize("folder", ["reference", "reference_flows", "reference_beyond"])
+def test_records_of_the_reference_data_name_every_table_and_its_rows(folder):
+    shipped = REFERENCE.parent / folder
+    rows = json.loads((shipped / "reference.json").read_text())["rows"]
+    assert {path.name for path in shipped.glob("*.csv.gz")} == {f"{name}.csv.gz" for name in rows}
+    for name, count in rows.items():
+        assert gzip.open(shipped / f"{name}.csv.gz").read().count(b"\n") == 1 + count > 1
+
+
+def test_the_reference_data_are_small():
     folder = REFERENCE
     rows = json.loads((folder / "reference.json").read_text())["rows"]
-    for name, count in rows.items():
-        assert gzip.open(folder / f"{name}.csv.gz").read().count(b"\n") == 1 + count > 1
     assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
     assert sum(path.stat().st_size for path in folder.iterdir()) < 6e6
 

@@ -36,7 +36,8 @@ def figure_10(tables: EnsembleTables) -> Drawing:
         for size, values in zip(n, groups[model], strict=True):
             look = size_style(size)
             density, edges = np.histogram(values, bins=max(5, round(len(values) ** 0.5)), density=True)
-            out.curve(axes, f"N = {size} ({len(values)})", 0.5 * (edges[1:] + edges[:-1]), density, **look)
+            seen = np.where(density > 0, density, np.nan)
+            out.curve(axes, f"N = {size} ({len(values)})", 0.5 * (edges[1:] + edges[:-1]), seen, **look)
             share = np.arange(1, len(values) + 1) / len(values)
             out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
         symbol = r"\phi_J" if model == "sp" else r"\rho_J"

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import zlib
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
@@ -14,7 +15,16 @@ import pandas as pd
 
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.beyond_tables import DAMPING, PACKING
-from jamlab.figures.papers.tables import COLUMNS, COUNTS, FLOW_RUN, NAMES, OF_BEYOND, OF_FLOWS, EnsembleTables
+from jamlab.figures.papers.tables import (
+    COLUMNS,
+    COUNTS,
+    FLOW_RUN,
+    NAMES,
+    OF_BEYOND,
+    OF_FLOWS,
+    AbsentTableError,
+    EnsembleTables,
+)
 from jamlab.packing.atomic_file import atomic_file, make_folder
 
 RECORD = "reference.json"  # origin of the tables
@@ -22,6 +32,8 @@ TABLE_FILE = "{}.csv.gz"
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
+_TEXT = ("model", "law")  # columns of words; all others are numbers or truth values
+_TRUTHS = ("converged", "onset", "prestress", "flows", "rests")
 _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
     "states": ["model", "n", "seed"],
     "onset": ["model", "n", "seed"],
@@ -39,10 +51,6 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
 }
 
 
-class MissingTableError(StorageError):
-    """A folder of reference tables has no file of this name; one that cannot be read is another error."""
-
-
 def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
     """Add packings to tables that are there: a packing of both is that of the new ones.
 
@@ -51,7 +59,7 @@ def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
 
     def read(name: str) -> pd.DataFrame:
         parts: list[pd.DataFrame] = []
-        for tables, absent in ((new, (InputError, KeyError)), (old, MissingTableError)):
+        for tables, absent in ((new, (InputError, AbsentTableError, KeyError)), (old, (InputError, AbsentTableError))):
             try:
                 parts.append(getattr(tables, name))
             except absent:
@@ -98,27 +106,59 @@ def read_folder(folder: Path) -> EnsembleTables:
     """Read tables from a folder that `save` wrote.
 
     Raises:
-        StorageError: no such folder; later, on use, a table that is missing or cannot be read.
+        StorageError: no such folder; later, on use, a table that is missing, damaged, or of other rows than recorded.
     """
-    record = folder / RECORD
-    try:
-        facts = json.loads(record.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise StorageError(
-            f"{record} cannot be read ({error}): give a folder of reference tables or a campaign"
-        ) from None
+    facts = _read_record(folder)["facts"]
+    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts.items()})
 
-    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts["facts"].items()})
+
+def _read_record(folder: Path) -> dict[str, Any]:
+    record = folder / RECORD
+    remedy = "give a folder of reference tables or a campaign"
+    try:
+        content = json.loads(record.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StorageError(f"{record} cannot be read ({error}): {remedy}") from None
+    if not isinstance(content, dict) or not all(isinstance(content.get(part), dict) for part in ("facts", "rows")):
+        raise StorageError(f"{record} cannot be read (it lacks facts or rows): {remedy}")
+    return content
 
 
 def _read_table(folder: Path, name: str) -> pd.DataFrame:
     path = folder / TABLE_FILE.format(name)
-    if not path.exists():
-        raise MissingTableError(f"{path} is not there: make it with a campaign that measures {name}")
+    remedy = f"make it with a campaign that measures {name}"
     try:
-        return pd.read_csv(path)
-    except (OSError, ValueError, EOFError) as error:
-        raise StorageError(f"{path} cannot be read ({error}): make it with a campaign that measures {name}") from None
+        table = pd.read_csv(path, low_memory=False)  # in parts, a column with one bad cell would be of two types
+    except FileNotFoundError as error:
+        raise AbsentTableError(f"{path} cannot be read ({error}): {remedy}") from None
+    except (OSError, ValueError, EOFError, zlib.error) as error:
+        raise StorageError(f"{path} cannot be read ({error}): {remedy}") from None
+    for column in table:
+        cells = table[column]
+        bad = cells[_is_bad(cells)]
+        if len(bad):
+            where = f"line {bad.index[0] + 2}, column {column}: {bad.iloc[0]!r}"
+            raise StorageError(f"{path} cannot be read ({where}): {remedy}")
+    expected = _recorded_rows(_read_record(folder), name)
+    if expected not in (None, len(table)):
+        raise StorageError(f"{path} has {len(table)} rows, {expected} expected by {RECORD}: {remedy}")
+    return table
+
+
+def _is_bad(column: "pd.Series[Any]") -> "pd.Series[bool]":
+    """Cells that are not what their column holds: numbers or truth values, but for a few of words."""
+    if column.name in _TEXT or column.dtype.kind in "biuf":
+        return pd.Series(False, column.index)
+    if column.name in _TRUTHS:
+        return column.notna() & ~column.astype(str).isin(("True", "False"))
+    return column.notna() & pd.to_numeric(column, errors="coerce").isna()
+
+
+def _recorded_rows(record: dict[str, Any], name: str) -> int | None:
+    """Rows of a table when it was written; one that only an earlier record names was left as it was."""
+    if name in record["rows"]:
+        return int(record["rows"][name])
+    return _recorded_rows(record["before"], name) if "before" in record else None
 
 
 def save(
@@ -143,12 +183,12 @@ def save(
         Name of each table -> bytes written. Tables without rows are left out.
 
     Raises:
-        StorageError: the folder cannot be written.
+        StorageError: the folder cannot be written, or a table to write is damaged.
         InputError: no table has rows, or the folder holds one that these tables lack.
     """
     made: dict[str, pd.DataFrame] = {}
     for name in names:
-        with suppress(InputError, MissingTableError, KeyError):
+        with suppress(InputError, AbsentTableError, KeyError):
             made[name] = getattr(tables, name)
     if not made:
         raise InputError("no table has rows: finish some tasks of the campaign first")

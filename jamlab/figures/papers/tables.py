@@ -63,6 +63,10 @@ COLUMNS = {
 }
 
 
+class AbsentTableError(StorageError):
+    """A table that a folder does not have: another may serve in its place, which none may for a damaged one."""
+
+
 class EnsembleTables:
     """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
 
@@ -158,7 +162,7 @@ class EnsembleTables:
         """A table that ships with the reference data, or is made of the tables of a campaign."""
         try:
             return _require_rows(name, self._read(name))
-        except (StorageError, InputError, KeyError):
+        except (AbsentTableError, InputError, KeyError):
             return _require_rows(name, made())
 
 
