@@ -22,6 +22,7 @@ from jamlab.errors import StorageError
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+from jamlab.statistics.confidence import CONFIDENCE
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,6 @@ CHECK = "check"  # part: other packings at random conditions, which promises are
 SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
 SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
 SLIDING_BETAS = (0.1, 10.0)
-CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
 _CONDITION = ("kind", "alpha", "drag", "amplitude")
