@@ -19,6 +19,7 @@ from jamlab.estimates.estimate import estimate
 from jamlab.estimates.way_errors import scatter
 from jamlab.estimates.way_table import ONSET, N, read_ways
 from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.statistics.confidence import STANDARD_ERRORS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,7 +154,7 @@ def summarize(verdicts: Sequence[Verdict]) -> dict[str, float]:
     answers = [v.answer for v in verdicts]
     distance = np.array([abs(v.answer.value - v.truth) for v in verdicts])
     reached = np.array([a.reached for a in answers])
-    with_truth = np.hypot(reached, [1.96 * v.error for v in verdicts])
+    with_truth = np.hypot(reached, [STANDARD_ERRORS * v.error for v in verdicts])
     ratio = np.array([a.seconds / a.expected for a in answers if a.run == "run"])
     saved = np.array([a.seconds / a.always for a in answers])
     return {

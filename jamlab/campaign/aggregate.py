@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.confidence import CONFIDENCE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +30,7 @@ def aggregate(
     along: str | None = None,
     bins: ArrayLike | None = None,
     statistic: str = "mean",
-    confidence: float = 0.95,
+    confidence: float = CONFIDENCE,
     resamples: int = 1000,
 ) -> "pd.DataFrame":
     """Average the values of each group of rows, with intervals over packings.

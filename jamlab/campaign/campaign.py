@@ -22,6 +22,7 @@ from jamlab.campaign.tasks import Batch, batches
 from jamlab.campaign.worker import Outcome
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.statistics.confidence import CONFIDENCE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -205,7 +206,7 @@ class Campaign:
         along: str | None = None,
         bins: ArrayLike | None = None,
         statistic: str = "mean",
-        confidence: float = 0.95,
+        confidence: float = CONFIDENCE,
         resamples: int = 1000,
     ) -> pd.DataFrame:
         """Average over packings, with bootstrap intervals; see `jamlab.campaign.aggregate.aggregate`.

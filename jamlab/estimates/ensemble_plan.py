@@ -21,6 +21,7 @@ from jamlab.estimates.plan_words import absence_words, choice_words, finish_word
 from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
 from jamlab.estimates.way_table import ONSET, N, WayRecord, read_ways
 from jamlab.packing.short_repr import short_repr
+from jamlab.statistics.confidence import CONFIDENCE, room
 
 ENSEMBLE_QUANTITIES = {
     "z": "contacts per particle without rattlers",
@@ -30,7 +31,6 @@ ENSEMBLE_QUANTITIES = {
     "a": "mean shape factor above that of a free particle, A - A_J",
     "void_sides": "mean number of sides of a void",
 }
-CONFIDENCE = 0.95
 FEWEST, MOST = 4, 100_000  # packings
 _LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the few that jam stand for no others
 _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
@@ -133,11 +133,6 @@ def interval(deviation: float, freedom: float, packings: int) -> float:
 
 def _student(freedom: float) -> float:
     return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
-
-
-def room(error: float, bias_error: float) -> float:
-    """Part of an error that is left for the scatter; half of the bias where that takes all of it."""
-    return math.sqrt(error**2 - bias_error**2) if bias_error < error else 0.5 * bias_error
 
 
 def reference_way() -> EnsembleWay:

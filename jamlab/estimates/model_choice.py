@@ -20,6 +20,7 @@ from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_way
 from jamlab.estimates.way_table import N, WayRecord, read_ways
 from jamlab.packing.law_parameters import MODELS
+from jamlab.statistics.confidence import CONFIDENCE
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,6 @@ QUANTITIES = {
     "a": "mean shape factor above that of a free particle, A - A_J, absolute",
     "void_sides": "mean number of sides of a void, absolute",
 }
-CONFIDENCE = 0.95
 _MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often is not offered there
 _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jamlab.errors import ConvergenceError
-from jamlab.estimates.ensemble_plan import EnsemblePlan, interval, room
+from jamlab.estimates.ensemble_plan import EnsemblePlan, interval
+from jamlab.statistics.confidence import room
 
 Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> value (nan: none) and seconds of each
 

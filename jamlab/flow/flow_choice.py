@@ -5,20 +5,17 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_errors import (
-    CHECK,
+    BACKGROUND,
     LEAST_ERROR,
     SIZE,
-    SLIDING_BETAS,
-    SLIDING_CHECK,
     STOKES,
-    kept_promises,
     law_number,
     promised_error,
     rearranging_error,
@@ -27,16 +24,28 @@ from jamlab.flow.flow_errors import (
     scatter_of_flow,
     sliding_factor,
 )
+from jamlab.flow.flow_reasons import (
+    about_inertia,
+    compare,
+    doubts,
+    flow_call,
+    linear_law,
+    oscillation_call,
+    percent,
+)
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.flow.shear_run import TRANSIENT
 from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
-from jamlab.rheology.inertia import inertia_error
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.statistics.confidence import room
 
-RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift
+RUN_ERROR = (
+    0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for steady flow
+)
+# too, where noise hides it
 MOST_STRAIN = 1e3
 
 
@@ -46,8 +55,10 @@ class FlowChoice:
 
     Attributes:
         way: "static modulus", "linear spectrum", "equivalent damping", "oscillation", "linear flow" or "flow".
-        error: relative error of |G*| or of the stress that 95 % of new packings stay below.
-        others: way -> error of each that was considered; infinite where nothing was measured.
+        error: relative error of |G*| or of the stress that 95 % of new packings stay below. That of a stress includes
+            its average over `strain`: root of the sum of squares of the way's own error and of two standard errors.
+        others: way -> such an error of each that was considered, of steady flow with the average that it would get;
+            infinite where nothing was measured.
         damping: least drag law that does: that asked for, linear drag in its place, or Stokes drag if both agree.
         strain: to shear in all: start-up and average of steady flow, or all cycles; 0 if nothing is run.
         modulus: G* by the way chosen, if nothing is run, else None.
@@ -56,7 +67,7 @@ class FlowChoice:
         warning: what makes errors doubtful here; empty if nothing does.
 
     Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> print(jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05).way)
         linear spectrum
     """
@@ -78,7 +89,7 @@ class FlowChoice:
 
     def __repr__(self) -> str:
         doubt = f"; DOUBTFUL: {self.warning}" if self.warning else ""
-        return f"FlowChoice({self.way}, error up to {self.error:.2g}, {self.call}; {self.why}{doubt})"
+        return f"FlowChoice({self.way}, error {self.error:.2g}, {self.call}; {self.why}{doubt})"
 
 
 @checked
@@ -95,9 +106,10 @@ def choose_flow(
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
-    the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks and holds for
-    larger packings, which scatter less; of contact damping, for beta from 0.1 to 10 and alpha from 0.5 to 1. Beyond,
-    the answer is a run.
+    the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks at pressures from
+    0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less; `warning` names what
+    lies outside. Of contact damping it has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run.
+    Stresses are those under a background drag of 0.01 beside contact drag, with which errors were measured.
 
     Args:
         packing: SP or DP at a minimum.
@@ -114,7 +126,7 @@ def choose_flow(
         ConvergenceError: the packing is not jammed, or not stable.
 
     Example:
-        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> slow = jamlab.choose_flow(p, jamlab.ContactDamping(alpha=0.5), omega=1e-4, amplitude=1e-3)
         >>> slow.way, slow.others["equivalent damping"] > 0.1
         ('oscillation', True)
@@ -144,7 +156,8 @@ def choose_flow(
 def _for_oscillation(
     packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float, mass: float
 ) -> FlowChoice:
-    number, linear = law_number(law), _linear(law)
+    number, linear = law_number(law), linear_law(law)
+    kind = "" if amplitude is None else "oscillation"  # infinitely small strains need no table
     spectrum = complex_modulus(packing, [omega], linear)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
     strain = amplitude or 0.0
@@ -166,7 +179,7 @@ def _for_oscillation(
     values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain, "equivalent damping": best}
     cycles = _cycles(spectrum, omega) if way == "oscillation" else 0
     least, about_drag = _least_drag(packing, law, linear, omega, best, tolerance, way)
-    about_mass, heavy = _inertia(packing, linear, omega, mass, tolerance)
+    about_mass, heavy = about_inertia(packing, linear, omega, mass, tolerance)
     length = f"{cycles} cycles, until slow relaxation is over" if cycles else "nothing is run"
     return FlowChoice(
         way,
@@ -175,49 +188,63 @@ def _for_oscillation(
         least,
         4.0 * strain * cycles,
         values.get(way),
-        _call(way, law, omega, strain, best, cycles),
-        (_compare(way, others, tolerance, condition, _beta(law)), about_drag, about_mass, length),
-        _doubts(packing, law, heavy),
+        oscillation_call(way, law, omega, strain, best, cycles),
+        (compare(way, others, tolerance, condition, kind, _beta(law)), about_drag, about_mass, length),
+        _warning(heavy, *(doubts(packing, kind, _beta(law)) if kind else ())),
     )
 
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mass: float) -> FlowChoice:
-    number = law_number(law)
+    beta, linear = _beta(law), linear_law(law)
     slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
-    average = max(1.0, (2 * scatter_of_flow(beta=_beta(law)) / tolerance) ** 2 * SIZE / packing.n)
-    others: dict[str, float] = {}
-    if number not in (STOKES, 1.0):
-        others["linear flow"] = promised_error("flow", number, slow, 1.0, beta=_beta(law))
-    others["flow"] = RUN_ERROR
-    way = next(name for name, each in others.items() if each <= tolerance)
-    strain = TRANSIENT + average
-    if strain > MOST_STRAIN:
-        raise InputError(f"tolerance = {tolerance:g}: {packing.n} disks would have to shear by {strain:.2g}; give more")
-    used = _linear(law) if way == "linear flow" else law
-    at = slow / law.tau if way == "linear flow" else rate
-    about_mass, heavy = _inertia(packing, _linear(law), 1.0 / law.tau, mass, tolerance)
+    models = {"flow": RUN_ERROR}
+    if law_number(law) not in (STOKES, 1.0):
+        models = {"linear flow": promised_error("flow", law_number(law), slow, 1.0, beta=beta)} | models
+    noise = 2 * float(scatter_of_flow(beta=beta) * np.sqrt(SIZE / packing.n))  # two standard errors at unit strain
+    average = {name: _average(noise, tolerance, error) for name, error in models.items()}
+    others = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
+    way = next((name for name, each in others.items() if each <= tolerance), None)
+    if way is None:
+        reached = f"{packing.n} disks sheared by {TRANSIENT + average['flow']:g} err by {percent(others['flow'])}"
+        raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
+    used, at, what = (
+        (linear, slow / law.tau, f"linear drag at rate {slow:.2g}") if way != "flow" else (law, rate, "run")
+    )
+    condition = f"{what} {percent(models[way])}, its average {percent(noise / np.sqrt(average[way]))}"
+    length = f"strain {TRANSIENT:g} of start-up and {average[way]:.4g} of average"
+    if not isinstance(used, StokesDrag):
+        length += f", under a background drag of {BACKGROUND:g} as its errors were measured"
+    about_mass, heavy = about_inertia(packing, linear, 1.0 / law.tau, mass, tolerance)
     return FlowChoice(
         way,
         others[way],
         others,
         used,
-        strain,
+        TRANSIENT + average[way],
         None,
-        f"jamlab.flow_curve(p, [{at:.4g}], {_spell(used)}, strain={average:.3g})",
+        flow_call(used, at, average[way]),
         (
-            _compare(way, others, tolerance, f"stress of linear drag at rate {slow:.2g}", _beta(law)),
+            compare(way, others, tolerance, condition, "flow", beta),
             "no linear spectrum flows, and drag laws part at any rate",
             about_mass,
-            f"strain {TRANSIENT:g} of start-up and {average:.2g} of average, for two standard errors of {tolerance:g}",
+            length,
         ),
-        _doubts(packing, law, heavy),
+        _warning(heavy, *doubts(packing, "flow", beta)),
     )
 
 
-def _linear(law: Damping) -> Damping:
-    if isinstance(law, StokesDrag):
-        return law
-    return ContactDamping(beta=law.beta, tau=law.tau, arms=law.arms)
+def _average(noise: float, tolerance: float, model_error: float) -> float:
+    """Strain of an average whose noise, known at unit strain, fills the room beside a model: upwards to three digits.
+
+    Where that is more than `MOST_STRAIN`, or a model leaves no room, the error that it reaches is larger than allowed.
+    """
+    strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
+    digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
+    return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
+
+
+def _warning(*found: str) -> str:
+    return "; ".join(each for each in found if each)
 
 
 def _beta(law: Damping) -> float:
@@ -247,63 +274,6 @@ def _least_drag(
     apart = abs(complex(found.storage[0], found.loss[0]) - best) / abs(best)
     name = "contact damping" if isinstance(law, StokesDrag) else "Stokes drag"
     if apart > tolerance:
-        return (linear if way == "linear spectrum" else law), f"{name} instead would change G* by {_percent(apart)}"
+        return (linear if way == "linear spectrum" else law), f"{name} instead would change G* by {percent(apart)}"
     simpler = law if isinstance(law, StokesDrag) else other
-    return simpler, f"Stokes or contact drag: G* differs by {_percent(apart)}"
-
-
-def _inertia(packing: Packing, linear: Damping, omega: float, mass: float, tolerance: float) -> tuple[str, str]:
-    """What inertia would change, and a warning if that is too much."""
-    if mass == 0:
-        return "no mass: inertia is left out", ""
-    change = inertia_error(packing, linear, omega, mass)
-    words = f"inertia of mass {mass:g} changes G* at {omega:g}/tau_1 by {_percent(change)}"
-    if change <= tolerance:
-        return f"{words}: irrelevant", ""
-    return words, f"{words}: flow without mass is not enough, use LAMMPS' pair_style gran/hooke"
-
-
-def _compare(way: str, others: dict[str, float], tolerance: float, condition: str, beta: float) -> str:
-    simpler = list(others)[: list(others).index(way)]
-    missed = ", ".join(f"{name} {_percent(others[name])}" for name in simpler)
-    kept, checked_runs = kept_promises(part=CHECK if beta == 1 else SLIDING_CHECK)
-    errs = f"errs by {_percent(others[way])} at most" if others[way] else "is exact"
-    words = f"{way} {errs} ({condition}), {_percent(tolerance)} are allowed"
-    words += f"; not enough: {missed}" if missed else ""
-    low, high = SLIDING_BETAS
-    if not low <= beta <= high:
-        return f"{words}; beta = {beta:g}: errors were measured from {low:g} to {high:g}"
-    at = "" if beta == 1 else f" at beta = {low:g} and {high:g}"
-    return f"{words}; such promises held in {kept} of {checked_runs} checks{at}"
-
-
-def _doubts(packing: Packing, law: Damping, heavy: str) -> str:
-    found = [heavy] if heavy else []
-    if not SLIDING_BETAS[0] <= _beta(law) <= SLIDING_BETAS[1]:
-        found.append(f"errors were measured at beta from {SLIDING_BETAS[0]:g} to {SLIDING_BETAS[1]:g}")
-    if packing.model == "dp":
-        found.append("errors were measured on disks")
-    return "; ".join(found)
-
-
-def _call(way: str, law: Damping, omega: float, amplitude: float, modulus: complex, cycles: int) -> str:
-    if way == "static modulus":
-        return "jamlab.shear_modulus(p)"
-    if way == "linear spectrum":
-        return f"jamlab.complex_modulus(p, [{omega:g}], {_spell(_linear(law))})"
-    if way == "oscillation":
-        return f"jamlab.oscillate(p, {omega:g}, {amplitude:g}, {_spell(law)}, cycles={cycles})"
-    assert isinstance(law, ContactDamping)
-    if law == ContactDamping(alpha=law.alpha):
-        return f"jamlab.nonlinear_modulus(p, [{omega:g}], {law.alpha:.4g}, stress={abs(modulus) * amplitude:.4g})"
-    return f"jamlab.rheology.nonlinear_drag.modulus_at_strain(p, {omega:g}, {amplitude:g}, {_spell(law)})"
-
-
-def _spell(law: Damping) -> str:
-    """The law as it is called, defaults left out."""
-    given = (f"{f.name}={getattr(law, f.name)!r}" for f in fields(law) if getattr(law, f.name) != f.default)
-    return f"jamlab.{type(law).__name__}({', '.join(given)})"
-
-
-def _percent(part: float) -> str:
-    return "an unknown part" if not np.isfinite(part) else f"{100 * part:.2g} %"
+    return simpler, f"Stokes or contact drag: G* differs by {percent(apart)}"

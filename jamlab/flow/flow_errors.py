@@ -22,6 +22,7 @@ from jamlab.errors import StorageError
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+from jamlab.statistics.confidence import CONFIDENCE
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,10 @@ CHECK = "check"  # part: other packings at random conditions, which promises are
 SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
 SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
 SLIDING_BETAS = (0.1, 10.0)
-CONFIDENCE = 0.95  # share of new packings whose error is to stay below the one promised
+BACKGROUND = 1e-2  # drag against the affine flow in all steady flow of the table, k tau_1; power laws take ten times
+# longer without
 LEAST_ERROR = 0.01  # that a promise can be: runs of the table are as good as that
+_SHORT_BLOCKS = 1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those of the table, over 3
 _FLOOR = 1e-3  # errors below are rounding of the runs, and would widen the scatter of logarithms
 _CONDITION = ("kind", "alpha", "drag", "amplitude")
 COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude", "beta", "error", "scatter", "seconds")
@@ -41,8 +44,29 @@ COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude"
 
 def relative_amplitude(packing: Packing, amplitude: float) -> float:
     """Strain over the mean overlap of contacts, pressure over stiffness: at 1 a good part of the contacts changes."""
-    pressure = 0.5 * float(np.trace(stress(packing)))
-    return amplitude * drag_stiffness(packing) / pressure
+    return amplitude / mean_overlap(packing)
+
+
+def mean_overlap(packing: Packing) -> float:
+    """Pressure over stiffness, the column `pressure` of the table."""
+    return 0.5 * float(np.trace(stress(packing))) / drag_stiffness(packing)
+
+
+def measured_range(kind: str, table: pd.DataFrame | None = None) -> tuple[int, tuple[float, float]]:
+    """Fewest particles, and least and largest pressure over stiffness, of the packings behind promises of a kind.
+
+    Example:
+        >>> from jamlab.flow.flow_errors import measured_range
+        >>> measured_range("flow")[0]
+        64
+
+    Args:
+        kind: "oscillation" or "flow".
+        table: see `read_errors`.
+    """
+    rows = _runs(table).rows
+    rows = rows[rows["kind"] == kind]
+    return int(rows["n"].min()), (float(rows["pressure"].min()), float(rows["pressure"].max()))
 
 
 def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
@@ -197,7 +221,9 @@ def exceeded_by_few(errors: Array | pd.Series) -> float:
     return float(np.sort(errors)[-place]) if place else float("inf")
 
 
-def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple[int, int]:
+def kept_promises(
+    table: pd.DataFrame | None = None, part: str = CHECK, kind: str | None = None, beta: float | None = None
+) -> tuple[int, int]:
     """How many of the checks, on other packings at random conditions, stayed below the error promised; and of how many.
 
     Conditions for which nothing is promised are left out.
@@ -205,11 +231,15 @@ def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple
     Args:
         table: see `read_errors`.
         part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
+        kind: "oscillation" or "flow"; None: both.
+        beta: of the checks; None: all of the part.
     """
     runs = _runs(table)
     checks = runs.rows[runs.rows["part"] == part]
+    for name, only in (("kind", kind), ("beta", beta)):
+        checks = checks if only is None else checks[checks[name] == only]
     cases = zip(*(checks[name].tolist() for name in (*_CONDITION, "beta")), strict=True)
-    promised = np.array([_promise(kind, alpha, drag, x, beta, runs) for kind, alpha, drag, x, beta in cases])
+    promised = np.array([_promise(name, alpha, drag, x, at, runs) for name, alpha, drag, x, at in cases])
     known = np.isfinite(promised)
     return int(np.sum(checks["error"].to_numpy()[known] <= promised[known])), int(known.sum())
 
@@ -217,13 +247,14 @@ def kept_promises(table: pd.DataFrame | None = None, part: str = CHECK) -> tuple
 def scatter_of_flow(table: pd.DataFrame | None = None, *, beta: float = 1.0) -> float:
     """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over runs at beta = 1.
 
-    For another beta that of the runs at the end of `SLIDING_BETAS` on its side counts, if it is larger.
+    For another beta that of the runs at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of 64
+    disks remembers more strain than blocks of a short run are long: what the table says is raised by as much.
     """
     rows = _runs(table).rows
     means = rows[(rows["kind"] == "flow") & (rows["n"] == SIZE)].groupby("beta")["scatter"].mean()
     end = SLIDING_BETAS[0] if beta < 1 else SLIDING_BETAS[1]
     usual = float(means.loc[1.0])
-    return usual if beta == 1.0 else max(usual, float(means.get(end, usual)))
+    return _SHORT_BLOCKS * (usual if beta == 1.0 else max(usual, float(means.get(end, usual))))
 
 
 @lru_cache

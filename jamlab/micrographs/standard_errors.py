@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-Array = NDArray[np.float64]
+from jamlab.statistics.confidence import CONFIDENCE
 
-LEVEL = 0.95  # of intervals
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Mean:
     @property
     def half_width(self) -> float:
         """Half of the 95 % interval, by Student's t for few droplets."""
-        return float(stdtrit(max(self.count - 1, 1), 0.5 + 0.5 * LEVEL) * self.error)
+        return float(stdtrit(max(self.count - 1, 1), 0.5 + 0.5 * CONFIDENCE) * self.error)
 
     @property
     def interval(self) -> tuple[float, float]:

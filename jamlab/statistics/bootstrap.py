@@ -24,6 +24,7 @@ from scipy.special import ndtri, stdtrit
 
 from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
+from jamlab.statistics.confidence import CONFIDENCE
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def bootstrap(
     statistic: Callable[[list[Array]], ArrayLike],
     *,
     resamples: int = 200,
-    level: float = 0.95,
+    level: float = CONFIDENCE,
     seed: int = SEED,
     least: int = 1,
 ) -> Interval:

@@ -11,13 +11,13 @@ from scipy.optimize import curve_fit
 
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.statistics.confidence import STANDARD_ERRORS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-_LEVEL = 1.96  # standard errors on either side of a 95 % interval
 _STEEPEST = 2.0  # exponent
 
 
@@ -59,7 +59,8 @@ class HerschelBulkley:
     @property
     def exponent_interval(self) -> tuple[float, float]:
         """95 % interval of the exponent."""
-        return self.exponent - _LEVEL * self.exponent_error, self.exponent + _LEVEL * self.exponent_error
+        width = STANDARD_ERRORS * self.exponent_error
+        return self.exponent - width, self.exponent + width
 
     def __str__(self) -> str:
         yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_error:.1g}"

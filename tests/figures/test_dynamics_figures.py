@@ -1,5 +1,6 @@
 """Figures of flow in time from tables in which known laws hold."""
 
+import re
 from functools import cache
 
 import flow_tables
@@ -102,6 +103,7 @@ def test_what_misses_the_collapse_of_power_laws():
     assert ratio == pytest.approx([flow_tables.MISS, 1.0], rel=1e-6)
     checks = drawn("power-law").table.query("panel == 'c'").set_index("series")["y"]
     assert checks["as (b)"] == pytest.approx(flow_tables.MISS) and checks["N = 64"] == pytest.approx(1.0)
+    assert re.search(r"with other settings: .* \d\.\d\d\.$", drawn("power-law").caption)  # measured numbers, no cause
 
 
 def test_error_of_equivalent_damping():

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+import jamlab
 from jamlab.benchmarks.flow_errors import measure_errors
-from jamlab.flow.flow_errors import read_errors
+from jamlab.flow.flow_errors import BACKGROUND, read_errors, scatter_of_flow
 
 pytestmark = pytest.mark.benchmark
 KEYS = ["kind", "part", "seed", "alpha", "drag", "amplitude"]
@@ -20,3 +21,17 @@ def test_the_shipped_table_is_what_the_code_gives(tmp_path):
     assert np.median(np.abs(np.log(both["error"].clip(1e-3) / both["error_shipped"].clip(1e-3)))) < 0.2
     again = measure_errors(tmp_path / "errors.csv", seeds=(1,), many=(), checks=(), sliding=(), sliding_checks=())
     assert len(again) == len(made)
+
+
+def test_stress_of_the_call_lies_within_its_error():
+    """Of a run of the same packing over a strain of 60, whose blocks are long enough to say how it scatters."""
+    strain, scatters = 60.0, []
+    for seed in (11, 12, 13):
+        p = jamlab.pack(n=64, pressure=1e-2, seed=seed)
+        choice = jamlab.choose_flow(p, rate=1e-2, tolerance=0.2)
+        found = eval(choice.call, {"jamlab": jamlab, "p": p}).stress[0]
+        run = jamlab.flow_curve(p, [1e-2], strain=strain, background=BACKGROUND)
+        scatters.append(run.stress_error[0] / run.stress[0] * strain**0.5)
+        print(f"seed {seed}: {found / run.stress[0] - 1:+.3f} of {choice.error:.3f}, {choice.call}")
+        assert abs(found - run.stress[0]) <= choice.error * run.stress[0]
+    assert np.mean(scatters) == pytest.approx(scatter_of_flow(), rel=0.25)

@@ -99,13 +99,7 @@ def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi:
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.5, max(len(names), 1) - 0.5)
     text = ", ".join(f"{name.replace(chr(10), ' ')} {m.value[0]:.2f}" for name, m in zip(names, means, strict=True))
-    return f"(c) What becomes of it with other settings: {text}. {_CAUSE}" if text else ""
-
-
-_CAUSE = (
-    "None of these brings it to 1: power-law drag does not collapse at low rates, where disks move faster against each "
-    "other than the rate says, and the drag of the fastest grows less."
-)
+    return f"(c) What becomes of it with other settings: {text}." if text else ""
 
 
 _NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}
