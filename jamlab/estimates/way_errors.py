@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _HIGHEST_DEGREE = 4
 _FEWEST_TAILED = 100  # for moduli: G is far below zero near an instability, and few packings show none of these
 _FEWEST = 12  # packings of a way: the errors of fewer are known too badly to choose among ways by them
+_LEAST_ERROR = 0.5  # of a difference over that of its means: levels share their packings, and curves are no laws
 _QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
 
 
@@ -105,8 +106,9 @@ def difference(record: WayRecord, reference: WayRecord, quantity: str, rho: floa
     expected = _smooth(record.levels, np.diag(covariance))
     degree, misfit = _fitting_degree(record.levels, offsets, covariance, expected)
     weights = _weights(record.levels, expected, rho, degree)
-    error = float(np.sqrt(misfit * (weights @ covariance @ weights)))
-    return Difference(float(weights @ offsets), error, freedom)
+    variance = misfit * float(weights @ covariance @ weights)
+    least = _LEAST_ERROR**2 * float(np.interp(rho, record.levels, np.diag(covariance)))
+    return Difference(float(weights @ offsets), max(variance, least) ** 0.5, freedom)
 
 
 def _fitting_degree(levels: Array, offsets: Array, covariance: Array, expected: Array) -> tuple[int, float]:

@@ -16,7 +16,7 @@ from jamlab.benchmarks.estimate_table import make_table
 from jamlab.estimates.ensemble_plan import FEWEST, reference_way
 from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset
 from jamlab.estimates.sampling import sample
-from jamlab.estimates.way_errors import deviations, difference, relative_cost
+from jamlab.estimates.way_errors import deviations, difference, is_known, relative_cost
 from jamlab.estimates.way_table import WayRecord, read_ways
 
 LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])
@@ -180,6 +180,20 @@ def test_differences_between_levels_follow_the_table():
             found = difference(carried, world[reference_way()], "z", rho)
             assert abs(found.value - (shape(rho) - OFF)) < 3 * found.error
             assert least < found.error < most
+
+
+def test_a_curve_through_levels_is_known_hardly_better_than_the_means():
+    """Weighted least squares by errors of 0.01 at 0.84 once gave B at 0.98, whose mean is known to 0.2, to 0.01."""
+    table = read_ways()
+    reference = table[reference_way()]
+    for record in table.values():
+        for quantity in ("z", "g", "b", "a", "void_sides"):
+            if record is reference or not is_known(record, reference, quantity):
+                continue
+            found = (r.values[quantity] for r in (record, reference))
+            raw = np.hypot(*(np.nanstd(y, axis=0, ddof=1) / np.isfinite(y).sum(axis=0) ** 0.5 for y in found))
+            fitted = [difference(record, reference, quantity, rho).error for rho in record.levels]
+            assert (fitted >= 0.5 * raw * (1 - 1e-9)).all()
 
 
 def test_intervals_hold_in_95_of_100_cases():
