@@ -33,7 +33,7 @@ _BACKGROUND = float(defaults("flow")["background_sp"])
 _ROUNDING = 1e-9  # of stresses: positions go through LAMMPS and back
 _BEFORE_CHANGE = 0.3  # of the strain that opens a contact: below, answers are linear
 _NOT_LINEAR = 0.05  # of G*
-_SAME_BASIN = 1e-6  # of the energy: far above what a force within tolerance leaves
+_SAME_BASIN = 1e-6  # of the largest energy: far above what a force within tolerance leaves
 _FINEST_STEP = 5e-4  # of strain
 
 
@@ -136,7 +136,7 @@ def try_quasistatic(packing: Packing, step: float) -> Trial:
     run, finest = _quasistatic(packing, step), _quasistatic(packing, _FINEST_STEP)
     if not run.converged.all():
         return Trial("stalled", f"{(~run.converged).sum()} states not converged")
-    change = abs(run.energy[-1] / finest.energy[-1] - 1)
+    change = abs(run.energy[-1] - finest.energy[-1]) / finest.energy.max()  # what came loose has none at the end
     verdict = "another basin" if change > _SAME_BASIN else "converged"
     left = plain_max_force(run.packing)
     balance = Trial("converged", f"max force {left:.1g}", left, 2 * force_tolerance("sp"))
