@@ -170,7 +170,7 @@ MAPS = {
         try_tolerance,
         f"Another path: the last stress is more than {100 * _PARTED:g} % of the largest one from that of the finest "
         f"steps, of tolerance {LEAST_TOLERANCE:g} and not in the map, since a contact that opens or closes a little "
-        "later parts the paths: a run cannot know. Refused are tolerances beyond what is taken; no other run fails.",
+        "later parts the paths: a run cannot know. Refused: tolerances and rates beyond what is taken.",
         _CHECK,
         lambda start: LARGEST_TOLERANCE,
         "largest tolerance that is taken",
@@ -229,8 +229,8 @@ MAPS = {
         2,
         lambda pressure, seed: packed(seed, pressure),
         try_quasistatic,
-        f"Another basin: the energy at the end is not that of steps of {_FINEST_STEP:g}, which are not in the map; the "
-        "states are minima all the same, and a run cannot know.",
+        f"Another basin would be: the energy at the end is off that of steps of {_FINEST_STEP:g}, which are not in the "
+        f"map, by more than {_SAME_BASIN:g} of the largest on the way. Packings of low pressure may come loose.",
         "Forces and elastic stress at the end, anew from the positions.",
         opening_strain,
         "linear response opens a contact",
