@@ -1,7 +1,7 @@
 """Tables of measurements, saved task by task: an interrupted measurement goes on, and its table can ship with jamlab.
 
 A file is CSV below a first line of JSON, the provenance. Every task, such as one packing under one method, gives some
-rows; a task whose rows are in the file is not done again.
+rows, and the provenance says how many; a task whose rows are all in the file is not done again.
 """
 
 import csv
@@ -40,7 +40,7 @@ class MeasuredTable:
         rows: as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with
             what it had to prepare.
         provenance: `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks;
-            `empty`, tasks that gave no row.
+            `rows`, how many every task gave.
     """
 
     rows: pd.DataFrame
@@ -48,8 +48,9 @@ class MeasuredTable:
 
     @property
     def tasks(self) -> set[str]:
-        """Names of all tasks that were done."""
-        return set(self.rows["task"]) | set(self.provenance["empty"])
+        """Names of all tasks that were done, with all of their rows."""
+        found = _count(self.rows)
+        return {task for task, count in self.provenance["rows"].items() if found.get(task, 0) == count}
 
     @property
     def seconds(self) -> float:
@@ -70,25 +71,40 @@ def shipped_table(package: str, name: str) -> MeasuredTable:
     """Read NAME.csv from the folder `measured` of a package of jamlab.
 
     Raises:
-        StorageError: the package holds no such table.
+        StorageError: the package holds no such table, or a part of it.
     """
     source = resources.files(package).joinpath("measured", f"{name}.csv")
     if not source.is_file():
         raise StorageError(f"jamlab ships no table {name!r} in {package}: measure it, jamlab chart --measure")
-    return _parse(source.read_text(encoding="utf-8"), name)
+    return _whole(_parse(source.read_text(encoding="utf-8"), name), name)
 
 
 def read_table(path: Path) -> MeasuredTable:
     """Read a table.
 
     Raises:
-        StorageError: the file cannot be read or holds no such table.
+        StorageError: the file cannot be read, holds no such table, or was cut short.
     """
+    return _whole(_read(path), str(path))
+
+
+def _read(path: Path) -> MeasuredTable:
+    """Read what there is of a table."""
     try:
         return _parse(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab chart --measure") from error
+
+
+def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
+    counts = table.provenance["rows"]
+    broken = [task for task in counts if task not in table.tasks]
+    if broken:
+        task = broken[0]
+        held = f"{_count(table.rows).get(task, 0)} of {counts[task]} rows of task {task!r}"
+        raise StorageError(f"{name} was cut short and holds {held}: jamlab chart --measure does that again")
+    return table
 
 
 def measure_table(
@@ -133,8 +149,8 @@ def _cpu_time() -> float:
 
 
 def done_tasks(path: Path) -> set[str]:
-    """Names of the tasks that a file holds; none if there is no file."""
-    return read_table(path).tasks if path.exists() else set()
+    """Names of the tasks that a file holds whole; none if there is no file."""
+    return _read(path).tasks if path.exists() else set()
 
 
 class _Writer:
@@ -145,15 +161,18 @@ class _Writer:
         self._body = io.StringIO()
         self.tasks: set[str] = set()
         sessions: list[dict[str, Any]] = []
-        empty: list[str] = []
+        counts: dict[str, int] = {}
         facts = json.loads(json.dumps(dict(facts)))
         if path.exists():
-            before = read_table(path)
+            before = _read(path)
             if before.provenance["facts"] != facts or list(before.rows.columns) != self._columns:
                 raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
-            self._body.write(path.read_text(encoding="utf-8").split("\n", 2)[2])
             self.tasks |= before.tasks
-            sessions, empty = before.provenance["sessions"], before.provenance["empty"]
+            body = path.read_text(encoding="utf-8").split("\n", 2)[2]
+            csv.writer(self._body, lineterminator="\n").writerows(
+                row for row in csv.reader(io.StringIO(body)) if row[0] in before.tasks
+            )
+            sessions, counts = before.provenance["sessions"], before.provenance["rows"]
         today = datetime.now(UTC).date().isoformat()
         self._session: dict[str, Any] = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
         if sessions and sessions[-1] | {"tasks": 0} == self._session:
@@ -164,14 +183,13 @@ class _Writer:
             "version": 1,
             "facts": facts,
             "sessions": sessions,
-            "empty": empty,
+            "rows": {task: counts[task] for task in counts if task in self.tasks},
         }
 
     def add(self, task: str, took: float, rows: Iterable[Row]) -> None:
         lines = csv.writer(self._body, lineterminator="\n")
         rows = list(rows)
-        if not rows:
-            self._provenance["empty"] += [task]
+        self._provenance["rows"][task] = len(rows)
         for row in rows:
             full = {"task": task, "took": took, **row}
             if unknown := full.keys() - set(self._columns):
@@ -205,18 +223,40 @@ def commit() -> str:
 
 def _parse(text: str, name: str) -> MeasuredTable:
     first, _, body = text.partition("\n")
+    body, cut = _without_cut_line(body)
     try:
-        provenance = {"empty": []} | json.loads(first.removeprefix("# "))
+        provenance = json.loads(first.removeprefix("# "))
         known = provenance["schema"] == SCHEMA and provenance["version"] == 1
         rows = pd.read_csv(io.StringIO(body), dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
     except (ValueError, KeyError, TypeError) as error:
         raise StorageError(f"{name} is no table of jamlab chart --measure: {error}") from error
     if not known:
         raise StorageError(f"{name}: schema {provenance['schema']!r} {provenance['version']} is not known here")
+    if "task" not in rows:
+        raise StorageError(f"{name} is no table of jamlab chart --measure: it has no column of tasks")
+    if "rows" not in provenance:  # written before rows were counted
+        provenance["rows"] = _count(rows) | dict.fromkeys(provenance.pop("empty", []), 0)
+        if cut and len(rows):
+            provenance["rows"][rows["task"].iloc[-1]] += 1
     return MeasuredTable(rows, provenance)
+
+
+def _count(rows: pd.DataFrame) -> dict[str, int]:
+    """How many rows there are of each task."""
+    return {str(task): int(count) for task, count in rows["task"].value_counts(sort=False).items()}
+
+
+def _without_cut_line(body: str) -> tuple[str, bool]:
+    """The lines of a table without a last one that has no end or too few fields, and whether there was one."""
+    whole, _, last = body.removesuffix("\n").rpartition("\n")
+    header = whole.partition("\n")[0]
+    fields, columns = (next(csv.reader([line]), []) for line in (last, header))
+    if whole and not (body.endswith("\n") and len(fields) == len(columns)):
+        return f"{whole}\n", True
+    return body, False
 
 
 def _text(value: Any) -> str:
     if value is None:
         return ""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).splitlines())

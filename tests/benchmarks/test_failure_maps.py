@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,8 @@ from jamlab.benchmarks.failure_maps.map_figure import failure_figure, tick_text
 from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
 from jamlab.benchmarks.failure_maps.page import MAP_CHARTS, counts, stability
 from jamlab.benchmarks.failure_maps.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.shear import LARGEST_RATE
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
@@ -40,7 +43,7 @@ CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "flow-background": [(1e-4, 0.1, "converged"), (1e-4, 2e3, "refused")],
     "flow-power": [(0.5, 0.1, "converged"), (0.34, 0.1, "refused")],
     "flow-droplets": [(1e-2, 10.0, "converged"), (0.3, 1.0, "refused")],
-    "oscillation": [(1e-6, 1.0, "converged")],
+    "oscillation": [(1e-6, 1.0, "converged"), (0.02, 1.0, "another basin")],
     "quasistatic-step": [(0.05, 1e-2, "converged")],
 }
 
@@ -83,6 +86,8 @@ def test_a_claim_that_fails_its_check_is_silent():
     assert worst_of(fine, wrong, fine) is wrong
     unknown = Trial("converged", "c", float("nan"), 1.0)
     assert worst_of(wrong, unknown) is unknown
+    with pytest.raises(ValueError, match="several verdicts"):  # else the check that comes out worse decides
+        worst_of(fine, Trial("another basin"))
 
 
 def test_forces_that_do_not_balance_are_seen(packing):
@@ -117,6 +122,34 @@ def test_flow_without_balance_of_energy_is_not_called_converged(run, monkeypatch
     lost = 1.1 * run.dissipated
     monkeypatch.setattr(dynamics, "shear", lambda *given, **how: replace(run, dissipated=lost))
     assert dynamics.try_shear(run.frames[0], 0.1).verdict == "stalled"
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-4, 0.1])
+@pytest.mark.parametrize(("off", "verdict"), [(0.005, "converged"), (0.02, "another basin")])
+def test_another_path_is_the_same_at_every_tolerance(run, monkeypatch, tolerance, off, verdict):
+    """1 % of the largest stress, from steps finer than any in the map."""
+    assert min(MAPS["flow-tolerance"].x.values) > LEAST_TOLERANCE
+    moved = replace(run, stress=run.stress + off * np.abs(run.stress).max() * (run.strain == run.strain[-1]))
+    monkeypatch.setattr(
+        dynamics, "shear", lambda *given, tolerance, **how: run if tolerance == LEAST_TOLERANCE else moved
+    )
+    assert dynamics.try_tolerance((run.frames[0], 0.1), tolerance).verdict == verdict
+
+
+def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
+    assert min(MAPS["quasistatic-step"].x.values) > dynamics._FINEST_STEP
+    run = jamlab.shear(packing, 0.0, 0.01, step=5e-3)
+    moved = replace(run, energy=1.00001 * run.energy)
+    loose = [replace(run, energy=np.append(run.energy[:-1], left * run.energy[0])) for left in (1e-16, 1e-18)]
+    for here, there, verdict in (
+        (run, run, "converged"),
+        (moved, run, "another basin"),
+        (loose[0], loose[1], "converged"),
+        (loose[0], run, "another basin"),
+    ):
+        finest = {dynamics._FINEST_STEP: there}
+        monkeypatch.setattr(dynamics, "_quasistatic", lambda p, step, here=here, known=finest: known.get(step, here))
+        assert dynamics.try_quasistatic(packing, 0.05).verdict == verdict
 
 
 def test_a_wrong_spectrum_is_seen(monkeypatch):
@@ -164,9 +197,10 @@ def test_overdamped_steps_on_both_sides_of_their_limit():
 
 def test_contacts_change_at_the_strain_that_linear_response_foretells():
     packing = elastic_moduli.at_pressure(1e-2, 1)
-    limit = elastic_moduli.linear_range(packing)
-    assert elastic_moduli.same_contacts(packing, 0.5 * limit)
-    assert not elastic_moduli.same_contacts(packing, 2 * limit)
+    strain = 2 * elastic_moduli.opening_strain(packing)  # half of it either way
+    assert elastic_moduli.same_contacts(packing, 0.9 * strain)
+    assert not elastic_moduli.same_contacts(packing, 1.1 * strain)
+    assert elastic_moduli.opening_strain(packing, affine=True) <= 0.5 * strain
 
 
 def test_a_free_droplet_collapses_at_the_limit():
@@ -214,6 +248,19 @@ def test_shares_limit_and_distance_of_the_default():
     )
 
 
+def test_a_default_between_two_rows_is_as_near_as_the_nearer_boundary():
+    """Not that of the nearest row, y = 1; the limit, 30 y, is that at the default, as it is drawn."""
+    chart = synthetic()
+    table = measured(chart)
+    between = replace(chart, x=replace(chart.x, default=0.3), y=replace(chart.y, default=0.5))
+    distance = default_distance(between, table)
+    assert distance.where == "y = 0.1" and 0.5 <= distance.boundary <= 5
+    assert distance.limit == pytest.approx(15) and "a factor 50 below the limit drawn, 15" in str(distance)
+    assert default_distance(replace(between, y=replace(chart.y, default=None)), table).limit == pytest.approx(3)
+    droplets = default_distance(MAPS["droplet-timestep"], shipped_map("droplet-timestep").rows)
+    assert droplets.far < 1.1 and droplets.limit == pytest.approx(0.107, abs=1e-3)
+
+
 def test_a_summary_tells_of_the_worst_run():
     trials = [Trial("converged", "fine", 0.5, 1.0), Trial(SILENT, "wrong", 3.0, 1.0), Trial("refused", "no")]
     found = summary(trials)
@@ -252,6 +299,26 @@ def test_what_ships_is_complete_and_holds_no_silent_wrong_number():
         assert not np.isnan(shares(chart, table.rows, "converged")).any(), name
         runs += int(table.rows["runs"].sum())
     assert runs >= 5000
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/explanation/accuracy.md"])
+def test_counts_in_the_documentation(page):
+    text = " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
+    tables = [shipped_map(name).rows for name in MAPS]
+    runs, elsewhere = (sum(int(table[column].sum()) for table in tables) for column in ("runs", "another basin"))
+    assert f"{runs:,} runs".replace(",", " ") in text and f"{elsewhere:,} ended ".replace(",", " ") in text
+    if "docs" in page:
+        flow = shipped_map("flow-tolerance").rows
+        assert f"{flow['another basin'].sum()} of {flow['runs'].sum()} runs end more than 1 %" in text
+        notes = flow.loc[flow["another basin"] > 0, "note"]
+        assert "up to 7 %" in text and max(float(note.split()[0]) for note in notes) == 0.07
+
+
+def test_starts_up_to_what_is_taken():
+    """Tolerances and rates beyond what `shear` takes are all that is refused."""
+    flow = shipped_map("flow-tolerance").rows
+    beyond = (flow["x"] > LARGEST_TOLERANCE) | (flow["y"] > LARGEST_RATE)
+    assert ((flow["refused"] > 0) == beyond).all()
 
 
 @pytest.mark.parametrize(

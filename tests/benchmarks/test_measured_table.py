@@ -45,6 +45,33 @@ def test_a_run_that_breaks_off_goes_on_where_it_stopped(tmp_path):
     assert path.read_bytes() == before
 
 
+WITHIN, AT = ["\n", ",\n", "nan,\n", "eed 2,{took},2,nan,\n"], ["seed 2,{took},2,nan,\n", "both"]  # a line, or its end
+
+
+@pytest.mark.parametrize(("cut", "counted"), [*((cut, True) for cut in WITHIN + AT), *((cut, False) for cut in WITHIN)])
+def test_a_task_that_was_cut_short_is_refused_and_done_again(tmp_path, cut, counted):
+    """Also in a file from before rows were counted, if it ends within a line."""
+    path, done = tmp_path / "t.csv", []
+    measure_table(path, COLUMNS, tasks(7, 1, 2), {})
+    first, rest = path.read_text(encoding="utf-8").split("\n", 1)
+    lines = rest.splitlines(keepends=True)
+    took = lines[-1].split(",")[1]
+    cut = "".join(lines[-2:]) if cut == "both" else cut.format(took=took)
+    if not counted:
+        provenance = json.loads(first.removeprefix("# "))
+        assert provenance.pop("rows") == {"seed 7": 0, "seed 1": 2, "seed 2": 2}
+        first = "# " + json.dumps(provenance | {"empty": ["seed 7"]})
+    assert rest.endswith(cut)
+    path.write_text(f"{first}\n{rest.removesuffix(cut)}", encoding="utf-8")
+    with pytest.raises(jamlab.StorageError, match=r"t\.csv was cut short and holds [01] of 2 rows of task 'seed 2'"):
+        read_table(path)
+    assert done_tasks(path) == {"seed 7", "seed 1"}
+    found = measure_table(path, COLUMNS, tasks(7, 1, 2, done=done), {})
+    assert done == [2] and found.rows["seed"].tolist() == [1, 1, 2, 2]
+    assert found.tasks == {"seed 7", "seed 1", "seed 2"}
+    assert path.read_text(encoding="utf-8").split("\n")[1:5] == rest.split("\n")[:4]
+
+
 def test_other_measurements_are_not_gone_on_with(tmp_path):
     path = tmp_path / "t.csv"
     measure_table(path, COLUMNS, tasks(1), {"n": 8})

@@ -3,12 +3,13 @@
 import json
 import time
 from dataclasses import asdict, replace
-from itertools import islice
+from itertools import combinations, islice
 
 import numpy as np
 import pandas as pd
 import pytest
 from commands import call
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
 from jamlab.benchmarks.failure_maps.page import MAP_CHARTS
@@ -134,6 +135,19 @@ def test_figure_breaks_its_axis_for_what_is_exact():
     assert sum(line.get_markersize() == 16 for line in axes.lines) == 1
     curve_figure("t", "e", [point("all exact", 1.0, 0.0), point("none", np.nan, np.nan, panel="b")])
     assert "exact" not in [t.get_text() for t in curve_figure("t", "e", points[:1]).axes[0].get_yticklabels()]
+
+
+@pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
+def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
+    figure = curve_figure("title", "error", TOPICS[name].points(shipped_trials(name).rows))
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        marks = [axes.transData.transform(line.get_xydata()) for line in axes.lines if line.get_markersize() in (7, 9)]
+        near = 3.0 * figure.dpi / 72  # half of a mark
+        inside = [place for mark in marks for place in mark if any(box.padded(near).contains(*place) for box in boxes)]
+        assert boxes and not inside, axes.get_title()
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2)), axes.get_title()
 
 
 @pytest.mark.parametrize("name", TOPICS)

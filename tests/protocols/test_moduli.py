@@ -209,7 +209,7 @@ def test_high_frequency_limit(packing, damping):
 
 @pytest.mark.parametrize("tau", [1.0, 3.0])
 def test_eq_18_is_exact(packing, tau):
-    """Without sliding friction and prestress every contact is a Kelvin-Voigt element: G* = G0 (1 + i omega tau)."""
+    """Without damping of sliding and prestress every contact is a Kelvin-Voigt element: G* = G0 (1 + i omega tau)."""
     omega = np.logspace(-4, 3, 8)
     s = jamlab.complex_modulus(packing, omega, ContactDamping(beta=0.0, tau=tau), prestress=False)
     assert s.storage == pytest.approx(s.g0, rel=1e-10)

@@ -174,7 +174,7 @@ def test_limits(packing, law):
 @pytest.mark.parametrize("method", SOLVERS)
 @pytest.mark.parametrize("tau", [1.0, 3.0])
 def test_eq_18_is_exact(packing, method, tau):
-    """Without sliding friction and pre-stress: G* = G_0 (1 + i omega tau)."""
+    """Without damping of sliding and pre-stress: G* = G_0 (1 + i omega tau)."""
     s = jamlab.complex_modulus(packing, OMEGA, ContactDamping(beta=0.0, tau=tau), prestress=False, method=method)
     assert s.storage == pytest.approx(s.g0, rel=1e-10)
     assert s.loss == pytest.approx(s.g0 * OMEGA * tau, rel=1e-10)

@@ -2,9 +2,10 @@
 Where methods fail
 ==================
 
-Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Each number that was
-given as right was checked by physics written anew from the definitions; one that fails it would be a silent wrong
-number. The data ship with jamlab; ``jamlab chart stability`` draws all maps, and ``--measure`` makes them anew.
+Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Numbers that were
+given as right were checked by physics written anew from the definitions, at the state where the run ended; one that
+does not follow from it would be a silent wrong number. The data ship with jamlab; ``jamlab chart stability`` draws all
+maps, and ``--measure`` makes them anew.
 """
 
 import matplotlib.pyplot as plt

@@ -1,11 +1,11 @@
 """How far a default lies from where a method fails."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
-from jamlab.benchmarks.failure_maps.map import Axis, Map, shares
+from jamlab.benchmarks.failure_maps.map import Axis, Map, limits_of_rows, shares
 
 _HALF = 0.5  # share of runs that fail, at the boundary
 _FAILURES = ("stalled", "blew up", "refused", "silent")
@@ -13,62 +13,88 @@ _FAILURES = ("stalled", "blew up", "refused", "silent")
 
 @dataclass(frozen=True)
 class Distance:
-    """From a default to the nearest boundary, where half of the runs fail.
+    """From a default to the nearest boundary, where half of the runs fail, and to the limit of theory.
 
     Attributes:
         default: value on its axis.
         boundary: value there; nan if no run of half the seeds fails within the map.
         where: the other condition, such as "y = 3".
         axis: which it is measured along.
+        limit: of theory; nan if the map draws none.
     """
 
     default: float
     boundary: float
     where: str
     axis: Axis
+    limit: float = np.nan
 
     @property
     def far(self) -> float:
         """Factor, or difference on a linear axis; infinite if the map holds no boundary."""
-        if np.isnan(self.boundary):
+        return self._to(self.boundary)
+
+    def _to(self, value: float) -> float:
+        if np.isnan(value):
             return np.inf
         if not self.axis.logarithmic:
-            return abs(self.boundary - self.default)
-        return max(self.boundary / self.default, self.default / self.boundary)
+            return abs(value - self.default)
+        return max(value / self.default, self.default / value)
+
+    def _side(self, value: float) -> str:
+        how = f"a factor {self._to(value):.2g}" if self.axis.logarithmic else f"{self._to(value):.2g}"
+        return f"{how} {'below' if self.default < value else 'above'}"
 
     def __str__(self) -> str:
-        if np.isinf(self.far):
-            return f"{self.default:g}: no boundary within the map"
-        how = f"a factor {self.far:.2g}" if self.axis.logarithmic else f"{self.far:.2g}"
-        side = "below" if self.default < self.boundary else "above"
-        return f"{self.default:g}: {how} {side} the boundary {self.boundary:.3g} ({self.where})"
+        nearest = "no boundary within the map"
+        if np.isfinite(self.far):
+            nearest = f"{self._side(self.boundary)} the boundary {self.boundary:.3g} ({self.where})"
+        limit = "" if np.isnan(self.limit) else f", {self._side(self.limit)} the limit drawn, {self.limit:.3g}"
+        return f"{self.default:g}: {nearest}{limit}"
 
 
 def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     """The least distance of the default from a boundary, along x if x has a default, else along y; None without one.
 
-    If both axes have a default, only the row of y's own counts. Rows in which every value fails have no boundary.
+    If both axes have a default, only the rows around y's own count, and the limit is that at y's own. Rows in which
+    every value fails have no boundary.
     """
     failed = np.sum([shares(chart, table, verdict) for verdict in _FAILURES], axis=0)
+    limits = limits_of_rows(chart, table)
     axis, other = chart.x, chart.y
     if axis.default is None:
         axis, other, failed = chart.y, chart.x, failed.T
+        limits = np.full(len(failed), np.nan)  # those are limits of x
     if axis.default is None:
         return None
-    lines = range(len(failed)) if other.default is None else [_nearest(other)]
+    lines = list(range(len(failed))) if other.default is None else _around(other)
     works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the dial fail
     name = "y" if axis is chart.x else "x"
+    boundaries = {k: _boundary(axis, axis.default, failed[k]) for k in works}
     found = [
-        Distance(
-            axis.default, _boundary(axis, axis.default, failed[k]), f"{name} = {other.text(other.values[k])}", axis
-        )
-        for k in works
+        Distance(axis.default, at, f"{name} = {other.text(other.values[k])}", axis) for k, at in boundaries.items()
     ]
-    return min(found, key=lambda distance: distance.far) if found else None
+    if not found:
+        return None
+    nearest = min(found, key=lambda distance: distance.far)
+    return replace(nearest, limit=_limit(nearest, other, limits[works], np.array(works)))
 
 
-def _nearest(axis: Axis) -> int:
-    return round(float(axis.places(axis.default)))
+def _around(axis: Axis) -> list[int]:
+    """The cell of a default, or both between which it lies."""
+    place = float(np.clip(axis.places(axis.default), 0, len(axis.values) - 1))
+    return sorted({int(np.floor(place)), int(np.ceil(place))})
+
+
+def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray) -> float:
+    """The limit in the row of the default, between rows as it is drawn; the nearest of all rows without one."""
+    known = np.isfinite(limits)
+    if not known.any():
+        return float("nan")
+    if other.default is None:
+        return min((float(limit) for limit in limits[known]), key=distance._to)
+    scale, back = (np.log, np.exp) if distance.axis.logarithmic else (np.asarray, np.asarray)
+    return float(back(np.interp(other.places(other.default), rows[known], scale(limits[known]))))
 
 
 def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:

@@ -46,16 +46,22 @@ def try_strain(packing: Packing, strain: float) -> Trial:
     return Trial(verdict, trial.note, trial.error, trial.allowed)
 
 
-def linear_range(packing: Packing) -> float:
-    """Strain at which linear response opens or closes the first contact."""
+def opening_strain(packing: Packing, *, affine: bool = False) -> float:
+    """Simple shear, one way or the other, at which the static linear answer opens the first contact.
+
+    With `affine` that of the affine motion, which is the answer to a fast shear, if it opens one sooner.
+    """
     found = contacts(packing)
-    response = elastic_tensor(packing).displacements[:, :, 0, 1]
+    answer = elastic_tensor(packing).displacements[:, :, 0, 1]
     i, j = found.pairs.T
     assert packing.diameters is not None
     distance = np.hypot(*found.r.T)
     overlap = 0.5 * (packing.diameters[i] + packing.diameters[j]) - distance
-    apart = np.einsum("mk,mk->m", found.r, response[j] - response[i]) / distance + found.r.prod(axis=1) / distance
-    return float(2 * np.min(overlap / np.maximum(np.abs(apart), 1e-300)))
+    fast = found.r.prod(axis=1) / distance
+    apart = np.abs(fast + np.einsum("mk,mk->m", found.r, answer[j] - answer[i]) / distance)
+    if affine:
+        apart = np.maximum(apart, np.abs(fast))
+    return float(np.min(overlap / np.maximum(apart, 1e-300)))
 
 
 @dataclass(frozen=True)
@@ -105,7 +111,7 @@ MAPS = {
         "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
         "those of rattlers that barely touch do.",
         _CHECK,
-        linear_range,
+        lambda packing: 2 * opening_strain(packing),  # half of the strain goes either way
         "linear response opens a contact",
         elsewhere="contacts change",
     ),

@@ -19,9 +19,10 @@ from jamlab.packing.atomic_file import make_folder
 _LEAD = (
     "Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Converged: met its "
     "tolerance where it should; another basin: met it in another minimum, or on another path; stalled: says that it "
-    "ended above it; blew up: positions or energies ran away; refused: an error instead of a number. Each number that "
-    "is given as right is checked by physics written anew from the definitions: one that fails the check is a silent "
-    "wrong number."
+    "ended above it; blew up: positions or energies ran away; refused: an error instead of a number. Numbers given "
+    "as right are checked, as each caption says, by physics written anew from the definitions, at the state where the "
+    "run ended: one that does not follow from it is a silent wrong number. Whether that state is in the right basin or "
+    "on the right path a run cannot know: a map tells by runs with finer steps, or by what it started beside."
 )
 
 

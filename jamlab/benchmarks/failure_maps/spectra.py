@@ -1,4 +1,4 @@
-"""Maps where G*(omega) fails: extreme frequencies, vanishing or overwhelming sliding friction, rattlers."""
+"""Maps where G*(omega) fails: extreme frequencies, vanishing or overwhelming damping of sliding, rattlers."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -75,14 +75,14 @@ MAPS = {
         _CHECK,
     ),
     "spectrum-sliding": Map(
-        f"G*: sliding friction against frequency, three solvers, N = {_N}, p = 10⁻³ k",
+        f"G*: sliding damping against frequency, three solvers, N = {_N}, p = 10⁻³ k",
         log_axis("β", 1e-16, 1e12, 1.0, count=15),
         log_axis("ω, 1/τ₁", 1e-8, 1e8),
         6,
         lambda omega, seed: prepare(seed, omega=omega),
         lambda start, beta: try_spectrum(start, start.omega, beta),
-        "Without sliding friction rotations carry no drag, and with much of it both dampings share 16 digits. Stalled: "
-        "the solver says that the error of G' or of G'' is above 1e-4.",
+        "Without damping of sliding rotations carry no drag, and with much of it both dampings share 16 digits. "
+        "Stalled: the solver says that the error of G' or of G'' is above 1e-4.",
         _CHECK,
         lambda start: _GOOD / ROUNDING,
         "rounding leaves 4 digits of drag",

@@ -93,5 +93,7 @@ def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", s
 
 
 def worst_of(*trials: Trial) -> Trial:
-    """Of several checks of one run the one that it fails by most."""
+    """Of several checks of one run, which has one verdict, the one that it fails by most."""
+    if len({trial.verdict for trial in trials}) > 1:
+        raise ValueError(f"checks of one run with several verdicts: {[trial.verdict for trial in trials]}")
     return max(trials, key=lambda trial: trial.excess if np.isfinite(trial.excess) else np.inf)

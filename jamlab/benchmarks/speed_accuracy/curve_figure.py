@@ -1,6 +1,6 @@
 """Draw curves of cost against error: one for each method along its dial, bands over packings, the default in a ring."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,9 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from jamlab.benchmarks.speed_accuracy.curve_points import Point
 from jamlab.plotting.axes import LABEL, LEGEND, TICK
+
+Array = NDArray[np.float64]
 
 # Okabe & Ito, light yellow left out
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
@@ -20,8 +24,10 @@ _GREY = "#D9D9D9"
 _UNKNOWN: dict[str, Any] = {"facecolor": "#EFEFEF", "edgecolor": "#CCCCCC", "hatch": "///", "linewidth": 0}
 _COLUMNS = 3  # of panels, four where that fills two rows
 _MOST_TICKS = 6
-_APART = (0.18, 0.07)  # parts of the axes that a label needs
-_RIGHT = 0.75  # part of the axes beyond which a label stands left of its mark
+_LETTER = (0.0185, 0.04)  # width and height of a letter of a label, parts of the axes
+_GAP = (0.02, 0.02)  # between a mark and its label
+_MARK = 0.018  # half of a mark
+_SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1))  # of a mark, where a label may stand
 _PALE = 0.5  # of marks that are not ranked
 _EXACT = 1.3  # decades between the break and the line of what is exact
 _SHORT = 100.0  # ratio of the ends of the axis of times below which powers of ten are too few ticks
@@ -42,6 +48,16 @@ class _Scale(NamedTuple):
         if self.known is not None:
             return max(value, self.bottom)
         return self.exact if self.exact is not None and value <= point.floor else value
+
+
+class _Label(NamedTuple):
+    """A setting beside its mark, and the first one of its curve."""
+
+    text: str
+    first: str
+    default: bool
+    mark: tuple[float, float]
+    colour: str
 
 
 def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
@@ -86,7 +102,8 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
     axes.set_xscale("log")
     axes.set_yscale("log")
     scale = _scale(points)
-    labels: list[tuple[Point, float, float, str]] = []
+    labels: list[_Label] = []
+    curves: list[Array] = []
     for method, (colour, marker) in style.items():
         curve = [p for p in points if p.method == method]
         if not curve:
@@ -108,15 +125,20 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
             axes.plot(here_x, here_y, marker, color=colour, markerfacecolor=face, **more)
             if p.default:
                 axes.plot(here_x, here_y, "o", markersize=16, markerfacecolor="none", markeredgecolor="black", zorder=5)
+        curves.append(np.column_stack([x, y]))
         ends = {0, len(curve) - 1}
-        labels += [(p, x[k], y[k], colour) for k, p in enumerate(curve) if p.setting and (p.default or k in ends)]
+        labels += [
+            _Label(p.setting, curve[0].setting, p.default, (x[k], y[k]), colour)
+            for k, p in enumerate(curve)
+            if p.setting and (p.default or k in ends)
+        ]
     axes.margins(x=0.16)
     left, right = axes.get_xlim()
     spare = 10 ** max(0.0, (1.5 - np.log10(right / left)) / 2)
     axes.set_xlim(left / spare, right * spare)
     least = scale.bottom / 2 if scale.exact is None else scale.exact / 3
     axes.set_ylim(least, scale.top * (scale.top / scale.bottom) ** 0.1)
-    _label(axes, labels)
+    _label(axes, labels, curves)
     _tick(axes, scale)
 
 
@@ -133,16 +155,44 @@ def _scale(points: Sequence[Point]) -> _Scale:
     return _Scale(float(bottom), float(top), exact, known)
 
 
-def _label(axes: Axes, labels: list[tuple[Point, float, float, str]]) -> None:
-    """Settings at both ends of curves and at defaults, these first; what would overlap is left out."""
-    taken: list[tuple[float, float]] = []
-    for point, x, y, colour in sorted(labels, key=lambda label: not label[0].default):
-        place = axes.transAxes.inverted().transform(axes.transData.transform((x, y)))
-        if all(abs(place[0] - u) > _APART[0] or abs(place[1] - v) > _APART[1] for u, v in taken):
-            taken.append((float(place[0]), float(place[1])))
-            right = place[0] > _RIGHT
-            style: dict[str, Any] = {"ha": "right" if right else "left", "fontsize": 9, "color": colour}
-            axes.annotate(point.setting, (x, y), (-8 if right else 7, 6), textcoords="offset points", **style)
+def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
+    """Settings at both ends of curves and at defaults, these first, once where curves begin with the same.
+
+    What would lie on a mark or a label is left out.
+
+    Args:
+        axes: with their limits.
+        labels: in data.
+        curves: (k, 2) marks of each curve, in data. Of the places around a mark the one with least of them is taken.
+    """
+    within = axes.transData + axes.transAxes.inverted()
+    ends = [within.transform(curve) for curve in curves]
+    marks = np.concatenate(ends)
+    along = np.linspace(0, 1, 40)[:, None, None]
+    ink = np.concatenate([((1 - along) * c[:-1] + along * c[1:]).reshape(-1, 2) for c in ends])
+    taken: dict[tuple[str, str], Bbox] = {}
+    for label in sorted(labels, key=lambda label: not label.default):
+        size = (_LETTER[0] * len(label.text), _LETTER[1])
+        boxes = [_beside(within.transform(label.mark), side, size) for side in _SIDES]
+        free = [box for box in boxes if _fits(box, marks, taken.values())]
+        if free and (label.text, label.first) not in taken:
+            box = min(free, key=lambda box: box.count_contains(ink))
+            taken[label.text, label.first] = box
+            middle = ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
+            style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9, "color": label.colour}
+            axes.annotate(label.text, middle, xycoords="axes fraction", **style)
+
+
+def _beside(mark: Array, side: tuple[int, int], size: tuple[float, float]) -> Bbox:
+    """Box of a label right or left of a mark and above or below it, in parts of the axes."""
+    left, foot = (m + s * gap - (s < 0) * length for m, s, gap, length in zip(mark, side, _GAP, size, strict=True))
+    return Bbox.from_bounds(float(left), float(foot), *size)
+
+
+def _fits(box: Bbox, marks: Array, taken: Iterable[Bbox]) -> bool:
+    inside = min(box.x0, box.y0) > 0 and max(box.x1, box.y1) < 1
+    around = Bbox.from_extents(box.x0 - _MARK, box.y0 - _MARK, box.x1 + _MARK, box.y1 + _MARK)
+    return inside and not around.count_contains(marks) and not any(box.overlaps(other) for other in taken)
 
 
 def _tick(axes: Axes, scale: _Scale) -> None:
