@@ -9,8 +9,8 @@ from scipy.optimize import linprog
 from jamlab.mechanics.held_motions import DEPENDENT, held_conditions
 
 PARALLEL = 1e-2  # sine of the angle of two contacts of a flat; measured: below 2e-3
-DIFFER = 0.1  # force between droplets of states of norm 1, as a singular value; measured: below 0.02 or above 0.5
-LEAST = 1e-3  # of the largest force: a contact with less bears nothing
+DIFFER = 0.1  # force between droplets of states of norm 1, as a singular value; measured: below 0.013, above 0.88
+LEAST = 3e-4  # of the largest force: a contact with less just touches; measured where S = 1: below 2e-4, above 5e-4
 NOISE = 1e-5  # of the largest force: pull that rounding leaves
 
 
@@ -90,7 +90,7 @@ def loaded_without_pull(states):
     bounds = [(None, None)] * count + [(0, 1)] * contacts
     found = linprog(cost, np.vstack([below, pull]), np.append(ends, np.full(contacts, NOISE)), bounds=bounds)
     assert found.status == 0, found.message
-    return np.asarray(states @ found.x[:count] > 0.5 * LEAST)
+    return np.asarray(states @ found.x[:count] > 0.9 * LEAST)
 
 
 def independent_rings(edges):

@@ -45,7 +45,7 @@ class HeldMotions:
         particles: that bear load; a droplet between two opposite contacts does, on its flats.
         pairs: of particles in contact.
         contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
-        self_stresses: ways in which forces of these contacts balance by themselves.
+        self_stresses: independent ways in which forces of these contacts balance by themselves, pulling ones included.
         free: motions that no contact holds, but for the two translations of the whole.
 
     Example:
