@@ -84,11 +84,10 @@ def loaded_without_pull(states):
     if not count:
         return np.zeros(contacts, dtype=bool)
     below = np.block([[-states, LEAST * np.eye(contacts)], [states, np.zeros((contacts, contacts))]])
-    ends = np.repeat([NOISE, 1.0], contacts)  # LEAST * share <= force + NOISE; force <= 1
-    pull = np.hstack([-states, np.zeros((contacts, contacts))])
+    ends = np.repeat([NOISE, 1.0], contacts)  # LEAST * share <= force + NOISE, with share >= 0; force <= 1
     cost = np.repeat([0.0, -1.0], [count, contacts])
     bounds = [(None, None)] * count + [(0, 1)] * contacts
-    found = linprog(cost, np.vstack([below, pull]), np.append(ends, np.full(contacts, NOISE)), bounds=bounds)
+    found = linprog(cost, below, ends, bounds=bounds)
     assert found.status == 0, found.message
     return np.asarray(states @ found.x[:count] > 0.9 * LEAST)
 
