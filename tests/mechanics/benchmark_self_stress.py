@@ -1,7 +1,7 @@
 """What the states of self-stress of droplets at onset consist of, against N. pytest -m benchmark -s.
 
 JAMLAB_SEEDS sets how many packings of N = 16 (60; of larger ones fewer, `SHARE`), the first of the reference data made
-again; JAMLAB_RESULTS a folder where packings are kept, so that a run can go on where it was stopped. Eight CPU minutes.
+again; JAMLAB_RESULTS a folder where packings are kept, so that a run can go on where it was stopped. Nine CPU minutes.
 `docs/explanation/beyond_the_papers.md` repeats what it prints, which is checked where packings are those of the data.
 """
 
