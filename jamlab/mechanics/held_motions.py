@@ -7,8 +7,9 @@ Every contact is one condition on the motions of the two that it joins, so that
 
 (Calladine 1978, Int. J. Solids Struct. 14, 161). Disks have two motions each, since no contact holds them from turning:
 at onset none is left free, one state of self-stress carries the load, and there are 2N' - 1 contacts. Droplets have
-three, and meet with vertices on edges: two droplets share one such contact, or two where a flat rests on a flat. That
-is why pairs of droplets in contact obey no count of their own.
+three, and meet with vertices on edges: two droplets share one such contact, two where a flat rests on a flat, now and
+then more. So pairs of droplets in contact obey no count of their own, nor do all states of self-stress of a droplet
+packing carry load: a ring of droplets flat on flat has one of couples, which go round it and add up to no force.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from jamlab.packing.packing import Packing
 Array = NDArray[np.float64]
 
 MOST = 1000  # particles: singular values of a matrix of about (3 n, 3 n) take 10 s
-_DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets
+DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets
 # are dented a little at onset, which leaves up to 7e-4; independent ones of 328 packings, N = 16 to 128, have 4.5e-3 on
 _LEAST_DROPLET = 2  # contacts of a droplet that may bear load: its flats hold it between two opposite ones
 _SAME = 1e-7  # directions and levers of one contact, seen from both sides, in mean diameters
@@ -44,7 +45,7 @@ class HeldMotions:
         particles: that bear load; a droplet between two opposite contacts does, on its flats.
         pairs: of particles in contact.
         contacts: of disks; of droplets, those of a vertex with an edge, two vertices that meet counting once.
-        self_stresses: ways in which forces of these contacts balance by themselves.
+        self_stresses: independent ways in which forces of these contacts balance by themselves, pulling ones included.
         free: motions that no contact holds, but for the two translations of the whole.
 
     Example:
@@ -76,21 +77,30 @@ def held_motions(packing: Packing) -> HeldMotions:
     """
     if packing.n > MOST:
         raise InputError(f"held_motions of {packing.n} particles: at most {MOST}, since time grows as the cube")
+    rows, held, pairs = held_conditions(packing)
+    if not held:
+        return HeldMotions(0, 0, 0, 0, 0)
+    singular = np.linalg.svd(rows, compute_uv=False)
+    rank = int((singular > DEPENDENT).sum())
+    return HeldMotions(held, pairs, len(rows), len(rows) - rank, rows.shape[1] - 2 - rank)
+
+
+def held_conditions(packing: Packing) -> tuple[Array, int, int]:
+    """Conditions of contacts on the particles that bear load, as (contacts, motions); these particles; their pairs.
+
+    States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive.
+    """
     meetings = find_meetings(packing)
     disks = isinstance(meetings, Pairs)
     near = meetings if isinstance(meetings, Pairs) else pair_polygons(packing, meetings)
     ends = np.column_stack([near.i, near.j])
     rattlers, bearing = find_rattlers(ends, np.ones(packing.n, dtype=bool), LEAST_CONTACTS if disks else _LEAST_DROPLET)
+    loose = np.repeat(rattlers, 2 if disks else 3)
     if rattlers.all():
-        return HeldMotions(0, 0, 0, 0, 0)
+        return np.zeros((0, 0)), 0, 0
     rows = _disk_conditions(packing, meetings) if isinstance(meetings, Pairs) else conditions(packing, meetings)
-    each = 2 if disks else 3
-    loose = np.repeat(rattlers, each)
     rows = rows[~rows[:, loose].any(axis=1)][:, ~loose]  # a rattler that touches holds nothing
-    singular = np.linalg.svd(rows, compute_uv=False)
-    rank = int((singular > _DEPENDENT).sum())
-    held = int((~rattlers).sum())
-    return HeldMotions(held, int(bearing.sum()), len(rows), len(rows) - rank, each * held - 2 - rank)
+    return rows, int((~rattlers).sum()), int(bearing.sum())
 
 
 def count_motions(packing: Packing) -> dict[str, float]:

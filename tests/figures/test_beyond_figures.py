@@ -56,10 +56,36 @@ def test_captions_say_what_the_tables_hold():
     assert said("vertices", "G") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
     assert said("sizes", "theta =") == pytest.approx(0.55, abs=0.005)
     assert said("contacts", "motions left free") == pytest.approx(0.25)
-    assert said("contacts", "pairs that share two contacts") == pytest.approx((3 * 128 - 1 - 32 - 256) / 128, abs=1e-3)
-    assert said("contacts", "one in") == 1
+    per_pair = (3 * 128 - 1 - 32 + 26 / 30 - 256) / 128  # a pair may have more than two contacts
+    assert said("contacts", "contacts beyond one a pair") == pytest.approx(per_pair, abs=1e-3)
     beyond = drawn("beyond-droplet-contacts").table.query("panel == 'a'")
     assert set(beyond["x"]) == {1.0} and set(beyond["y"]) == {1.0}  # 2N pairs, everywhere
+
+
+def by_size(caption, words):
+    """Numbers of a caption "3 of N = 32, ..." between two words, with intervals or without, by N."""
+    part = re.search(words, caption)
+    assert part, caption
+    found = re.findall(r"([\d.]+)(?: \[[^]]+\])? of N = (\d+)", part[1])
+    return {int(n): float(value) for value, n in found}
+
+
+def test_states_of_self_stress_are_told_size_by_size():
+    """A share over all sizes together would be that of no size: there are more states in larger packings."""
+    caption = drawn("beyond-droplet-contacts").caption
+    one = {32: 0.5, 64: 8 / 30, 128: 4 / 30}
+    more = {n: 1 - share for n, share in one.items()}
+    assert by_size(caption, "just one in (.*?);") == pytest.approx(one, abs=5e-3)
+    assert by_size(caption, "beyond one: (.*?);") == pytest.approx(more, abs=5e-3)
+    assert by_size(caption, "; a droplet (.*?);") == pytest.approx({n: m / n for n, m in more.items()}, abs=5e-4)
+    means = drawn("beyond-droplet-contacts").table.query("panel == 'c' and series == 'mean'")
+    assert dict(zip(means["x"], means["y"], strict=True)) == pytest.approx(more)
+
+
+def test_the_figure_of_sizes_says_how_many_packings_were_compressed_and_how_many_are_onsets():
+    caption = drawn("beyond-droplet-sizes").caption
+    assert by_size(caption, r"\(a\) to \(d\) (.*?), compressed") == {16: 5, 32: 5, 64: 5}
+    assert by_size(caption, r"\(e\) and \(f\) (.*?), at onset") == {16: 5, 32: 30, 64: 30, 128: 30}
 
 
 @pytest.mark.slow

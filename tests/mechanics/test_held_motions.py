@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from self_stress import independent_rings, loaded_without_pull, self_stress
 
 import jamlab
 from jamlab.errors import InputError
@@ -80,6 +81,27 @@ def test_droplets_keep_their_counts_in_every_view():
     assert (found.self_stresses, found.free) == (2, 1)
     assert [jamlab.held_motions(view) for view in views(packing)] == [found] * 4
     assert tuple(count_motions(packing).values()) == (found.particles, found.pairs, found.contacts, 2, found.free)
+
+
+def test_a_ring_of_droplets_flat_on_flat_adds_a_state_of_couples():
+    """Of two states one loads all droplets without pull; the other is couples that go round a ring of four."""
+    found = self_stress(jamlab.read(STATES / "squeezed_droplet.h5"))
+    assert (found.states, found.forces, found.rings, found.coinciding) == (2, 1, (4,), 0)
+    assert (found.loaded, found.spanned, found.pushing_couples) == (found.contacts, found.droplets, False)
+
+
+def test_what_a_state_without_pull_loads_depends_on_no_basis():
+    """Forces (1, 1, 2, 0) in a basis of which neither vector is free of pull."""
+    first, second = np.array([1.0, 1.0, 2.0, 0.0]), np.array([0.0, 1.0, -1.0, 1e-7])
+    mixed = np.column_stack([first + 3 * second, first - 3 * second])
+    assert loaded_without_pull(mixed).tolist() == [True, True, True, False]
+    assert not loaded_without_pull(second[:, None]).any()
+
+
+def test_rings_of_a_graph():
+    assert independent_rings([(0, 1), (1, 2), (2, 3)]) == ()
+    assert independent_rings([(0, 1), (1, 2), (0, 2), (2, 3), (1, 3), (3, 4)]) == (3, 3)  # and one of four, their sum
+    assert independent_rings([(0, 1), (1, 2), (2, 3), (3, 0), (7, 8), (8, 9), (9, 7)]) == (3, 4)
 
 
 def test_too_many_are_refused():

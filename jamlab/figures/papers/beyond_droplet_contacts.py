@@ -9,42 +9,55 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError
 from jamlab.figures.papers.beyond_rows import say
 from jamlab.figures.papers.ensembles import bootstrap, groups_by, sampled_sizes
-from jamlab.figures.papers.panels import Drawing, drawing, label, size_style, style
+from jamlab.figures.papers.panels import FIT, Drawing, drawing, label, size_style, style
 from jamlab.figures.papers.tables import COUNTS, EnsembleTables
 
 Array = NDArray[np.float64]
 
-SHARES = {"free": "motions left free", "flats": "pairs that share two contacts", "extra": r"pairs beyond $2N' - 1$"}
+SHARES = {"free": "motions left free", "second": "contacts beyond one a pair", "extra": r"pairs beyond $2N' - 1$"}
 
 
 def droplet_contacts(tables: EnsembleTables) -> Drawing:
     """Contacts of droplets at onset: pairs, contacts of vertices, states of self-stress and motions left free."""
     table = counts_at_onset(tables.onset)
     n = sampled_sizes(table, "dp")
-    out, (pairs, stresses, shares) = drawing("beyond-droplet-contacts", 1, 3, 4.4, 3.9)
+    out, (pairs, stresses, more, shares) = drawing("beyond-droplet-contacts", 2, 2, 4.7, 3.8)
     for size in n:
         rows, look = table[table["n"] == size], size_style(size) | {"linestyle": "-"}
         for axes, column in ((pairs, "beyond"), (stresses, "self_stresses")):
             share = rows[column].value_counts(normalize=True).sort_index()
             out.curve(axes, f"N = {size} ({len(rows)})", share.index, share.to_numpy(), **look)
     label(pairs, r"pairs in contact beyond $2N' - 1$", "share of packings", loc="upper left")
-    label(stresses, "states of self-stress", "share of packings", loc="upper right")
+    label(stresses, "states of self-stress S", "share of packings", loc="upper right")
     for axes in (pairs, stresses):
         axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
-    said = _draw_shares(out, shares, table, n)
-    one = bootstrap([(table["self_stresses"] == 1).to_numpy(dtype=np.float64)], lambda g: g[0].mean())
+    one = _of_each_size(table, n, "one")
+    told, said = _draw_more(out, more, table, n), _draw_shares(out, shares, table, n)
     least = int(table["self_stresses"].min())
     out.caption = (
-        f"Droplets at onset, taken as rigid, {len(table)} packings: (a) pairs in contact, which scatter around the "
-        f"2N' - 1 of disks; (b) states of self-stress of the contacts of vertices with edges, {least} or more in every "
-        f"packing, one in {say(one)} of them; (c) for each droplet that bears load, N = {n[-1]}: {', '.join(said)}. "
-        "Contacts of vertices are 3N' - 2, less the motions left free, and the states of self-stress."
+        f"Droplets at onset, taken as rigid, {_counts(table, n)}: (a) pairs in contact, which scatter around the 2N' - "
+        f"1 of disks; (b) states of self-stress of contacts of vertices with edges, {least} or more in every packing, "
+        f"just one in {one}; (c) mean of those beyond one: {told}; (d) for each droplet that bears load, N = {n[-1]}: "
+        f"{', '.join(said)}. Contacts are 3N' - 2 - F + S, with F motions left free and S states of self-stress, a "
+        "count that fixes neither; disks have F = 0 and S = 1. What states beyond one consist of: "
+        "docs/explanation/beyond_the_papers.md."
     )
     return out
 
 
+def _counts(table: pd.DataFrame, n: list[int]) -> str:
+    """How many packings there are of each size."""
+    return ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
+
+
+def _of_each_size(table: pd.DataFrame, n: list[int], column: str, digits: int = 2) -> str:
+    """Means of a column with their intervals, size by size."""
+    mean = bootstrap(groups_by(table, "n", column, n), lambda g: [v.mean() for v in g])
+    return ", ".join(f"{say(mean[k], digits)} of N = {m}" for k, m in enumerate(n))
+
+
 def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
-    """Rows of droplets with the counts of `held_motions`; beyond, flats, free, extra: see the figure.
+    """Rows of droplets with the counts of `held_motions`, and what the figure draws of them.
 
     Raises:
         InputError: there are none.
@@ -62,8 +75,25 @@ def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
         beyond=beyond,
         extra=beyond / held,
         free=rows["free_motions"] / held,
-        flats=(rows["site_contacts"] - rows["pairs"]) / held,
+        second=(rows["site_contacts"] - rows["pairs"]) / held,  # of a pair with three contacts: two
+        one=(rows["self_stresses"] == 1).astype(float),
+        more=rows["self_stresses"] - 1,
+        more_each=(rows["self_stresses"] - 1) / held,
     )
+
+
+def _draw_more(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> str:
+    """Mean number of states of self-stress beyond one against N, beside one that is proportional to N; in words."""
+    mean = bootstrap(groups_by(table, "n", "more", n), lambda g: [v.mean() for v in g])
+    out.curve(axes, "mean", n, mean.value, mean.low, mean.high, band=False, linestyle="none", label=None, **style(1))
+    ends = np.array([0, n[-1]])
+    out.curve(axes, "as many a droplet", ends, ends * mean.value[-1] / n[-1], label=f"as many a droplet as N = {n[-1]}",
+              **FIT)  # fmt: skip
+    label(axes, "N", r"mean of $S - 1$", loc="upper left")
+    axes.set_ylim(0, None)
+    axes.set_xlim(0, None)
+    each = _of_each_size(table, n, "more_each", 3)
+    return f"{_of_each_size(table, n, 'more')}; a droplet {each}"
 
 
 def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> list[str]:

@@ -34,11 +34,17 @@ def droplet_sizes(tables: EnsembleTables) -> Drawing:
     said.append(_draw_crossover(out, axes[2], states))
     said.append(_draw_unstable(out, axes[3], states))
     said += [_draw_onset(out, axes[4], onset, n), _draw_width(out, axes[5], onset, n)]
-    counts = ", ".join(
-        f"{len(values)} of N = {m}" for m, values in zip(n, groups_by(onset, "n", "rho_J", n), strict=True)
+    out.caption = (
+        f"Droplets against their number: (a) to (d) {_packings(states)}, compressed from onset; (e) and (f) "
+        f"{_packings(onset)}, at onset; bars and intervals: 95 % over packings. " + " ".join(said)
     )
-    out.caption = f"Droplets against their number, {counts}; bars and intervals: 95 % over packings. " + " ".join(said)
     return out
+
+
+def _packings(table: pd.DataFrame) -> str:
+    """How many packings of each size a table has."""
+    droplets = table[table["model"] == "dp"]
+    return ", ".join(f"{count} of N = {n}" for n, count in droplets.groupby("n")["seed"].nunique().items())
 
 
 def _more(tables: EnsembleTables) -> pd.DataFrame:

@@ -85,7 +85,7 @@ def _onset_claims(name: str, tables: EnsembleTables, series: str, n: int) -> lis
 
 
 def _extra_contacts(at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict[str, str]:
-    """Words on how far the contacts of droplets at onset are from 2N' - 1, and on what is counted instead."""
+    """Words on how far the contacts of droplets at onset are from 2N' - 1, and on what contacts of vertices hold."""
     held = at_onset["n"] - at_onset["rattlers"]
     extra = 0.5 * at_onset["z"] * held - (2 * held - 1)
     middle, low, high = extra.mean(), extra.min(), extra.max()
@@ -94,10 +94,10 @@ def _extra_contacts(at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict
         counts = counts_at_onset(onset[onset["n"] == n])
     except InputError:
         return {"cause": words, "shown_by": "boromand-10 e"}
-    free, least = counts["free"].mean(), counts["self_stresses"].min()
+    free, states = counts["free"].mean(), counts["self_stresses"].mean()
     words += (
-        f"; what obeys a count are contacts of vertices: {least:.0f} state of self-stress or more in all {len(counts)} "
-        f"packings, {free:.2f} motions left free a droplet, where disks have none"
+        f"; contacts of vertices leave {free:.2f} motions a droplet free and have {states:.2f} states of self-stress, "
+        f"the mean of {len(counts)} packings, where those of disks have none and one"
     )
     return {"cause": words, "shown_by": "beyond-droplet-contacts"}
 
