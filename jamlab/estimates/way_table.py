@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import gzip
 import json
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -62,7 +63,7 @@ def read_ways(path: Path | None = None) -> dict[EnsembleWay, WayRecord]:
             lines = gzip.decompress(file.read()).decode().splitlines()
         made_with = json.loads(lines[0].removeprefix("#"))["parameters"]
         found = collect(list(csv.DictReader(lines[1:])))
-    except (OSError, EOFError, ValueError, KeyError, IndexError) as error:
+    except (OSError, EOFError, zlib.error, ValueError, KeyError, IndexError) as error:
         raise StorageError(
             f"cannot read the table {source}: {error}; make one with `jamlab chart estimates`"
         ) from error

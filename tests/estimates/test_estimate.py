@@ -305,6 +305,10 @@ def test_a_table_that_is_none_is_refused(tmp_path):
         with pytest.raises(jamlab.StorageError, match="make one with `jamlab chart estimates`"):
             read_ways(tmp_path / name)
     shipped = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
+    for name, content in (("e", shipped[:-1000]), ("f", shipped[:5000] + b"spoilt" + shipped[5006:])):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(jamlab.StorageError, match="make one with `jamlab chart estimates`"):
+            read_ways(tmp_path / name)
     other = gzip.decompress(shipped).replace(b'"gamma": 0.4', b'"gamma": 0.5', 1)
     (tmp_path / "d").write_bytes(gzip.compress(other))
     with pytest.raises(jamlab.StorageError, match=r"gamma = 0.5 \(now 0.4\)"):

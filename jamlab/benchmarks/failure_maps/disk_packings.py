@@ -58,7 +58,7 @@ def try_onset(n: int, tolerance: float, seed: int) -> Trial:
 
 def try_step(rho: float, seed: int, step: float) -> Trial:
     """A sweep with steps of one length: its last state, and whether shorter steps end in another minimum."""
-    packing, finest = _sweep(rho, seed, step), _sweep(rho, seed, _STEPS[0])
+    packing, finest = _sweep(rho, seed, step), _sweep(rho, seed, _FINEST)
     if not (packing.converged and packing.on_target):
         return Trial("stalled", f"max force {packing.max_force:.1g}, on target: {packing.on_target}")
     same = abs(plain_forces(packing)[0] / plain_forces(finest)[0] - 1) < _SAME_ENERGY
@@ -79,7 +79,8 @@ def _onset(seed: int) -> Packing:
     return jam("sp", 12, seed)
 
 
-_STEPS = log_axis("step in ρ", 2e-3, 0.2).values
+_STEPS = log_axis("step in ρ", 2e-3, 0.2)
+_FINEST = 0.5 * float(_STEPS.values[0])  # no step of the map is compared with itself
 _PRESSURES = (3e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.2, 0.3, 0.5)
 _CHECK = (
     "Forces, pressure and the shear modulus anew, over all pairs and images, with a dense Hessian by complex steps."
@@ -138,7 +139,7 @@ MAPS = {
     ),
     "sweep-step": Map(
         "Quasi-static compression in one go: step against packing fraction, N = 12",
-        log_axis("step in ρ", 2e-3, 0.2),
+        _STEPS,
         linear_axis("true packing fraction ρ", 0.85, 0.999),
         2,
         lambda rho, seed: (rho, seed),
