@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linprog
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from jamlab.mechanics.held_motions import DEPENDENT, held_conditions
 
@@ -93,7 +95,10 @@ def loaded_without_pull(states):
 
 
 def independent_rings(edges):
-    """Lengths of as many short rings of a graph as are independent, the shortest through every edge first."""
+    """Lengths of as many short rings of a graph as are independent, the shortest through every edge first.
+
+    These span all rings of graphs as sparse as those of flats; that they do is checked.
+    """
     beside = defaultdict(set)
     for i, j in edges:
         beside[i].add(j)
@@ -108,6 +113,11 @@ def independent_rings(edges):
         if bits:
             reduced[bits.bit_length()] = bits
             kept.append(len(ring))
+    vertices = {vertex: k for k, vertex in enumerate(beside)}
+    links = np.array([[vertices[i], vertices[j]] for i, j in edges]).reshape(-1, 2)
+    graph = coo_array((np.ones(len(links)), links.T), shape=(len(vertices),) * 2)
+    parts = connected_components(graph, directed=False)[0] if vertices else 0
+    assert len(kept) == len(number) - len(vertices) + parts, "longer rings than the shortest through an edge are needed"
     return tuple(kept)
 
 

@@ -8,6 +8,8 @@ import pytest
 from drawn_figures import TABLES
 from paper_tables import onset, states
 
+from jamlab.errors import InputError
+from jamlab.figures.papers.baumgarten_correlation import by_frequency
 from jamlab.figures.papers.boromand_onset import figure_10
 from jamlab.figures.papers.ensembles import (
     add_distances,
@@ -139,3 +141,16 @@ def test_packings_of_two_laws_are_paired_by_seed():
 
     found = same_packings([group([1, 2, 3], [1.0, 2.0, 3.0]), group([1, 3], [10.0, 30.0])])
     assert found.tolist() == [[1.0, 10.0], [3.0, 30.0]]
+
+
+def test_packings_are_paired_through_all_frequencies_of_a_correlation():
+    """One lacks a frequency: its other ones must not stand beside those of another packing."""
+    rows = [
+        {"seed": seed, "omega": omega, "delta": float(k), "c": seed + 0.1 * k}
+        for seed, omega in ((1, 0.1), (2, 0.1), (2, 1.0), (3, 0.1), (3, 1.0))
+        for k in range(3)
+    ]
+    whole = by_frequency(pd.DataFrame(rows))
+    assert whole.shape == (2, 2, 3, 2) and (whole[:, 0] == whole[:, 1]).all()
+    with pytest.raises(InputError, match="every frequency"):
+        by_frequency(pd.DataFrame(rows[:6]).assign(omega=[0.1] * 3 + [1.0] * 3))

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from jamlab.errors import InputError
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.ensembles import FEWEST, average, bootstrap
 from jamlab.figures.papers.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
@@ -39,7 +40,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     family: list[tuple[Array, Array]] = []
     for index, p in enumerate(pressures):
         part = stokes[stokes["pressure"] == p]
-        omega, whole = np.sort(part["omega"].unique()), _by_frequency(part)
+        omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
         found = bootstrap([whole], lambda g: first_zeros(g[0]))
         y = [found.value, found.low, found.high]
         look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
@@ -72,7 +73,7 @@ def _length_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame)
     enough = packings.index[packings >= min(FEWEST, packings.max())]
     pressures = sorted(enough, reverse=True)
     rows = [part[part["pressure"] == p] for p in pressures]
-    cubes = [_by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
+    cubes = [by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
     each = [float(np.nanmean(first_zeros(whole))) for whole in cubes]
     found = bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]), resamples=_MANY)
     listed = f"{', '.join(f'{v:.3f}' for v in each)} at p = {', '.join(f'{p:g}' for p in pressures)}"
@@ -84,19 +85,19 @@ def _length_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame)
         found,
         published.CORRELATION_LENGTH,
         how=f"N = {int(part['n'].iloc[0])}, {where}; mean of {listed}",
-        cause=f"from pressure to pressure it is {listed}{_larger(table, int(part['n'].iloc[0]))}",
+        cause=f"the paper reads the radius of swirls off pictures; the zero of C lies at {_by_size(table, low, high)}",
         shown_by="baumgarten-7 a" if low < high else "baumgarten-7 c",
     )
 
 
-def _larger(table: pd.DataFrame, n: int) -> str:
-    """Say what l/L is in the largest packing, if that is a larger one."""
-    largest = table[table["n"] == table["n"].max()]
-    if largest["n"].iloc[0] == n:
-        return ""
-    slow = largest[(largest["omega"] == largest["omega"].min()) & (largest["pressure"] == largest["pressure"].max())]
-    share = find_first_zero(correlations(slow)) / float(slow["box"].mean())
-    return f"; {share:.3f} at N = {int(slow['n'].iloc[0])}, p = {slow['pressure'].iloc[0]:g}"
+def _by_size(table: pd.DataFrame, low: float, high: float) -> str:
+    """Say what l/L is in packings of every size at some frequencies, the mean over pressures."""
+    table = table[table["omega"].between(low, high)]
+    found = []
+    for n, rows in table.groupby("n"):
+        each = [np.nanmean(first_zeros(by_frequency(part))) for _, part in rows.groupby("pressure")]
+        found.append(f"{float(np.nanmean(each)) / float(rows['box'].mean()):.3f} at N = {n}")
+    return ", ".join(found)
 
 
 def _compare_lengths(pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
@@ -126,8 +127,16 @@ def correlations(part: pd.DataFrame) -> Array:
     return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
 
 
-def _by_frequency(part: pd.DataFrame) -> Array:
-    """Distance and C of one pressure, (packings, frequencies, bins, 2), frequencies ascending."""
+def by_frequency(part: pd.DataFrame) -> Array:
+    """Distance and C of one pressure, (packings, frequencies, bins, 2), of packings that have all its frequencies.
+
+    Raises:
+        InputError: none has them all.
+    """
+    shared = part.groupby("seed")["omega"].nunique()
+    part = part[part["seed"].isin(shared.index[shared == part["omega"].nunique()])]
+    if part.empty:
+        raise InputError("no packing has its correlation at every frequency: finish the tasks of that sweep")
     return np.stack([correlations(rows) for _, rows in part.groupby("omega", sort=True)], axis=1)
 
 

@@ -94,6 +94,7 @@ def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             each = [_find_departure(sp, dp, share) for sp, dp in curves]
             found, (sp, dp) = each[-1], curves[-1]
             how = f"N = {matched[-1]} of both, last crossing of the mean curves"
+            how += "" if found is None or np.isfinite(found.value) else ", which do not cross"
             by_size = ", ".join("none" if d is None else f"{float(d.value):.3f}" for d in each)
             words = {"cause": f"it is {by_size} at N = {', '.join(map(str, matched))}", "shown_by": "boromand-5 a"}
             if column == "g":
