@@ -28,6 +28,7 @@ from jamlab.flow.flow_reasons import (
     about_inertia,
     compare,
     doubts,
+    doubts_of_flow,
     flow_call,
     linear_law,
     oscillation_call,
@@ -107,8 +108,10 @@ def choose_flow(
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
     the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks at pressures from
-    0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less; `warning` names what
-    lies outside. Of contact damping it has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run.
+    0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of contact damping it
+    has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run. Steady flow was measured under contact
+    damping alone, at linear rates (tau_1 rate)^alpha from 0.01 to 0.1, and so was the scatter of averages, which a run
+    has too. `warning` names what lies outside: size, pressure, beta, drag law and rate of steady flow.
     Stresses are those under a background drag of 0.01 beside contact drag, with which errors were measured.
 
     Args:
@@ -229,7 +232,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
             about_mass,
             length,
         ),
-        _warning(heavy, *doubts(packing, "flow", beta)),
+        _warning(heavy, *doubts(packing, "flow", beta), *doubts_of_flow(law, slow)),
     )
 
 
