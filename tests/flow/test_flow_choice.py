@@ -28,6 +28,7 @@ from jamlab.flow.flow_errors import (
 )
 from jamlab.rheology.inertia import inertia_error
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.statistics.confidence import STANDARD_ERRORS
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 
@@ -71,12 +72,12 @@ def test_films_that_move_fast_need_equivalent_damping(packing):
 
 
 def test_steady_flow(packing):
-    """Two standard errors of the average, over more strain or more disks, fill what the run itself leaves."""
+    """Half the 95 % interval of the average, over more strain or more disks, fills what the run itself leaves."""
     fast, slow = (jamlab.choose_flow(packing, rate=1e-2, tolerance=t) for t in (0.2, 0.02))
     assert fast.way == slow.way == "flow" and slow.call.startswith("jamlab.flow_curve(p, [0.01]")
     wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
     for choice, n in ((fast, 64), (slow, 64), (wide, 128)):
-        noise = 2 * scatter_of_flow() * np.sqrt(SIZE / n / (choice.strain - 1))
+        noise = STANDARD_ERRORS * scatter_of_flow() * np.sqrt(SIZE / n / (choice.strain - 1))
         assert choice.error == pytest.approx(np.hypot(RUN_ERROR, noise))
     assert 0.99 * 0.2 < fast.error <= 0.2 and 0.99 * 0.02 < slow.error <= 0.02 and 0.99 * 0.02 < wide.error <= 0.02
 
@@ -89,7 +90,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
     model = promised_error("flow", 0.5, 1e-3**0.5, 1.0)
     for tolerance in (0.3, 1.05 * model):
         choice = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
-        noise = 2 * scatter_of_flow() / np.sqrt(choice.strain - 1)
+        noise = STANDARD_ERRORS * scatter_of_flow() / np.sqrt(choice.strain - 1)
         assert choice.way == "linear flow" and choice.error == pytest.approx(np.hypot(model, noise))
         assert choice.error <= tolerance and choice.others[choice.way] == choice.error
     refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.9 * model)
@@ -98,7 +99,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
 
 def test_no_average_longer_than_any_run(packing):
     """Neither way is offered: near its own error nothing is left for the average."""
-    with pytest.raises(jamlab.InputError, match="64 disks sheared by 1000 err by 1"):
+    with pytest.raises(jamlab.InputError, match="64 particles sheared by 1000 err by 1"):
         jamlab.choose_flow(packing, rate=1e-2, tolerance=RUN_ERROR * 1.1)
     model = promised_error("flow", 0.5, 1e-3**0.5, 1.0)
     near = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=model * (1 + 1e-6))
