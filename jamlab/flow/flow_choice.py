@@ -28,6 +28,7 @@ from jamlab.flow.flow_reasons import (
     about_inertia,
     compare,
     doubts,
+    doubts_of_flow,
     flow_call,
     linear_law,
     oscillation_call,
@@ -40,7 +41,7 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
-from jamlab.statistics.confidence import room
+from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
 RUN_ERROR = (
     0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for steady flow
@@ -56,7 +57,8 @@ class FlowChoice:
     Attributes:
         way: "static modulus", "linear spectrum", "equivalent damping", "oscillation", "linear flow" or "flow".
         error: relative error of |G*| or of the stress that 95 % of new packings stay below. That of a stress includes
-            its average over `strain`: root of the sum of squares of the way's own error and of two standard errors.
+            its average over `strain`: root of the sum of squares of the way's own error and of half the 95 % interval
+            of that average.
         others: way -> such an error of each that was considered, of steady flow with the average that it would get;
             infinite where nothing was measured.
         damping: least drag law that does: that asked for, linear drag in its place, or Stokes drag if both agree.
@@ -107,8 +109,10 @@ def choose_flow(
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
     the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks at pressures from
-    0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less; `warning` names what
-    lies outside. Of contact damping it has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run.
+    0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of contact damping it
+    has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run. Steady flow was measured under contact
+    damping alone, at linear rates (tau_1 rate)^alpha from 0.01 to 0.1, and so was the scatter of averages, which a run
+    has too. `warning` names what lies outside: size, pressure, beta, drag law and rate of steady flow.
     Stresses are those under a background drag of 0.01 beside contact drag, with which errors were measured.
 
     Args:
@@ -200,12 +204,13 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
     models = {"flow": RUN_ERROR}
     if law_number(law) not in (STOKES, 1.0):
         models = {"linear flow": promised_error("flow", law_number(law), slow, 1.0, beta=beta)} | models
-    noise = 2 * float(scatter_of_flow(beta=beta) * np.sqrt(SIZE / packing.n))  # two standard errors at unit strain
+    scatter = float(scatter_of_flow(beta=beta) * np.sqrt(SIZE / packing.n))
+    noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
     others = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
     way = next((name for name, each in others.items() if each <= tolerance), None)
     if way is None:
-        reached = f"{packing.n} disks sheared by {TRANSIENT + average['flow']:g} err by {percent(others['flow'])}"
+        reached = f"{packing.n} particles sheared by {TRANSIENT + average['flow']:g} err by {percent(others['flow'])}"
         raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
     used, at, what = (
         (linear, slow / law.tau, f"linear drag at rate {slow:.2g}") if way != "flow" else (law, rate, "run")
@@ -229,7 +234,7 @@ def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mas
             about_mass,
             length,
         ),
-        _warning(heavy, *doubts(packing, "flow", beta)),
+        _warning(heavy, *doubts(packing, "flow", beta), *doubts_of_flow(law, slow)),
     )
 
 

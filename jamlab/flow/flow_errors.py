@@ -52,21 +52,21 @@ def mean_overlap(packing: Packing) -> float:
     return 0.5 * float(np.trace(stress(packing))) / drag_stiffness(packing)
 
 
-def measured_range(kind: str, table: pd.DataFrame | None = None) -> tuple[int, tuple[float, float]]:
-    """Fewest particles, and least and largest pressure over stiffness, of the packings behind promises of a kind.
+def measured_range(kind: str, column: str) -> tuple[float, float]:
+    """Least and largest value of a column of the table in the rows behind promises of a kind.
 
     Example:
         >>> from jamlab.flow.flow_errors import measured_range
-        >>> measured_range("flow")[0]
-        64
+        >>> measured_range("flow", "drag")
+        (0.01, 0.1)
 
     Args:
         kind: "oscillation" or "flow".
-        table: see `read_errors`.
+        column: "n", "pressure", "alpha" or "drag".
     """
-    rows = _runs(table).rows
-    rows = rows[rows["kind"] == kind]
-    return int(rows["n"].min()), (float(rows["pressure"].min()), float(rows["pressure"].max()))
+    rows = _shipped().rows
+    values = rows[rows["kind"] == kind][column]
+    return float(values.min()), float(values.max())
 
 
 def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:

@@ -11,7 +11,9 @@ from jamlab.flow.flow_errors import (
     CHECK,
     SLIDING_BETAS,
     SLIDING_CHECK,
+    STOKES,
     kept_promises,
+    law_number,
     mean_overlap,
     measured_range,
 )
@@ -65,20 +67,42 @@ def _checked(kind: str, beta: float) -> str:
 
 def doubts(packing: Packing, kind: str, beta: float) -> list[str]:
     """What of a packing and its drag lies outside the rows of one kind, or outside all if it is not of disks."""
-    fewest, (low, high) = measured_range(kind)
+    fewest, (low, high) = int(measured_range(kind, "n")[0]), measured_range(kind, "pressure")
     found = []
     if not SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1]:
         found.append(f"errors were measured at beta from {SLIDING_BETAS[0]:g} to {SLIDING_BETAS[1]:g}")
     if packing.n < fewest:
         found.append(f"errors were measured on {fewest} particles or more, not {packing.n}")
     overlap = mean_overlap(packing)
-    if not low * (1 - _DIGITS) <= overlap <= high * (1 + _DIGITS):
+    if not _within(overlap, low, high):
         found.append(
             f"errors were measured at pressures from {low:.2g} to {high:.2g} of the stiffness, not {overlap:.2g}"
         )
     if packing.model == "dp":
         found.append("errors were measured on disks")
     return found
+
+
+def doubts_of_flow(law: Damping, drag: float) -> list[str]:
+    """What of a drag law and of a linear rate, `relative_drag`, lies outside the rows of steady flow.
+
+    How far averages scatter was measured there alone, so this holds for a run as well.
+    """
+    alpha, found = law_number(law), []
+    low, high = measured_range("flow", "alpha")
+    if not _within(alpha, low, high):
+        unlike = f"at alpha from {low:g} to {high:g}, not {alpha:g}"
+        found.append(f"errors were measured {'under contact drag, not Stokes drag' if alpha == STOKES else unlike}")
+    low, high = measured_range("flow", "drag")
+    if not _within(drag, low, high):
+        found.append(
+            f"errors were measured at linear rates (tau rate)^alpha from {low:.2g} to {high:.2g}, not {drag:.2g}"
+        )
+    return found
+
+
+def _within(value: float, low: float, high: float) -> bool:
+    return low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS)
 
 
 def about_inertia(packing: Packing, linear: Damping, omega: float, mass: float, tolerance: float) -> tuple[str, str]:

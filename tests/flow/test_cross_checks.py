@@ -102,11 +102,10 @@ def test_creep_above_yield_lands_on_the_flow_curve(dense):
 @pytest.mark.parametrize(("linear", "allowed"), [(1e-2, 0.1), pytest.param(1e-3, 0.25, id="slow")])
 @pytest.mark.parametrize("alpha", [0.5, 2 / 3])
 def test_power_laws_collapse(dense, curve, alpha, linear, allowed):
-    """sigma_alpha(rate) = sigma_1(rate^alpha), Tighe et al. 2010: where drag rules, at rate^alpha = 1e-2, to 2 %.
+    """sigma_alpha(rate) = sigma_1(rate^alpha), Tighe et al. 2010: at rate^alpha = 1e-2, to 2 %.
 
     At 1e-3 the stress of power laws is lower, by 11 % (alpha = 2/3) and 18 % (1/2) in the mean of six packings,
-    whatever the number of disks, the tolerance and the background (`jamlab figure dynamics-power-law`): velocities
-    fluctuate more, and the drag of the faster ones grows less.
+    whatever the number of disks, the tolerance and the background (`jamlab figure dynamics-power-law`).
     """
     law, rate = jamlab.ContactDamping(alpha=alpha), linear ** (1 / alpha)
     found = jamlab.flow_curve(dense, [rate], law, strain=3.0, background=1e-2)

@@ -28,6 +28,7 @@ from jamlab.flow.flow_errors import (
 )
 from jamlab.rheology.inertia import inertia_error
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.statistics.confidence import STANDARD_ERRORS
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 
@@ -71,12 +72,12 @@ def test_films_that_move_fast_need_equivalent_damping(packing):
 
 
 def test_steady_flow(packing):
-    """Two standard errors of the average, over more strain or more disks, fill what the run itself leaves."""
+    """Half the 95 % interval of the average, over more strain or more disks, fills what the run itself leaves."""
     fast, slow = (jamlab.choose_flow(packing, rate=1e-2, tolerance=t) for t in (0.2, 0.02))
     assert fast.way == slow.way == "flow" and slow.call.startswith("jamlab.flow_curve(p, [0.01]")
     wide = jamlab.choose_flow(jamlab.pack(n=128, pressure=1e-2, seed=1), rate=1e-2, tolerance=0.02)
     for choice, n in ((fast, 64), (slow, 64), (wide, 128)):
-        noise = 2 * scatter_of_flow() * np.sqrt(SIZE / n / (choice.strain - 1))
+        noise = STANDARD_ERRORS * scatter_of_flow() * np.sqrt(SIZE / n / (choice.strain - 1))
         assert choice.error == pytest.approx(np.hypot(RUN_ERROR, noise))
     assert 0.99 * 0.2 < fast.error <= 0.2 and 0.99 * 0.02 < slow.error <= 0.02 and 0.99 * 0.02 < wide.error <= 0.02
 
@@ -89,7 +90,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
     model = promised_error("flow", 0.5, 1e-3**0.5, 1.0)
     for tolerance in (0.3, 1.05 * model):
         choice = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=tolerance)
-        noise = 2 * scatter_of_flow() / np.sqrt(choice.strain - 1)
+        noise = STANDARD_ERRORS * scatter_of_flow() / np.sqrt(choice.strain - 1)
         assert choice.way == "linear flow" and choice.error == pytest.approx(np.hypot(model, noise))
         assert choice.error <= tolerance and choice.others[choice.way] == choice.error
     refused = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=0.9 * model)
@@ -98,7 +99,7 @@ def test_linear_flow_shares_its_tolerance_with_its_average(packing):
 
 def test_no_average_longer_than_any_run(packing):
     """Neither way is offered: near its own error nothing is left for the average."""
-    with pytest.raises(jamlab.InputError, match="64 disks sheared by 1000 err by 1"):
+    with pytest.raises(jamlab.InputError, match="64 particles sheared by 1000 err by 1"):
         jamlab.choose_flow(packing, rate=1e-2, tolerance=RUN_ERROR * 1.1)
     model = promised_error("flow", 0.5, 1e-3**0.5, 1.0)
     near = jamlab.choose_flow(packing, FILM, rate=1e-3, tolerance=model * (1 + 1e-6))
@@ -121,16 +122,49 @@ def test_steady_flow_runs_as_its_errors_were_measured(packing):
 )
 def test_packings_unlike_those_of_the_table_are_named(packing, kind, given):
     """Its size and its pressure, each alone; infinitely small strains take nothing from the table."""
-    fewest, (low, high) = measured_range(kind)
+    fewest, (low, high) = measured_range(kind, "n")[0], measured_range(kind, "pressure")
     rows = read_errors().query("kind == @kind")
     assert fewest == rows["n"].min() and (low, high) == (rows["pressure"].min(), rows["pressure"].max())
-    assert f"on {fewest} disks at pressures from\n    {low:.2g} to {high:.2g}" in jamlab.choose_flow.__doc__
+    assert f"on {fewest:g} disks at pressures from\n    {low:.2g} to {high:.2g}" in jamlab.choose_flow.__doc__
     assert jamlab.choose_flow(packing, **given, tolerance=0.3).warning == ""
     small, loose = jamlab.pack(n=32, pressure=5e-3, seed=1), jamlab.pack(n=64, pressure=1e-3, seed=1)
     few, faint = (jamlab.choose_flow(p, **given, tolerance=0.3).warning for p in (small, loose))
     assert "64 particles or more, not 32" in few and "pressure" not in few
     assert "0.003 to 0.01 of the stiffness, not 0.001" in faint and "particles" not in faint
     assert jamlab.choose_flow(small, omega=1.0).warning == ""
+
+
+@pytest.mark.parametrize(
+    ("law", "rate", "named"),
+    [
+        (jamlab.ContactDamping(), 1e-5, ["rates (tau rate)^alpha from 0.01 to 0.1, not 1e-05"]),
+        (jamlab.ContactDamping(), 500.0, ["rates (tau rate)^alpha from 0.01 to 0.1, not 5e+02"]),
+        (jamlab.StokesDrag(), 1e-2, ["under contact drag, not Stokes drag"]),
+        (jamlab.StokesDrag(), 1e-5, ["under contact drag, not Stokes drag", "not 1e-05"]),
+        (jamlab.ContactDamping(alpha=0.4), 1e-3, ["at alpha from 0.5 to 1, not 0.4"]),
+        (jamlab.ContactDamping(tau=10.0), 0.1, ["not 1"]),
+        (jamlab.ContactDamping(tau=10.0), 1e-3, []),
+        (jamlab.ContactDamping(), 0.1, []),
+        (FILM, 1e-4, []),  # as linear drag, at the least and the largest rate of the table
+        (FILM, 1e-2, []),
+        (FILM, 2e-2, ["not 0.14"]),
+    ],
+)
+def test_steady_flow_unlike_that_of_the_table_is_named(packing, law, rate, named):
+    """Its drag law and its linear rate; a run has the scatter of its average from the table too."""
+    choice = jamlab.choose_flow(packing, law, rate=rate, tolerance=0.3)
+    assert choice.way == "flow" or not named
+    found = [each for each in choice.warning.split("; ") if each]
+    assert len(found) == len(named) and all(end in each for end, each in zip(named, found, strict=True))
+
+
+def test_the_docstring_says_which_steady_flow_was_measured():
+    rows = read_errors().query("kind == 'flow'")
+    (least, largest), (slow, fast) = (measured_range("flow", column) for column in ("alpha", "drag"))
+    assert (least, largest) == (rows["alpha"].min(), rows["alpha"].max()) and least > 0  # no Stokes drag
+    assert (slow, fast) == (rows["drag"].min(), rows["drag"].max())
+    said = " ".join(jamlab.choose_flow.__doc__.split())
+    assert f"alpha from {least:g} to {largest:g}" in said and f"(tau_1 rate)^alpha from {slow:g} to {fast:g}" in said
 
 
 def test_checks_stand_beside_what_they_checked(packing):

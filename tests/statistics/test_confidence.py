@@ -18,8 +18,13 @@ def test_standard_errors_hold_a_normal_variable_so_often():
 
 
 def test_no_module_has_a_confidence_of_its_own():
-    """Were it another constant, changing the first would leave some intervals as they were."""
-    own = re.compile(r"\b1\.96\b|(level|confidence)\w*(: float)? = 0\.95", re.IGNORECASE)
+    """Were it another constant, or 2 in its place, changing the first would leave some intervals as they were."""
+    own = re.compile(
+        r"\b1\.96\b|(level|confidence)\w*(: float)? = 0\.95|two standard errors"
+        r"|\b2(\.0)? \* [\w(]*(scatter|standard_error|stderr)"
+        r"|(ppf|ndtri|stdtrit|quantile)\([^\n]*\b0\.(95|05|975|025)\b",
+        re.IGNORECASE,
+    )
     found = [p.name for p in Path(str(resources.files("jamlab"))).rglob("*.py") if own.search(p.read_text("utf-8"))]
     assert found == ["confidence.py"]
 
