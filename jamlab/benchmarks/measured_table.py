@@ -83,7 +83,7 @@ def read_table(path: Path) -> MeasuredTable:
     """Read a table.
 
     Raises:
-        StorageError: the file cannot be read, holds no such table, or was cut short.
+        StorageError: the file cannot be read, holds no such table, or more or fewer rows of a task than it names.
     """
     return _whole(_read(path), str(path))
 
@@ -98,12 +98,14 @@ def _read(path: Path) -> MeasuredTable:
 
 
 def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
-    counts = table.provenance["rows"]
-    broken = [task for task in counts if task not in table.tasks]
-    if broken:
-        task = broken[0]
-        held = f"{_count(table.rows).get(task, 0)} of {counts[task]} rows of task {task!r}"
-        raise StorageError(f"{name} was cut short and holds {held}: jamlab chart --measure does that again")
+    found = _count(table.rows)
+    for task, count in table.provenance["rows"].items():
+        held = found.get(task, 0)
+        if held != count:
+            what = f"was cut short and holds {held} of {count} rows of task {task!r}"
+            if held > count:
+                what = f"holds {held} rows of task {task!r}, {count} expected"
+            raise StorageError(f"{name} {what}: jamlab chart --measure does that again")
     return table
 
 
@@ -165,13 +167,12 @@ class _Writer:
         facts = json.loads(json.dumps(dict(facts)))
         if path.exists():
             before = _read(path)
-            if before.provenance["facts"] != facts or list(before.rows.columns) != self._columns:
+            other_columns = len(before.rows) > 0 and list(before.rows.columns) != self._columns
+            if before.provenance["facts"] != facts or other_columns:
                 raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
             self.tasks |= before.tasks
-            body = path.read_text(encoding="utf-8").split("\n", 2)[2]
-            csv.writer(self._body, lineterminator="\n").writerows(
-                row for row in csv.reader(io.StringIO(body)) if row[0] in before.tasks
-            )
+            _, rows, _ = _whole_records(path.read_text(encoding="utf-8").partition("\n")[2])
+            csv.writer(self._body, lineterminator="\n").writerows(row for row in rows if row[0] in self.tasks)
             sessions, counts = before.provenance["sessions"], before.provenance["rows"]
         today = datetime.now(UTC).date().isoformat()
         self._session: dict[str, Any] = {"commit": commit(), "date": today, "versions": versions(), "tasks": 0}
@@ -223,11 +224,16 @@ def commit() -> str:
 
 def _parse(text: str, name: str) -> MeasuredTable:
     first, _, body = text.partition("\n")
-    body, cut = _without_cut_line(body)
+    header, records, cut = _whole_records(body)
     try:
         provenance = json.loads(first.removeprefix("# "))
         known = provenance["schema"] == SCHEMA and provenance["version"] == 1
-        rows = pd.read_csv(io.StringIO(body), dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
+        if not header and "rows" in provenance:
+            header = list(_FIRST)  # cut before its first row: what is missing is known by name
+        whole = io.StringIO()
+        csv.writer(whole, lineterminator="\n").writerows([header, *records])
+        whole.seek(0)
+        rows = pd.read_csv(whole, dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
     except (ValueError, KeyError, TypeError) as error:
         raise StorageError(f"{name} is no table of jamlab chart --measure: {error}") from error
     if not known:
@@ -238,6 +244,8 @@ def _parse(text: str, name: str) -> MeasuredTable:
         provenance["rows"] = _count(rows) | dict.fromkeys(provenance.pop("empty", []), 0)
         if cut and len(rows):
             provenance["rows"][rows["task"].iloc[-1]] += 1
+    if unnamed := sorted(_count(rows).keys() - provenance["rows"].keys()):
+        raise StorageError(f"{name} holds rows of task {unnamed[0]!r}, which its first line does not name: remove them")
     return MeasuredTable(rows, provenance)
 
 
@@ -246,14 +254,18 @@ def _count(rows: pd.DataFrame) -> dict[str, int]:
     return {str(task): int(count) for task, count in rows["task"].value_counts(sort=False).items()}
 
 
-def _without_cut_line(body: str) -> tuple[str, bool]:
-    """The lines of a table without a last one that has no end or too few fields, and whether there was one."""
-    whole, _, last = body.removesuffix("\n").rpartition("\n")
-    header = whole.partition("\n")[0]
-    fields, columns = (next(csv.reader([line]), []) for line in (last, header))
-    if whole and not (body.endswith("\n") and len(fields) == len(columns)):
-        return f"{whole}\n", True
-    return body, False
+def _whole_records(body: str) -> tuple[list[str], list[list[str]], bool]:
+    """Header and rows of a table without a last one that was cut, and whether there was one.
+
+    The last one is whole if its line ends, outside of quotes, which come in pairs, and it has as many fields as the
+    header. Without a whole header there are no rows.
+    """
+    records = [record for record in csv.reader(io.StringIO(body)) if record]  # a blank line is none
+    ended = body.endswith("\n") and body.count('"') % 2 == 0
+    cut = bool(records) and not (ended and len(records[-1]) == len(records[0]))
+    if cut:
+        records.pop()
+    return (records[0] if records else []), records[1:], cut
 
 
 def _text(value: Any) -> str:

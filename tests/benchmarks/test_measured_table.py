@@ -69,7 +69,78 @@ def test_a_task_that_was_cut_short_is_refused_and_done_again(tmp_path, cut, coun
     found = measure_table(path, COLUMNS, tasks(7, 1, 2, done=done), {})
     assert done == [2] and found.rows["seed"].tolist() == [1, 1, 2, 2]
     assert found.tasks == {"seed 7", "seed 1", "seed 2"}
-    assert path.read_text(encoding="utf-8").split("\n")[1:5] == rest.split("\n")[:4]
+    assert path.read_text(encoding="utf-8").split("\n")[1:4] == rest.split("\n")[:3]
+
+
+def written(path, first, body):
+    path.write_text(f"# {json.dumps(first)}\n{body}", encoding="utf-8")
+    return path
+
+
+def provenance_of(path):
+    return json.loads(path.read_text(encoding="utf-8").split("\n")[0].removeprefix("# "))
+
+
+@pytest.mark.parametrize(
+    "body",
+    ["", "task,took", "task,took,seed,error,note", "task,took,seed,error,note\n", "task,took,seed,error,note\n\n\n"],
+)
+def test_a_table_cut_before_its_first_row_is_done_again(tmp_path, body):
+    path = tmp_path / "t.csv"
+    measure_table(path, COLUMNS, tasks(7, 1), {})
+    written(path, provenance_of(path), body)
+    with pytest.raises(jamlab.StorageError, match=r"was cut short and holds 0 of 2 rows of task 'seed 1'"):
+        read_table(path)
+    done = []
+    assert measure_table(path, COLUMNS, tasks(7, 1, done=done), {}).rows["seed"].tolist() == [1, 1]
+    assert done == [1]
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\n\n"])
+def test_a_piece_of_a_row_is_never_kept(tmp_path, end):
+    """Also where it reads as a row of another task."""
+    path = tmp_path / "t.csv"
+    named = dict(zip(("1", "16.6"), tasks(1, 2).values(), strict=True))
+    measure_table(path, COLUMNS, named, {})
+    text = path.read_text(encoding="utf-8")
+    cut = text.index("\n16.6,") + len("\n1")
+    path.write_text(text[:cut] + end, encoding="utf-8")
+    assert done_tasks(path) == {"1"}
+    assert measure_table(path, COLUMNS, named, {}).rows["task"].tolist() == ["1", "1", "16.6", "16.6"]
+    assert read_table(path).rows["seed"].tolist() == [1, 1, 2, 2]
+
+
+def test_notes_of_two_lines_are_read_and_gone_on_with(tmp_path):
+    """As earlier versions wrote them, with and without how many rows there are."""
+    path = tmp_path / "t.csv"
+    measure_table(path, COLUMNS, tasks(1), {})
+    first = provenance_of(path)
+    body = 'task,took,seed,error,note\nseed 1,2,1,1,"a\nb"\nseed 1,2,1,2,"say ""c""\nd"\n'
+    without = {key: value for key, value in first.items() if key != "rows"}
+    for start in (first, without):
+        assert read_table(written(path, start, body)).rows["note"].tolist() == ["a\nb", 'say "c"\nd']
+    assert measure_table(path, COLUMNS, tasks(1, 2), {}).rows["note"].tolist()[:2] == ["a\nb", 'say "c"\nd']
+    for start in (first, without):
+        for cut in ('d"\n', '"\n', "\n"):  # the first leaves a line that ends within quotes
+            with pytest.raises(jamlab.StorageError, match="holds 1 of 2 rows of task 'seed 1'"):
+                read_table(written(path, start, body.removesuffix(cut)))
+
+
+def test_more_rows_than_recorded(tmp_path):
+    path = tmp_path / "t.csv"
+    measure_table(path, COLUMNS, tasks(1, 2), {})
+    text = path.read_text(encoding="utf-8")
+    last = text.splitlines(keepends=True)[-1]
+    path.write_text(text + last, encoding="utf-8")
+    with pytest.raises(jamlab.StorageError, match=r"t\.csv holds 3 rows of task 'seed 2', 2 expected: .*--measure"):
+        read_table(path)
+    done = []
+    assert measure_table(path, COLUMNS, tasks(1, 2, done=done), {}).rows["seed"].tolist() == [1, 1, 2, 2]
+    assert done == [2]
+    path.write_text(text + last.replace("seed 2", "seed 3"), encoding="utf-8")
+    for use in (read_table, done_tasks, lambda path: measure_table(path, COLUMNS, tasks(1, 2), {})):
+        with pytest.raises(jamlab.StorageError, match="rows of task 'seed 3', which its first line does not name"):
+            use(path)
 
 
 def test_other_measurements_are_not_gone_on_with(tmp_path):

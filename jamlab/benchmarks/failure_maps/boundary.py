@@ -13,14 +13,15 @@ _FAILURES = ("stalled", "blew up", "refused", "silent")
 
 @dataclass(frozen=True)
 class Distance:
-    """From a default to the nearest boundary, where half of the runs fail, and to the limit of theory.
+    """From a default to the nearest boundary, from which on half of the runs fail, and to the limit of theory.
 
     Attributes:
         default: value on its axis.
-        boundary: value there; nan if no run of half the seeds fails within the map.
+        boundary: value there; nan if the map holds none.
         where: the other condition, such as "y = 3".
         axis: which it is measured along.
         limit: of theory; nan if the map draws none.
+        scattered: cells in which half of the runs fail, or more, but not on to an end of the axis.
     """
 
     default: float
@@ -28,6 +29,7 @@ class Distance:
     where: str
     axis: Axis
     limit: float = np.nan
+    scattered: int = 0
 
     @property
     def far(self) -> float:
@@ -50,12 +52,20 @@ class Distance:
         if np.isfinite(self.far):
             nearest = f"{self._side(self.boundary)} the boundary {self.boundary:.3g} ({self.where})"
         limit = "" if np.isnan(self.limit) else f", {self._side(self.limit)} the limit drawn, {self.limit:.3g}"
-        return f"{self.default:g}: {nearest}{limit}"
+        return f"{self.default:g}: {nearest}{limit}{self._apart()}"
+
+    def _apart(self) -> str:
+        if self.scattered == 0:
+            return ""
+        cells, them = ("1 cell fails", "it") if self.scattered == 1 else (f"{self.scattered} cells fail", "them")
+        return f"; {cells} although values beyond {them} work"
 
 
 def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     """The least distance of the default from a boundary, along x if x has a default, else along y; None without one.
 
+    A boundary is where the share of failures crosses one half and stays there to the end of the axis: a cell that fails
+    alone, such as one of two seeds that stalled, does not say that values beyond it fail. Such cells are counted.
     If both axes have a default, only the rows around y's own count, and the limit is that at y's own. Rows in which
     every value fails have no boundary.
     """
@@ -77,7 +87,8 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     if not found:
         return None
     nearest = min(found, key=lambda distance: distance.far)
-    return replace(nearest, limit=_limit(nearest, other, limits[works], np.array(works)))
+    limit = _limit(nearest, other, limits[works], np.array(works))
+    return replace(nearest, limit=limit, scattered=sum(int(_scattered(failed[k]).sum()) for k in works))
 
 
 def _around(axis: Axis) -> list[int]:
@@ -98,12 +109,13 @@ def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray
 
 
 def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
-    """Where the share of failures crosses one half nearest to the default; the default itself if it fails there."""
+    """Where failures that last to an end of the axis begin, nearest to the default; itself if it fails there."""
     values = np.array([float(v) for v in axis.values])
     scale, back = (np.log, np.exp) if axis.logarithmic else (np.asarray, np.asarray)
     x, start = scale(values), scale(default)
     if np.interp(start, x, failed) > _HALF:
         return default
+    failed = np.where(_scattered(failed), 0.0, failed)
     crossings = []
     for a, b, low, high in zip(x[:-1], x[1:], failed[:-1], failed[1:], strict=True):
         if (low - _HALF) * (high - _HALF) <= 0 and low != high:
@@ -111,3 +123,10 @@ def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
     if not crossings:
         return float("nan")
     return float(back(min(crossings, key=lambda c: abs(c - start))))
+
+
+def _scattered(failed: np.ndarray) -> np.ndarray:
+    """Cells of a line that fail and have one that works on either side, next to them or farther out."""
+    fails = failed >= _HALF
+    from_start, from_end = (np.logical_and.accumulate(line) for line in (fails, fails[::-1]))
+    return np.asarray(fails & ~from_start & ~from_end[::-1])

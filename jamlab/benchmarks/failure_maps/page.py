@@ -22,7 +22,9 @@ _LEAD = (
     "ended above it; blew up: positions or energies ran away; refused: an error instead of a number. Numbers given "
     "as right are checked, as each caption says, by physics written anew from the definitions, at the state where the "
     "run ended: one that does not follow from it is a silent wrong number. Whether that state is in the right basin or "
-    "on the right path a run cannot know: a map tells by runs with finer steps, or by what it started beside."
+    "on the right path a run cannot know: a map tells by runs with finer steps, or by what it started beside. "
+    "A boundary is where half of the runs or more fail, from there to the end of the axis; cells that fail before "
+    "values that work are counted apart."
 )
 
 
