@@ -84,15 +84,16 @@ def _grid(table: pd.DataFrame) -> tuple[Array, Array, Array]:
 
 
 def _slower(table: pd.DataFrame) -> dict[float, Array]:
-    """Highest rate of a fit -> its numbers, from slower and slower flow as far as three rates are left."""
+    """Highest rate of a fit -> its numbers, from slower and slower flow as far as there are points enough."""
     found = {}
     for highest in np.sort(table["rate"].unique())[:1:-1]:
         rows = table[table["rate"] <= highest]
         rows = rows[rows.groupby("phi")["rate"].transform("nunique") > 1]
-        if rows["phi"].nunique() < 3:
-            break
         phi, rate, values = _grid(rows)
-        fit = collapse_through(phi, rate, average(values), START, critical=JAMMING_IN_SHEAR.value)
+        try:
+            fit = collapse_through(phi, rate, average(values), START, critical=JAMMING_IN_SHEAR.value)
+        except InputError:  # too few points
+            break
         found[float(highest)] = _numbers(fit)
     return found
 
