@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.beyond_rows import droplets_with, say
 from jamlab.figures.papers.boromand_contacts_and_modulus import NEAR
-from jamlab.figures.papers.ensembles import FEWEST, average, bootstrap, ensemble, groups_by, sizes
+from jamlab.figures.papers.ensembles import FEWEST, average, bootstrap, ensemble, groups_by, sampled_sizes, sizes
 from jamlab.figures.papers.panels import FIT, Drawing, drawing, label, scale, size_style, style
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
@@ -25,7 +25,7 @@ FEW = 4.0  # contacts beyond those at onset, where their number begins to grow a
 
 def droplet_sizes(tables: EnsembleTables) -> Drawing:
     """Finite size of droplets: z - z_J and G at fixed distances, crossover, unstable boxes, onset and its width."""
-    states, onset = _states(tables), _onsets(tables)
+    states, onset = (table[table["n"].isin(sampled_sizes(table, "dp"))] for table in (_states(tables), _onsets(tables)))
     n = sizes(onset, "dp")
     if len(n) < 2:
         raise InputError(f"droplets of {len(n)} size with onsets: it takes two; use the reference data")
