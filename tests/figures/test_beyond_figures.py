@@ -83,9 +83,10 @@ def test_states_of_self_stress_are_told_size_by_size():
 
 
 def test_the_figure_of_sizes_says_how_many_packings_were_compressed_and_how_many_are_onsets():
+    """Five onsets of 16 beside thirty of the others are a size that is only begun."""
     caption = drawn("beyond-droplet-sizes").caption
     assert by_size(caption, r"\(a\) to \(d\) (.*?), compressed") == {16: 5, 32: 5, 64: 5}
-    assert by_size(caption, r"\(e\) and \(f\) (.*?), at onset") == {16: 5, 32: 30, 64: 30, 128: 30}
+    assert by_size(caption, r"\(e\) and \(f\) (.*?), at onset") == {32: 30, 64: 30, 128: 30}
 
 
 @pytest.mark.slow
