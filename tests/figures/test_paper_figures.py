@@ -165,3 +165,9 @@ def test_numbers_without_a_paper_are_in_the_captions(tmp_path):
 def test_bad_calls_are_refused(tmp_path, words, named):
     done = call(tmp_path, "figure", *words)
     assert done.exit_code == 1 and named in done.stderr and not list(tmp_path.iterdir())
+
+
+def test_the_two_lengths_of_fig_7_are_two_measurements():
+    """At the lowest frequency both laws give one motion: contact damping is measured at all, as in the paper."""
+    assert "mean over omega" in found("baumgarten-7", "l/L, contact").how
+    assert "mean over omega" not in found("baumgarten-7", "plateau l/L").how
