@@ -109,7 +109,8 @@ def spectra():
                         rows.append(
                             pd.DataFrame(
                                 {
-                                    **{"n": n, "seed": seed, "pressure": p, "target_pressure": p, "law": law},
+                                    **{"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p},
+                                    **{"target_pressure": p, "law": law},
                                     **{"beta": beta if law == "contact" else np.nan},
                                     **{"eta_f": eta_f if law == "stokes" else np.nan, "prestress": prestress},
                                     **{"omega": OMEGA, "storage": storage, "loss": loss, "g0": g0, "eta0": eta0},
@@ -127,7 +128,8 @@ def quasistatic():
     for seed in SEEDS:
         for p in (1e-2, 1e-3, 1e-4):
             f = 1 + 0.01 * rng.normal()
-            rows.append({"n": 1024, "seed": seed, "pressure": p * 1.0000001, "target_pressure": p, "prestress": False})
+            rows.append({"n": 1024, "seed": seed, "ensemble": "fixed-box", "pressure": p * 1.0000001})
+            rows[-1] |= {"target_pressure": p, "prestress": False}
             rows[-1] |= {"approach": f * p**0.25, "sliding": f * p**-0.25, "nonaffine": 2 * f * p**-0.25}
     return pd.DataFrame(rows)
 
@@ -150,7 +152,8 @@ def correlation():
                         rows.append(
                             pd.DataFrame(
                                 {
-                                    **{"n": n, "seed": seed, "pressure": p, "law": law, "prestress": True},
+                                    **{"n": n, "seed": seed, "ensemble": "fixed-box", "pressure": p, "law": law},
+                                    **{"prestress": True},
                                     **{"beta": 1.0 if law == "contact" else np.nan, "eta_f": 1.0},
                                     **{"omega": omega, "box": box, "delta": delta, "c": c},
                                 }

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from jamlab.campaign.file_problems import explain
-from jamlab.campaign.file_tables import CampaignTable, Compression, DampingLaws, SweepTable, Tolerances
+from jamlab.campaign.file_tables import CampaignTable, Compression, DampingLaws, SeedRange, SweepTable, Tolerances
 from jamlab.campaign.file_values import FileTable, LogGrid
 from jamlab.campaign.flow_file import Creeping, Flow, Oscillating
 from jamlab.errors import InputError, JamlabError
@@ -57,6 +57,7 @@ def _known_keys(place: list[Any]) -> list[str]:
     table: type[FileTable] = CampaignTable
     inner: dict[Any, type[FileTable]] = {
         "sweep": SweepTable,
+        "seeds": SeedRange,
         "compress": Compression,
         "damping": DampingLaws,
         "omega": LogGrid,

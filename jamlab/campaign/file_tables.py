@@ -86,6 +86,21 @@ class Compression(_Table):
         return self
 
 
+class SeedRange(_Table):
+    """{ first, last }: seeds from the first to the last, such as those that another machine does not run."""
+
+    first: Annotated[int, Field(ge=0)]
+    last: Annotated[int, Field(ge=0)]
+
+    @model_validator(mode="after")
+    def _check_order(self) -> "SeedRange":
+        if self.first > self.last:
+            raise ValueError(f"first = {self.first} is above last = {self.last}: swap them")
+        if self.last - self.first >= MOST_TASKS:
+            raise ValueError(f"{self.first} to {self.last} are too many, at most {MOST_TASKS} tasks: give fewer seeds")
+        return self
+
+
 class DampingLaws(_Table):
     """Damping laws: beta of contact damping and eta_f of Stokes drag, one spectrum for each value."""
 
@@ -108,7 +123,7 @@ class SweepTable(_Table):
         name: of the sweep, for `--only` and `table(..., sweep=...)`.
         model: "sp", "dp" or a list of both.
         n: even number of particles, or a list.
-        seeds: number of seeds (1, 2, ...), or a list of seeds; with `until`, the most that may be used.
+        seeds: number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used.
         until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
             of each named column of "states", at the last state of each packing and for each model and n. The first
             eight seeds always run; `standard_error.py` says how many follow.
@@ -167,8 +182,11 @@ class SweepTable(_Table):
     def _count_to_range(cls, value: Any) -> Any:
         if isinstance(value, list):
             return value
+        if isinstance(value, dict):
+            ends = SeedRange.model_validate(value)
+            return range(ends.first, ends.last + 1)
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise ValueError("give a number of seeds (1 or more), or a list of seeds")
+            raise ValueError("give a number of seeds (1 or more), a list of seeds, or { first = 101, last = 200 }")
         if value > MOST_TASKS:
             raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
         return range(1, value + 1)

@@ -21,12 +21,12 @@ TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "modes", "
 
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 
-_WHO = ("task", "model", "n", "seed")
+_WHO = ("task", "model", "n", "seed", "ensemble")
 _FLOW_STATE = ("phi", "rho", "background", "tolerance")  # of a flow: where it starts, and how it was run
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
-        *("units", "ensemble", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
+        *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
         *("gamma", "ka", "delta", "eps", "nv_small", "contact", "wall_time"),
     ),
     "onset": (*_WHO, *SCHEMA["onset"], "seconds"),
@@ -98,7 +98,6 @@ def _states(file: TaskFile) -> dict[str, Any]:
     rho_j, phi_j = _at_onset(file)
     return {
         "units": file.units,
-        "ensemble": file.parameters["ensemble"],
         "state": np.arange(len(file.converged)),
         "onset": rho_j,
         "onset_phi": phi_j,

@@ -26,6 +26,14 @@ from jamlab.errors import InputError
         ({"n": []}, r"n = \[\]: the list is empty"),
         ({"seeds": 0}, r"seeds = 0: give a number of seeds"),
         ({"seeds": True}, r"seeds = True: give a number of seeds"),
+        ({"seeds": {"first": 5, "last": 4}}, r"seeds: first = 5 is above last = 4: swap them"),
+        ({"seeds": {"first": 5}}, r"seeds\.last is missing: add it"),
+        ({"seeds": {"first": 5, "last": 9, "step": 2}}, r"seeds\.step = 2: unknown key, use first, last$"),
+        ({"seeds": {"first": 5, "last": 6.0}}, r"seeds\.last = 6\.0: must be a whole number"),
+        (
+            {"seeds": {"first": 5, "last": 10**12}},
+            r"5 to 1000000000000 are too many, at most 1000000",
+        ),
         ({"seeds": [1, 2, 1]}, r"seeds = \[1, 2, 1\]: 1 is listed twice"),
         ({"seeds": [-1]}, r"seeds\[1\] = -1: must be 0 or more"),
         ({"seed": 3}, r"seed = 3: unknown key, did you mean seeds\?"),
@@ -149,6 +157,7 @@ def test_task_names_depend_on_what_results_depend_on(tmp_path):
     one = names(written(path))
     assert len(set(one)) == 2
     assert names(written(path, name="other", seeds=[2, 1])) == one[::-1]
+    assert names(written(path, seeds={"first": 2, "last": 4})) == names(written(path, seeds=[2, 3, 4]))
     assert set(names(written(path, seeds=3))) > set(one)  # more seeds keep what is there
     assert set(names(written(path, n=[16, 18]))) > set(one)
     assert names(written(path, observables=["states"])) == one

@@ -99,8 +99,11 @@ def test_damaged_reference_tables_are_refused(tmp_path):
     (tmp_path / "onset.csv.gz").write_bytes(b"no gzip")
     with pytest.raises(StorageError, match="onset"):
         gallery.draw("boromand-10", read_folder(tmp_path))
-    (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
     (tmp_path / "reference.json").write_text('{"facts": {}, "rows": {"onset": 1}}')
+    (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
+    with pytest.raises(StorageError, match=r"onset\.csv\.gz has no column seed"):  # nor may it be added to
+        gallery.draw("boromand-10", read_folder(tmp_path))
+    (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n,seed\nsp,32,1\n"))
     with pytest.raises(InputError, match="column"):
         gallery.draw("boromand-10", read_folder(tmp_path))
     (tmp_path / "reference.json").write_text('{"facts": {}}')

@@ -3,13 +3,22 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.errors import InputError, StorageError
 from jamlab.figures.papers.claims import claim
 from jamlab.figures.papers.ensembles import FEWEST, RESAMPLES, bootstrap, groups_by
 from jamlab.figures.papers.panels import Drawing, drawing, label, scale, size_style, style
-from jamlab.figures.papers.spectral_groups import LARGE, select_largest, select_law, select_limits
+from jamlab.figures.papers.spectral_groups import (
+    FIXED,
+    LARGE,
+    STABILIZED,
+    select_ensemble,
+    select_largest,
+    select_law,
+    select_limits,
+)
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
@@ -22,7 +31,7 @@ _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 
 def figure_5(tables: EnsembleTables) -> Drawing:
     """Medians of approach, sliding and non-affine motion in slow shear against pressure."""
-    table = tables.quasistatic
+    table = select_ensemble(tables.quasistatic)
     loose = table[~table["prestress"].astype(bool)]
     part = loose if len(loose) else table
     part = select_largest(part)
@@ -55,7 +64,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         )
         means = [float(v.mean()) for v in groups]
         words = {"how": how, "cause": _local_exponents(p, means), "shown_by": "baumgarten-5"}
-        if name == "approach" and (half := _half_modulus(tables, n, [p[k] for k in fitted])):
+        if half := _root(tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {half}", "cause": f"{half}; {words['cause']}"}
         out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
@@ -74,22 +83,22 @@ def _local_exponents(pressures: list[float], means: list[float]) -> str:
     return f"from pressure to pressure it is {', '.join(f'{e:.2f}' for e in reversed(rise))} (p = {places})"
 
 
-def _half_modulus(tables: EnsembleTables, n: int, pressures: list[float]) -> str:
-    """Half the exponent of G_0 without pre-stress in the same packings: approach ~ G_0^(1/2), [T] eq 19."""
+def _root(tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
+    """Half the exponent of G_0 or eta_0 in the same packings: by [T] eqs 19, 22 mean squares of approach, sliding."""
+    column, words = {
+        "approach": ("g0", "it goes as the root of G_0, which rises with p^{:.3f} in these packings, hence {:.3f}"),
+        "sliding": ("eta0", "its mean square makes eta_0, which goes as p^{:.3f} in these packings, hence {:.3f}"),
+    }.get(name, ("", ""))
     try:
         rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
     except (InputError, StorageError):
         return ""
-    groups = groups_by(
-        rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"]), "target_pressure", "g0", pressures
-    )
+    rows = rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"])
+    groups = groups_by(rows, "target_pressure", column, pressures) if column else []
     if not groups or min(map(len, groups)) == 0:
         return ""
-    mu = power_law(pressures, [g.mean() for g in groups]).exponents[0]
-    return (
-        f"it goes as the root of G_0, which rises with p^{mu:.3f} in these packings, hence {0.5 * mu:.3f};"
-        " the paper's is a guide line"
-    )
+    whole = power_law(pressures, [g.mean() for g in groups]).exponents[0]
+    return words.format(whole, 0.5 * whole) + "; the paper's is a guide line"
 
 
 def figure_8(tables: EnsembleTables) -> Drawing:
@@ -132,9 +141,21 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N^{{{a:g}}}$  [$k\,\tau_1$]")
     out.caption = (
         "Viscosity at low frequency over N^a against p N^2. Filled: without pre-stress, open: with it (text of the "
-        "paper; its caption says the reverse). Packings unstable in shear have no viscosity and are left out."
+        "paper; its caption says the reverse). Packings unstable in shear have no viscosity and are left out. "
+        + _say_ensembles(limits)
     )
     return out
+
+
+def _say_ensembles(limits: pd.DataFrame) -> str:
+    """Which sizes are of which ensemble, with how many packings."""
+    said = []
+    for ensemble, words in ((STABILIZED, "sheared until stable"), (FIXED, "of fixed shape")):
+        packings = limits[limits["ensemble"] == ensemble].groupby("n")["seed"].nunique()
+        if len(packings):
+            found = ", ".join(f"N = {n} ({count})" for n, count in packings.items())
+            said.append(f"boxes {words}: {found}")
+    return f"Packings in {'; in '.join(said)}."
 
 
 def _height(out: Drawing, axes: Any, x0: float) -> float:

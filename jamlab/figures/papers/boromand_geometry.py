@@ -10,7 +10,7 @@ from jamlab.figures.papers.boromand_confluence import select_below_confluence
 from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR
 from jamlab.figures.papers.claims import Claim, claim
 from jamlab.figures.papers.conventions import at, eq_11
-from jamlab.figures.papers.ensembles import ensemble, has, log_places, nearest_size
+from jamlab.figures.papers.ensembles import Ensemble, ensemble, has, log_places, nearest_size, sampled_sizes
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.plotting.palette import GREEN
@@ -161,11 +161,34 @@ def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
     ]
 
 
+def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
+    """6 - z of droplets over 1 - rho, up to z = 6."""
+    near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
+    return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
+
+
+def _near_unity(x: Array, y: Array) -> float:
+    return float(power_law(x, y, low=5e-3, high=0.1).exponents[0])
+
+
+def _say_confluence(states: pd.DataFrame) -> str:
+    """Where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
+    measured = sampled_sizes(states, "dp")
+    left, slopes = [], []
+    for n in measured:
+        full = states[(states["model"] == "dp") & (states["n"] == n) & (states["z"] >= 6)]
+        left.append(f"{1 - full.groupby('seed')['rho'].min().mean():.4f}" if len(full) else "none")
+        found = _approach_to_unity(states, n).interval(_near_unity)
+        slopes.append("none" if found is None else f"{float(found.value):.2f}")
+    names = ", ".join(map(str, measured))
+    return f"z = 6 is reached at 1 - rho = {', '.join(left)}, and the exponent is {', '.join(slopes)}, at N = {names}"
+
+
 def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how, full = None, "no dp packings", float("nan")
+    slope, how, cause = None, "no dp packings", ""
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -177,13 +200,8 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
             how = f"N = {n}, rho > 0.9"
-            near = select_below_confluence(states[(states["model"] == model) & (states["n"] == n)]).assign(
-                left=lambda t: 1 - t["rho"]
-            )
-            full = 1 - (near["rho"] + near["to_confluence"]).groupby(near["seed"]).first().mean()
-            slope = ensemble(near, model, n, "left", "missing", log_places(5e-3, 0.13, 8)).interval(
-                lambda x, y: power_law(x, y, low=5e-3, high=0.1).exponents[0]
-            )
+            slope = _approach_to_unity(states, n).interval(_near_unity)
+            cause = _say_confluence(states)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
@@ -195,7 +213,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
             slope,
             published.MISSING_CONTACTS_EXPONENT,
             how=how,
-            cause=f"z = 6 is reached at 1 - rho = {full:.3f} on average: rho* < 1 in small packings",
+            cause=cause,
             shown_by="boromand-7 c, against rho* - rho",
         )
     )

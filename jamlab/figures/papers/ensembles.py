@@ -61,6 +61,17 @@ def select_usual(table: pd.DataFrame) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
+def select_followed(states: pd.DataFrame) -> pd.DataFrame:
+    """Leave out packings that were not compressed beyond onset, of sizes where others were, and those without an onset.
+
+    The first serve the table of onsets; among curves they would count as packings that reach no place. The others were
+    made at a pressure, in other units.
+    """
+    states = states[states["d_phi"].notna()]
+    several = states.groupby(_PACKING)["state"].transform("size") > 1
+    return states[several | ~several.groupby([states["model"], states["n"]]).transform("any")]
+
+
 def sizes(table: pd.DataFrame, model: str) -> list[int]:
     """System sizes of a model, ascending."""
     return sorted(int(n) for n in table.loc[table["model"] == model, "n"].unique())

@@ -32,15 +32,15 @@ TABLE_FILE = "{}.csv.gz"
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
-_TEXT = ("model", "law")  # columns of words; all others are numbers or truth values
+_TEXT = ("model", "law", "ensemble")  # columns of words; all others are numbers or truth values
 _TRUTHS = ("converged", "onset", "prestress", "flows", "rests")
 _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
     "states": ["model", "n", "seed"],
     "onset": ["model", "n", "seed"],
     "void_counts": ["model", "n", "seed"],
-    "spectra": ["n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress"],
-    "quasistatic": ["n", "seed", "pressure", "prestress"],
-    "correlation": ["n", "seed", "pressure", "law", "beta", "eta_f", "prestress"],
+    "spectra": ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"],
+    "quasistatic": ["n", "seed", "ensemble", "pressure", "prestress"],
+    "correlation": ["n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"],
     "flow": [*_FLOW, "rate"],
     "oscillation": [*_FLOW, "omega", "amplitude"],
     "creep": [*_FLOW, "stress"],
@@ -133,6 +133,9 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
         raise AbsentTableError(f"{path} cannot be read ({error}): {remedy}") from None
     except (OSError, ValueError, EOFError, zlib.error) as error:
         raise StorageError(f"{path} cannot be read ({error}): {remedy}") from None
+    lacking = [column for column in _WHO[name] if column not in table]
+    if lacking:
+        raise StorageError(f"{path} has no column {', '.join(lacking)}: {remedy}")
     for column in table:
         cells = table[column]
         bad = cells[_is_bad(cells)]

@@ -16,7 +16,7 @@ from jamlab.figures.papers.beyond_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from jamlab.figures.papers.ensembles import add_distances, select_usual
+from jamlab.figures.papers.ensembles import add_distances, select_followed, select_usual
 from jamlab.rheology.mode_motion import MOTIONS
 
 OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
@@ -38,11 +38,13 @@ COLUMNS = {
     "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": ("model", "n", "seed", "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
-        *("n", "seed", "target_pressure", "law", "beta", "eta_f", "prestress", "omega", "storage", "loss"),
-        *("g0", "eta0", "eta_inf", "converged"),
+        *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"),
+        *("storage", "loss", "g0", "eta0", "eta_inf", "converged"),
     ),
-    "quasistatic": ("n", "seed", "pressure", "prestress", "approach", "sliding", "nonaffine"),
-    "correlation": ("n", "seed", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
+    "quasistatic": ("n", "seed", "ensemble", "pressure", "prestress", "approach", "sliding", "nonaffine"),
+    "correlation": (
+        *("n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress", "omega", "box", "delta", "c"),
+    ),
     "flow": (
         *FLOW_RUN,
         *("rate", "stress", "stress_error", "elastic_stress", "elastic_stress_error", "flow_pressure"),
@@ -82,8 +84,8 @@ class EnsembleTables:
 
     @cached_property
     def states(self) -> pd.DataFrame:
-        """See `jamlab.figures.papers.ensembles.add_distances`."""
-        return _require_rows("states", add_distances(self._read("states")))
+        """See `add_distances` and `select_followed` in `jamlab.figures.papers.ensembles`."""
+        return _require_rows("states", select_followed(add_distances(self._read("states"))))
 
     @cached_property
     def onset(self) -> pd.DataFrame:
