@@ -21,20 +21,23 @@ Points = tuple[tuple[int, float], ...]  # (n, seconds)
 
 _ONSET_TIME: dict[str, Points] = {
     "sp": ((32, 0.24), (64, 0.4), (128, 0.85), (256, 3.1), (1024, 60.0)),
-    "dp": ((8, 1.1), (16, 1.9), (32, 4.4), (64, 18.0)),
+    "dp": ((8, 1.4), (16, 2.3), (32, 3.8), (64, 14.0), (128, 33.0)),
 }
 _STABILIZED_ONSET_TIME: Points = ((32, 4.5), (64, 6.0), (128, 6.5))  # where the box is sheared too
 _STATE_TIME: dict[str, Points] = {  # of a compression
     "sp": ((32, 0.003), (64, 0.009), (128, 0.03), (256, 0.08), (1024, 0.6)),
-    "dp": ((16, 0.085), (32, 0.16), (64, 0.45)),
+    "dp": ((8, 0.043), (16, 0.075), (32, 0.12), (64, 0.24)),
 }
 _PACK_PRESSURES = (1e-2, 1e-5)  # between which log t is linear in log p: softer packings converge more slowly
 _PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
     "fixed-box": (
-        ((32, 0.038), (128, 0.055), (512, 0.21), (2048, 0.9), (32768, 120.0)),
-        ((32, 0.042), (128, 0.3), (512, 3.8), (2048, 6.0), (32768, 480.0)),
+        ((32, 0.042), (128, 0.057), (512, 0.11), (2048, 0.5), (32768, 120.0)),
+        ((32, 0.07), (128, 0.16), (512, 0.6), (2048, 13.0), (32768, 480.0)),
     ),
-    "shear-stabilized": (((32, 0.31), (128, 0.64), (512, 0.94)), ((32, 1.25), (128, 3.7), (512, 20.0))),
+    "shear-stabilized": (
+        ((32, 0.042), (128, 0.067), (512, 0.12), (2048, 1.5)),
+        ((32, 0.07), (128, 0.14), (512, 1.1), (2048, 13.0)),
+    ),
 }
 _RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
 _RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -202,6 +203,16 @@ def test_the_readme_repeats_how_many_numbers_agree():
     told = (REFERENCE / SUMMARY).read_text().splitlines()[0]
     readme = Path(__file__).parents[2] / "README.md"
     assert told in " ".join(readme.read_text().split())
+
+
+def test_the_page_of_contradicted_conclusions_has_the_numbers_of_the_summary():
+    """Where droplets of N = 32, 64 and 128 reach z = 6, and the exponent of their missing contacts in 1 - rho."""
+    line = next(line for line in (REFERENCE / SUMMARY).read_text().splitlines() if "z = 6 is reached" in line)
+    reached, exponents = re.search(
+        r"1 - rho = ([\d., ]+), and the exponent is ([\d., ]+), at N = 32, 64, 128", line
+    ).groups()
+    page = (Path(__file__).parents[2] / "docs" / "explanation" / "against_the_papers.md").read_text()
+    assert [number for number in [*reached.split(", "), *exponents.split(", ")] if number not in page] == []
 
 
 @pytest.mark.slow
