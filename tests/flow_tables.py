@@ -11,7 +11,8 @@ SEEDS = range(1, 7)
 FRACTIONS = (0.80, 0.82, 0.83, 0.84, 0.85, 0.86, 0.88)
 SOFT_OVER_PRESSURE = 0.3
 MISS = 0.8  # of power-law drag at the lowest rate
-_DISKS = {"model": "sp", "law": "contact", "beta": 1.0, "eta_f": np.nan, "rho": np.nan, "target_pressure": np.nan}
+_DISKS = {"model": "sp", "ensemble": "fixed-box", "law": "contact", "beta": 1.0, "eta_f": np.nan, "rho": np.nan}
+_DISKS["target_pressure"] = np.nan
 _USUAL = {**_DISKS, "n": 256, "alpha": 1.0, "background": 1e-2, "tolerance": 5e-2}
 
 

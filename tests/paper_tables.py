@@ -57,6 +57,7 @@ def onset():
                 rows.append(
                     {
                         **{"task": f"{model}{n}-{seed}", "model": model, "n": n, "seed": seed, "rho_J": jammed},
+                        **{"ensemble": "fixed-box"},
                         **{"phi_J": jammed, "z_J": 4 - 2 / n, "rattlers": 0, "converged": True, "load_bearing": n},
                         **{"pairs": 2 * n, "site_contacts": 3 * n - 1 - n // 4 + more, "self_stresses": 1 + more},
                         **{"free_motions": n // 4},
@@ -76,6 +77,7 @@ def voids():
                     rows.append(
                         {
                             **{"task": f"{model}{seed}", "model": model, "n": 64, "seed": seed, "state": state},
+                            **{"ensemble": "fixed-box"},
                             **{"rho": rho, "onset": 0.84, "sides": sides, "area": 0.1 * (1 - rho) + 1e-4 * seed},
                             **{"perimeter": 1.0, "shape": 4.87 if sides == 3 else 3.0, "particle_area": 1.0},
                         }

@@ -51,7 +51,8 @@ def aggregate(
         `<value>_packings`, the number of packings that have it. Intervals of one packing are nan.
 
     Raises:
-        InputError: a missing column, `along` without `bins`, or numbers out of range.
+        InputError: a missing column, `along` without `bins`, numbers out of range, or a group of more than one
+            ensemble or unit, whose mean would be one of nothing.
     """
     import pandas as pd
 
@@ -67,6 +68,7 @@ def aggregate(
         return pd.DataFrame()
     middle, rows = STATISTICS[statistic], []
     for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
+        _refuse_unlike(part)
         labels = group if isinstance(group, tuple) else (group,)
         row: dict[str, Any] = dict(zip(keys, labels, strict=True))
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
@@ -113,3 +115,10 @@ def _check(
         raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
     if resamples < 1:
         raise InputError(f"resamples = {resamples}: must be 1 or more")
+
+
+def _refuse_unlike(part: "pd.DataFrame") -> None:
+    for name in ("ensemble", "units"):
+        if name in part and part[name].nunique() > 1:
+            found = " and ".join(sorted(map(str, part[name].unique())))
+            raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")

@@ -23,7 +23,7 @@ _ONSET_TIME: dict[str, Points] = {
     "sp": ((32, 0.24), (64, 0.4), (128, 0.85), (256, 3.1), (1024, 60.0)),
     "dp": ((8, 1.4), (16, 2.3), (32, 3.8), (64, 14.0), (128, 33.0), (256, 200.0)),
 }
-_STABILIZED_ONSET_TIME: Points = ((32, 4.5), (64, 6.0), (128, 6.5))  # where the box is sheared too
+_STABILIZED_ONSET_TIME: Points = ((32, 0.65), (64, 1.0), (128, 1.4))  # where the box is sheared too
 _STATE_TIME: dict[str, Points] = {  # of a compression
     "sp": ((32, 0.003), (64, 0.009), (128, 0.03), (256, 0.08), (1024, 0.6)),
     "dp": ((8, 0.043), (16, 0.075), (32, 0.12), (64, 0.24), (128, 0.9), (256, 3.4)),

@@ -101,7 +101,8 @@ MISSING_CONTACTS_EXPONENT = Published(1.0, 0.05)  # of z_conf - z in rho* - rho,
 
 # [B] fig 8
 VOID_SHARES = {3: Published(0.4, 0.05), 4: Published(0.4, 0.05), 5: Published(0.18, 0.005), 6: Published(0.02, 0.005)}
-DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005)  # P_3 for rho > 0.97
+TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
+DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005)  # P_3 from there on
 PLATEAU_SHAPE = Published(4.87, 0.05)
 DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<")
 

@@ -12,7 +12,8 @@ from drawn_figures import drawn
 from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.beyond_droplet_modes import group_share
-from jamlab.figures.papers.beyond_droplet_voids import three_disks
+from jamlab.figures.papers.beyond_droplet_voids import FRACTIONS as VOID_FRACTIONS
+from jamlab.figures.papers.beyond_droplet_voids import mean_shapes, sums_at_fractions, three_disks
 from jamlab.figures.papers.beyond_tables import (
     FRACTIONS,
     droplet_states,
@@ -93,6 +94,18 @@ def test_the_figure_of_sizes_says_how_many_packings_were_compressed_and_how_many
 def test_the_caption_of_spectra_says_what_the_table_holds():
     assert said("spectra", "gamma to the power") == pytest.approx(1.0)
     assert said("spectra", "disks") == pytest.approx(FRACTIONS[0], abs=1e-3)
+
+
+def test_void_shapes_are_interpolated_between_states_and_end_with_them():
+    """States 0.02 apart at the edges of what were bins: A = 5 - rho of ten voids, one packing up to 0.91 alone."""
+    rows = []
+    for seed in range(1, 7):
+        rho = np.arange(0.83, 0.92 if seed == 6 else 1.0, 0.02)
+        rows.append(pd.DataFrame({"seed": seed, "rho": rho, "three": 10.0, "shape_of_three": 10 * (5 - rho)}))
+    sums = sums_at_fractions(pd.concat(rows))
+    assert mean_shapes(sums).value == pytest.approx(5 - VOID_FRACTIONS)
+    assert np.all((sums[5, :, 1] > 0) == (VOID_FRACTIONS < 0.91))
+    assert np.isnan(mean_shapes(sums[1:]).value).tolist() == (VOID_FRACTIONS > 0.91).tolist()  # of four packings
 
 
 def test_overlap_of_three_disks_takes_the_shape_of_the_void_down():

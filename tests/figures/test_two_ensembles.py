@@ -1,13 +1,18 @@
 """Packings of one size in two ensembles, and those that were not compressed beyond onset: never in one mean."""
 
+import flow_tables
+import numpy as np
 import pandas as pd
 import paper_tables
 import pytest
 
+from jamlab.campaign.aggregate import aggregate
+from jamlab.errors import InputError
 from jamlab.figures.papers.baumgarten_motion import figure_5, figure_8
 from jamlab.figures.papers.baumgarten_spectra import figure_1, figure_3
+from jamlab.figures.papers.dynamics_rows import steady_flows
 from jamlab.figures.papers.spectral_groups import select_ensemble
-from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.figures.papers.tables import EnsembleTables, count_voids
 
 
 def both_ensembles(table, **scaled):
@@ -55,3 +60,62 @@ def test_packings_at_onset_alone_take_no_part_in_curves():
     tables = EnsembleTables(lambda _: pd.concat([alone, small, followed], ignore_index=True))
     assert sorted(tables.states.query("n == 32")["seed"].unique()) == list(paper_tables.SEEDS)
     assert len(tables.states.query("n == 16")) == len(first)  # where none was
+
+
+def test_each_law_finds_the_ensemble_that_has_it():
+    """Contact damping in fixed boxes and Stokes drag in sheared ones: both panels of fig 8 are drawn."""
+    table = paper_tables.spectra()
+    stokes = table["law"] == "stokes"
+    mixed = pd.concat([table[~stokes], table[stokes].assign(ensemble="shear-stabilized")], ignore_index=True)
+    panels = figure_8(EnsembleTables({"spectra": mixed}.__getitem__)).table["panel"]
+    assert set(panels) == {"a", "b"}
+
+
+def test_the_wanted_ensemble_is_taken_where_both_have_few_packings():
+    few = pd.DataFrame({"n": 64, "seed": [1, 2, 3] * 2, "ensemble": ["fixed-box"] * 3 + ["shear-stabilized"] * 3})
+    for ensemble in ("fixed-box", "shear-stabilized"):
+        assert select_ensemble(few, ensemble)["ensemble"].unique().tolist() == [ensemble]
+
+
+def test_sweeps_from_onset_are_drawn_beside_many_more_packings_at_pressures():
+    """Those have no onset, other units and another ensemble, but the same seeds."""
+    sweep = paper_tables.states(sizes=(32,))
+    pressures = sweep.assign(units="k", ensemble="shear-stabilized", onset=np.nan, onset_phi=np.nan, z=9.0)
+    voids = paper_tables.voids()
+    others = voids.assign(ensemble="shear-stabilized", onset=np.nan)
+    mixed = {"states": pd.concat([pressures] * 3 + [sweep]), "voids": pd.concat([others] * 3 + [voids])}
+    tables = EnsembleTables(mixed.__getitem__)
+    assert len(tables.states) == len(sweep) and tables.states["z"].max() < 9
+    pd.testing.assert_frame_equal(tables.void_counts, count_voids(voids))
+
+
+def test_voids_of_two_ensembles_are_not_counted_together():
+    voids = paper_tables.voids()
+    sheared = voids[voids["seed"] < 3].assign(ensemble="shear-stabilized")
+    tables = EnsembleTables({"voids": pd.concat([voids, sheared])}.__getitem__)
+    pd.testing.assert_frame_equal(tables.void_counts, count_voids(voids))
+
+
+def test_spectra_of_sweeps_from_onset_are_none_of_the_papers():
+    """They are had at no pressure that packings share."""
+    table = paper_tables.spectra()
+    more = table[table["seed"] < 3].assign(target_pressure=np.nan, seed=9)
+    both = EnsembleTables({"spectra": pd.concat([table, more], ignore_index=True)}.__getitem__)
+    pd.testing.assert_frame_equal(figure_3(both).table, figure_3(EnsembleTables({"spectra": table}.__getitem__)).table)
+
+
+def test_a_mean_over_two_ensembles_or_units_is_refused():
+    table = pd.DataFrame({"model": "sp", "n": 32, "seed": [1, 2, 1, 2], "z": [4.0, 4.1, 4.2, 4.3], "units": "eps"})
+    table["ensemble"] = ["fixed-box"] * 2 + ["shear-stabilized"] * 2
+    with pytest.raises(InputError, match="ensemble fixed-box and shear-stabilized: add 'ensemble' to by"):
+        aggregate(table, ["z"], ["model", "n"])
+    assert aggregate(table, ["z"], ["n", "ensemble"])["z"].tolist() == pytest.approx([4.05, 4.25])
+    with pytest.raises(InputError, match="units eps and k"):
+        aggregate(table.assign(units=["eps", "k"] * 2), ["z"], ["n", "ensemble"])
+
+
+def test_flows_of_two_ensembles_are_not_averaged():
+    table = flow_tables.flow()
+    sheared = table[table["seed"] < 4].assign(ensemble="shear-stabilized", stress=lambda t: 3 * t["stress"])
+    both = pd.concat([sheared, table], ignore_index=True)
+    pd.testing.assert_frame_equal(steady_flows(both).reset_index(drop=True), steady_flows(table).reset_index(drop=True))

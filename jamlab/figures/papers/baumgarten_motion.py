@@ -64,8 +64,8 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         )
         means = [float(v.mean()) for v in groups]
         words = {"how": how, "cause": _local_exponents(p, means), "shown_by": "baumgarten-5"}
-        if half := _root(tables, n, [p[k] for k in fitted], name):
-            words |= {"how": f"{how}; {half}", "cause": f"{half}; {words['cause']}"}
+        if square := _mean_square(tables, n, [p[k] for k in fitted], name):
+            words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
         out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
@@ -83,12 +83,9 @@ def _local_exponents(pressures: list[float], means: list[float]) -> str:
     return f"from pressure to pressure it is {', '.join(f'{e:.2f}' for e in reversed(rise))} (p = {places})"
 
 
-def _root(tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
-    """Half the exponent of G_0 or eta_0 in the same packings: by [T] eqs 19, 22 mean squares of approach, sliding."""
-    column, words = {
-        "approach": ("g0", "it goes as the root of G_0, which rises with p^{:.3f} in these packings, hence {:.3f}"),
-        "sliding": ("eta0", "its mean square makes eta_0, which goes as p^{:.3f} in these packings, hence {:.3f}"),
-    }.get(name, ("", ""))
+def _mean_square(tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
+    """Exponent of the root mean square in the same packings: [T] eqs 19 and 22 take it from G_0 and from eta_0."""
+    column = {"approach": "g0", "sliding": "eta0"}.get(name)
     try:
         rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
     except (InputError, StorageError):
@@ -97,25 +94,29 @@ def _root(tables: EnsembleTables, n: int, pressures: list[float], name: str) -> 
     groups = groups_by(rows, "target_pressure", column, pressures) if column else []
     if not groups or min(map(len, groups)) == 0:
         return ""
-    whole = power_law(pressures, [g.mean() for g in groups]).exponents[0]
-    return words.format(whole, 0.5 * whole) + "; the paper's is a guide line"
+    half = 0.5 * power_law(pressures, [g.mean() for g in groups]).exponents[0]
+    source = "G_0" if column == "g0" else "eta_0"
+    return f"of the median; root mean squares, by {source} of the same packings, go with {half:.3f}"
 
 
 def figure_8(tables: EnsembleTables) -> Drawing:
     """Viscosity against pressure for several sizes: one curve in p N^2."""
     limits = select_limits(tables.spectra)
     out, panels = drawing("baumgarten-8", 1, 2, 5.6, 4.6)
+    drawn: list[pd.DataFrame] = []
     for axes, law, parameters in (
         (panels[0], "contact", {"beta": 1.0}),
         (panels[1], "stokes", {"eta_f": 1.0}),
     ):
         a = published.SIZE_EXPONENT[law].value
         scale(axes)
-        named = set(
-            select_law(limits, law, prestress=False, **parameters)["n"]
-        )  # in the legend once, filled if it can be
-        for prestress in (True, False):
-            part = select_law(limits, law, prestress=prestress, **parameters)
+        parts = {
+            prestress: select_law(limits, law, STABILIZED, prestress=prestress, **parameters)
+            for prestress in (True, False)
+        }
+        drawn += parts.values()
+        named = set(parts[False]["n"])  # in the legend once, filled if it can be
+        for prestress, part in parts.items():
             sizes = sorted(int(n) for n in part["n"].unique())
             p = sorted(part["target_pressure"].unique())
             groups = [groups_by(part[part["n"] == n], "target_pressure", "eta0", p) for n in sizes]
@@ -142,7 +143,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     out.caption = (
         "Viscosity at low frequency over N^a against p N^2. Filled: without pre-stress, open: with it (text of the "
         "paper; its caption says the reverse). Packings unstable in shear have no viscosity and are left out. "
-        + _say_ensembles(limits)
+        + _say_ensembles(pd.concat(drawn))
     )
     return out
 

@@ -16,7 +16,8 @@ from jamlab.statistics.bootstrap import Interval
 
 Array = NDArray[np.float64]
 
-FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])  # centres of bins 0.02 wide
+FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
+SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
 OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in phi - rho
 AT = (0.88, 0.94, 0.98)  # packing fractions said
 
@@ -38,14 +39,14 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
         stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
         name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
-        centres, mean = mean_shapes(rows, "rho", np.append(FRACTIONS - 0.01, FRACTIONS[-1] + 0.01))
-        out.curve(by_rho, name, centres, mean.value, mean.low, mean.high, **style(k))
-        jammed = rows[rows["overlap"] > 0]
-        places, over = mean_shapes(jammed, "overlap", OVERLAPS, logarithmic=True)
+        mean = mean_shapes(sums_at_fractions(rows))
+        out.curve(by_rho, name, FRACTIONS, mean.value, mean.low, mean.high, **style(k))
+        over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
+        places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
         out.curve(by_overlap, name, places, over.value, over.low, over.high, **style(k))
         onset = mean_shape(rows[rows["state"] == 0])
         at = [mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in AT]
-        parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True)]
+        parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True) if np.isfinite(found.value)]
         said.append(f"{name} ({rows['seed'].nunique()} packings): {say(onset)} at onset, {', '.join(parts)}")
     overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
@@ -65,14 +66,29 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def mean_shapes(rows: pd.DataFrame, column: str, edges: Array, logarithmic: bool = False) -> tuple[Array, Interval]:
-    """Centres of bins and mean shape factors of voids with three sides, with intervals over packings."""
-    place = np.searchsorted(edges, rows[column].to_numpy(dtype=np.float64)) - 1
-    kept = (place >= 0) & (place < len(edges) - 1)
+def sums_at_fractions(rows: pd.DataFrame) -> Array:
+    """(packings, places, 2) `SUMS` of each packing, between its states at the `FRACTIONS`; 0 beyond them."""
+    ordered = [part.sort_values("rho") for _, part in rows.groupby("seed")]
+    return np.array(
+        [
+            np.column_stack([np.interp(FRACTIONS, part["rho"], part[name], left=0, right=0) for name in SUMS])
+            for part in ordered
+        ]
+    )
+
+
+def sums_by_overlap(rows: pd.DataFrame) -> Array:
+    """(packings, bins, 2) `SUMS` of each packing over its states in the bins between `OVERLAPS`."""
+    place = np.searchsorted(OVERLAPS, rows["overlap"].to_numpy(dtype=np.float64)) - 1
+    kept = (place >= 0) & (place < len(OVERLAPS) - 1)
     seeds, who = np.unique(rows["seed"].to_numpy()[kept], return_inverse=True)
-    sums = np.zeros((len(seeds), len(edges) - 1, 2))
-    np.add.at(sums, (who, place[kept]), rows.loc[kept, ["shape_of_three", "three"]].to_numpy(dtype=np.float64))
-    centres = np.sqrt(edges[1:] * edges[:-1]) if logarithmic else 0.5 * (edges[1:] + edges[:-1])
+    sums = np.zeros((len(seeds), len(OVERLAPS) - 1, 2))
+    np.add.at(sums, (who, place[kept]), rows.loc[kept, SUMS].to_numpy(dtype=np.float64))
+    return sums
+
+
+def mean_shapes(sums: Array) -> Interval:
+    """Mean shape factors of voids with three sides, with intervals over packings; nan where too few have any."""
     few = (sums[:, :, 1] > 0).sum(axis=0) < FEWEST
 
     def mean(groups: list[Array]) -> Array:
@@ -80,12 +96,12 @@ def mean_shapes(rows: pd.DataFrame, column: str, edges: Array, logarithmic: bool
         value = np.divide(total[:, 0], total[:, 1], out=np.full(len(total), np.nan), where=total[:, 1] > 0)
         return np.where(few, np.nan, value)
 
-    return centres, bootstrap([sums], mean)
+    return bootstrap([sums], mean)
 
 
 def mean_shape(rows: pd.DataFrame) -> Interval:
     """Mean shape factor of all voids with three sides."""
-    sums = rows.groupby(PACKING, dropna=False)[["shape_of_three", "three"]].sum().to_numpy(dtype=np.float64)
+    sums = rows.groupby(PACKING, dropna=False)[SUMS].sum().to_numpy(dtype=np.float64)
     return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
 
 

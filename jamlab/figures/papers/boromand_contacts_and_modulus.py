@@ -94,10 +94,10 @@ def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
             each = [_find_departure(sp, dp, share) for sp, dp in curves]
             found, (sp, dp) = each[-1], curves[-1]
             how = f"N = {matched[-1]} of both, last crossing of the mean curves"
-            how += "" if found is None or np.isfinite(found.value) else ", which do not cross"
-            by_size = ", ".join("none" if d is None else f"{float(d.value):.3f}" for d in each)
+            how += "" if found is None or np.isfinite(found.value) else f", which do not cross: {_say_excess(sp, dp)}"
+            by_size = ", ".join(f"{float(d.value):.3f}" if d and np.isfinite(d.value) else "none" for d in each)
             how += f"; {by_size} at N = {', '.join(map(str, matched))}"
-            words = {"contradiction": conventions.contradiction_of_departure(share), "shown_by": "boromand-5, dashed"}
+            words = {"contradiction": conventions.contradiction_of_models(), "shown_by": "boromand-5, dashed"}
             if column == "g":
                 part = published.MODELS_PART.value
                 ratio = at(part, *dp.mean) / at(part, *sp.mean)
@@ -117,6 +117,16 @@ def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
         y = published.table_contacts(name, d) if column == "z" else published.table_modulus(name, d)
         colour = {"SP(φ)": GREEN, "SP(ρ)": MODEL_STYLE["sp"]["color"], "DP(ρ)": MODEL_STYLE["dp"]["color"]}[name]
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
+
+
+def _say_excess(sp: Ensemble, dp: Ensemble) -> str:
+    """Between what shares the mean of DP exceeds that of SP where both have one."""
+    (x, y), (u, v) = sp.mean, dp.mean
+    kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
+    excess = 100 * (v[kept] / np.interp(u[kept], x, y) - 1)
+    if not kept.any():
+        return "no common range"
+    return f"DP exceeds SP by {excess.min():.0f} to {excess.max():.0f} % from {u[kept][0]:.2f} to {u[kept][-1]:.2f}"
 
 
 def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
@@ -174,7 +184,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
 
 
 def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
-    """Single exponents: of disks in the largest packings, of droplets as the paper fits them, at its largest size."""
+    """Single exponents as the paper fits them, at its largest size."""
     claims = []
     for column, series, paper, text in (
         ("excess contacts", "SP(φ)", published.ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0"),
@@ -186,9 +196,7 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
         found, how = None, f"no {model} packings"
         words: dict[str, str] = {}
         if has(states, model):
-            # the paper's alpha_0 and beta_0 are those of large systems; its exponents of droplets fit its largest
             n = nearest_size(states, model, conventions.SIZES[-1])
-            n = sampled_sizes(states, model)[-1] if model == "sp" else n
             curve = _above_a_hundredth(conventions.even_curve(states, series, n, column))
             found = curve.interval(conventions.fit_exponent)
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
@@ -197,9 +205,8 @@ def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
                 measured = sampled_sizes(states, model)
                 every = [_exponent_of_size(states, series, m, column) for m in measured]
                 shown = ", ".join(f"{e:.2f}" for e in every)
-                words["cause"] = f"it falls with N: {shown} at N = {', '.join(map(str, measured))}"
+                words["cause"] = f"it is {shown} at N = {', '.join(map(str, measured))}"
                 words["shown_by"] = "boromand-6 a and d"
-                how += f", the largest: the paper's is that of large systems; {words['cause']}"
         if model == "dp":
             kind = "g" if column == "g" else "d_z"
             words["contradiction"] = conventions.contradiction_of_single_exponent(kind)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from jamlab.figures.papers.boromand_confluence import select_below_confluence
 from jamlab.figures.papers.boromand_contacts_and_modulus import LINEAR
 from jamlab.figures.papers.claims import Claim, claim
-from jamlab.figures.papers.conventions import at, eq_11
+from jamlab.figures.papers.conventions import at, contradiction_of_confluence, eq_11
 from jamlab.figures.papers.ensembles import Ensemble, ensemble, has, log_places, nearest_size, sampled_sizes
 from jamlab.figures.papers.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 from jamlab.figures.papers.tables import EnsembleTables
@@ -35,6 +35,8 @@ def steepest_prefactor(states: pd.DataFrame, n: int) -> str:
     """Say how large C can be in any window: the largest drho/(dphi - dphi^1.5) of the mean curve, and its N."""
     x, y = ensemble(states, "sp", n, "d_phi", "d_rho", FINE).mean
     local = y[1:] / eq_11(x[1:])
+    if not np.isfinite(local[x[1:] < TWO_OVERLAPS]).any():
+        return ""
     k = int(np.nanargmax(local[x[1:] < TWO_OVERLAPS]))
     return f"C at one dphi rises from 1 at onset to {local[k]:.2f} at dphi = {x[1 + k]:.2f}: no window gives more"
 
@@ -173,22 +175,24 @@ def _near_unity(x: Array, y: Array) -> float:
 
 def _say_confluence(states: pd.DataFrame) -> str:
     """Where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
-    measured = sampled_sizes(states, "dp")
-    left, slopes = [], []
-    for n in measured:
-        full = states[(states["model"] == "dp") & (states["n"] == n) & (states["z"] >= 6)]
-        left.append(f"{1 - full.groupby('seed')['rho'].min().mean():.4f}" if len(full) else "none")
-        found = _approach_to_unity(states, n).interval(_near_unity)
-        slopes.append("none" if found is None else f"{float(found.value):.2f}")
-    names = ", ".join(map(str, measured))
-    return f"z = 6 is reached at 1 - rho = {', '.join(left)}, and the exponent is {', '.join(slopes)}, at N = {names}"
+    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
+    measured = [n for n in sampled_sizes(states, "dp") if n in set(full["n"])]
+    if not measured:
+        return ""
+    first = full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
+    reached = ", ".join(f"{1 - first[n]:.4f}" for n in measured)
+    slopes = [_approach_to_unity(states, n).interval(_near_unity) for n in measured]
+    found = ", ".join("none" if s is None else f"{float(s.value):.2f}" for s in slopes)
+    return (
+        f"z = 6 is reached at 1 - rho = {reached}, and the exponent is {found}, at N = {', '.join(map(str, measured))}"
+    )
 
 
 def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how, cause = None, "no dp packings", ""
+    slope, how = None, "no dp packings"
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -199,9 +203,8 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         x, y = e.band()
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
-            how = f"N = {n}, rho > 0.9"
+            how = "; ".join(filter(None, (f"N = {n}, rho > 0.9", _say_confluence(states))))
             slope = _approach_to_unity(states, n).interval(_near_unity)
-            cause = _say_confluence(states)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
@@ -213,8 +216,8 @@ def figure_9(tables: EnsembleTables) -> Drawing:
             slope,
             published.MISSING_CONTACTS_EXPONENT,
             how=how,
-            cause=cause,
-            shown_by="boromand-7 c, against rho* - rho",
+            contradiction=contradiction_of_confluence(),
+            shown_by="boromand-8 a",
         )
     )
     out.caption = (

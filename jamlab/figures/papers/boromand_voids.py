@@ -126,7 +126,7 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
         dense = _pool(cube[:, x > 0.98], _triangle_shape)
         text = "A of 3-sided voids, rho > 0.98, SP"
         return [*claims, claim(name, text, dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)]
-    pooled = _pool(cube[:, x > 0.97], _triangle_share)
+    pooled = _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_share)
     rises = ", ".join(f"{_triangle_share(cube[:, k].sum(axis=0)):.3f} at {x[k]:.3f}" for k in np.flatnonzero(x > 0.96))
     text = "P_3 for rho > 0.97, DP"
     words = {
@@ -136,7 +136,10 @@ def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cu
     }
     claims.append(claim(name, text, pooled, published.DENSE_DROPLET_TRIANGLES, **words))
     later = {rho: _triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in (0.86, 0.9, 0.94)}
-    return [*claims, _plateau_claim(name, how, triangles, later, _pool(cube[:, x > 0.97], _triangle_shape))]
+    return [
+        *claims,
+        _plateau_claim(name, how, triangles, later, _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_shape)),
+    ]
 
 
 def _plateau_claim(name: str, how: str, at_onset: float, later: dict[float, float], found: Interval | None) -> Claim:

@@ -93,20 +93,6 @@ def contradiction_of_models(rho: float = published.MODELS_PART.value) -> str:
     return f"rows SP(ρ) and DP(ρ) of table 1 differ by {differ}, where its text has them equal"
 
 
-def contradiction_of_departure(share: float) -> str:
-    """Table 1: by its rows z of droplets exceeds that of disks by a share wherever its text has them equal."""
-    text = published.MODELS_PART.value
-    rho = np.linspace(published.TABLE_1["SP(ρ)"][1], text, 401)
-    one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
-    excess = other / one - 1
-    if excess.min() < share:
-        return ""
-    return (
-        f"by rows SP(ρ) and DP(ρ) of table 1 z of DP exceeds SP by {100 * excess.min():.1f} % or more from rho ="
-        f" {rho[0]:g} on, where its text has them alike up to {text:g}"
-    )
-
-
 def contradiction_of_single_exponent(column: str) -> str:
     """Text: one exponent of 0.8; the fits of tables 1 and 2 to the same data rise otherwise."""
     table = published.TABLE_1["DP(ρ)"][2:] if column == "d_z" else published.TABLE_2["DP(ρ)"]
@@ -121,6 +107,14 @@ def contradiction_of_counting(n: int) -> str:
     return (
         f"N_c = 2N' - 1 of its own section 1 makes z_J = 4 - 2/N' = {4 - 2 / n:.3f} at N = {n}, the size of its fits;"
         f" {SUBTRACTED} is N' = {2 / (4 - SUBTRACTED):.0f}"
+    )
+
+
+def contradiction_of_confluence() -> str:
+    """Fig 8: where all voids have three sides z is 6 by Euler's relation; fig 9 has contacts missing up to rho = 1."""
+    return (
+        f"its P_3 = 1 for rho > {published.TRIANGLES_FROM} (fig 8) is z = 6 there by Euler's relation: no contacts are"
+        " missing that could go as 1 - rho"
     )
 
 

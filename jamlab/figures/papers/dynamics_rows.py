@@ -14,15 +14,15 @@ Array = NDArray[np.float64]
 
 RATE = r"rate of shear $\dot\gamma\,\tau_1$"
 STRESS = r"shear stress $\sigma$  [k]"
-SETTINGS = ["n", "background", "tolerance"]
+SETTINGS = ["n", "background", "tolerance"]  # of runs that may be averaged
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
 
 
 def balanced_disks(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
-    """Rows of disks with balanced contact drag that grows as a power of velocity; packing fractions to four digits."""
+    """Rows of disks in one ensemble, balanced contact drag as a power of velocity; packing fractions to four digits."""
     kept = (table["model"] == "sp") & (table["law"] == "contact") & (table["beta"] == 1)
     kept &= np.isclose(table["alpha"], alpha, rtol=1e-4)
-    return table[kept].assign(phi=table.loc[kept, "phi"].round(4))
+    return usual_runs(table[kept].assign(phi=table.loc[kept, "phi"].round(4)), "ensemble")
 
 
 def usual_runs(table: pd.DataFrame, value: str = "n") -> pd.DataFrame:

@@ -34,7 +34,7 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
     """
     if "lost" in states:
         return states
-    s = select_usual(states)
+    s = select_usual(states[states["onset"].notna()])  # packings at a pressure have none, and other units
     first = s[s["state"] == 0].set_index(_PACKING)[["z", "shape"]].add_suffix("_J")
     s = s.join(first, on=_PACKING)
     s = s[s["converged"].astype(bool) & s["z"].notna()]
@@ -62,12 +62,10 @@ def select_usual(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def select_followed(states: pd.DataFrame) -> pd.DataFrame:
-    """Leave out packings that were not compressed beyond onset, of sizes where others were, and those without an onset.
+    """Leave out packings that were not compressed beyond onset, of sizes where others were.
 
-    The first serve the table of onsets; among curves they would count as packings that reach no place. The others were
-    made at a pressure, in other units.
+    They serve the table of onsets; among curves they would count as packings that reach no place.
     """
-    states = states[states["d_phi"].notna()]
     several = states.groupby(_PACKING)["state"].transform("size") > 1
     return states[several | ~several.groupby([states["model"], states["n"]]).transform("any")]
 

@@ -35,9 +35,9 @@ _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the o
 _TEXT = ("model", "law", "ensemble")  # columns of words; all others are numbers or truth values
 _TRUTHS = ("converged", "onset", "prestress", "flows", "rests")
 _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
-    "states": ["model", "n", "seed"],
-    "onset": ["model", "n", "seed"],
-    "void_counts": ["model", "n", "seed"],
+    "states": ["model", "n", "seed", "ensemble"],
+    "onset": ["model", "n", "seed", "ensemble"],
+    "void_counts": ["model", "n", "seed", "ensemble"],
     "spectra": ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"],
     "quasistatic": ["n", "seed", "ensemble", "pressure", "prestress"],
     "correlation": ["n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"],

@@ -74,36 +74,21 @@ def same_packings(groups: Sequence[Group]) -> Array:
     return np.column_stack([g.eta0[np.isin(g.seeds, list(shared))] for g in groups])
 
 
-def select_ensemble(table: pd.DataFrame, ensemble: str = FIXED) -> pd.DataFrame:
-    """Select the packings of one ensemble, size by size; where it has too few of a size, those of the other.
-
-    A packing of the same seed is another one in the other ensemble, with another modulus: none is averaged over both.
-    """
-    packings = table.groupby(["n", "ensemble"])["seed"].nunique().unstack(fill_value=0)
-    chosen = {
-        n: ensemble if counts.get(ensemble, 0) >= FEWEST else counts.idxmax() for n, counts in packings.iterrows()
-    }
-    kept: NDArray[np.bool_] = (table["ensemble"] == table["n"].map(chosen)).to_numpy()
-    return table.loc[kept]
-
-
 def select_limits(table: pd.DataFrame) -> pd.DataFrame:
-    """Reduce a table to one row per packing and law, without frequencies; packings with G_0 <= 0 are left out.
-
-    Boxes sheared until they are stable come first: all of them have a viscosity, of small fixed boxes only some.
-    """
+    """Reduce a table to one row per packing and law, without frequencies; packings with G_0 <= 0 are left out."""
     keys = ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"]
-    table = select_ensemble(table, STABILIZED)
     return table[table["g0"] > 0].drop_duplicates(keys)[[*keys, "g0", "eta0", "eta_inf"]]
 
 
-def select_law(table: pd.DataFrame, law: str, *, prestress: bool | None = None, **parameters: float) -> pd.DataFrame:
-    """Select the rows of one law, in boxes of fixed shape as in the paper where a size has them.
+def select_law(
+    table: pd.DataFrame, law: str, ensemble: str = FIXED, /, *, prestress: bool | None = None, **parameters: float
+) -> pd.DataFrame:
+    """Select the rows of one law, in one ensemble: boxes of fixed shape as in the paper, or others where they are few.
 
     Raises:
         InputError: there is no such row.
     """
-    found = select_ensemble(table[table["law"] == law])
+    found = table[table["law"] == law]
     if prestress is not None:
         found = found[found["prestress"].astype(bool) == prestress]
     for name, value in parameters.items():
@@ -111,7 +96,21 @@ def select_law(table: pd.DataFrame, law: str, *, prestress: bool | None = None, 
     if found.empty:
         what = ", ".join(f"{k} = {v:g}" for k, v in parameters.items())
         raise InputError(f"no row with {law} damping {what}, prestress = {prestress}: run a campaign that has it")
-    return found
+    return select_ensemble(found, ensemble)
+
+
+def select_ensemble(table: pd.DataFrame, ensemble: str = FIXED) -> pd.DataFrame:
+    """Select the packings of one ensemble, size by size; where it has too few of a size, those of the other.
+
+    A packing of the same seed is another one in the other ensemble, with another modulus: none is averaged over both.
+    """
+    packings = table.groupby(["n", "ensemble"])["seed"].nunique().unstack(fill_value=0)
+    chosen = {}
+    for n, counts in packings.iterrows():
+        wanted = counts.get(ensemble, 0)
+        chosen[n] = ensemble if wanted >= min(FEWEST, counts.max()) else counts.idxmax()
+    kept: NDArray[np.bool_] = (table["ensemble"] == table["n"].map(chosen)).to_numpy()
+    return table.loc[kept]
 
 
 def select_spectra(table: pd.DataFrame) -> pd.DataFrame:

@@ -30,13 +30,13 @@ STATES = (
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart
-    *("model", "n", "seed", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
+    *("model", "n", "seed", "ensemble", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
 )
 COLUMNS = {
-    "states": STATES,
-    "onset": ("model", "n", "seed", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
-    "void_counts": ("model", "n", "seed", "onset", "rho", "sides", "voids", "area", "shape"),
+    "states": (*STATES[:3], "ensemble", *STATES[3:]),
+    "onset": ("model", "n", "seed", "ensemble", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
+    "void_counts": ("model", "n", "seed", "ensemble", "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (
         *("n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress", "omega"),
         *("storage", "loss", "g0", "eta0", "eta_inf", "converged"),
@@ -85,7 +85,7 @@ class EnsembleTables:
     @cached_property
     def states(self) -> pd.DataFrame:
         """See `add_distances` and `select_followed` in `jamlab.figures.papers.ensembles`."""
-        return _require_rows("states", select_followed(add_distances(self._read("states"))))
+        return _require_rows("states", select_followed(select_usual(add_distances(self._read("states")))))
 
     @cached_property
     def onset(self) -> pd.DataFrame:
@@ -96,12 +96,13 @@ class EnsembleTables:
     @cached_property
     def void_counts(self) -> pd.DataFrame:
         """See `count_voids`; shipped with the reference data, counted from the voids of a campaign."""
-        return self._shipped_or("void_counts", lambda: count_voids(self._read("voids")))
+        return select_usual(self._shipped_or("void_counts", lambda: count_voids(self._read("voids"))))
 
     @cached_property
     def spectra(self) -> pd.DataFrame:
         """One row per packing, law and frequency."""
         table = _require_rows("spectra", self._read("spectra"))
+        table = table[table["target_pressure"].notna()]  # droplets and sweeps from onset have none
         return _require_rows("spectra", table[table["converged"].astype(bool)])
 
     @cached_property
@@ -185,8 +186,9 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
     can still be resampled as a whole from these.
     """
+    voids = voids[voids["onset"].notna()]  # packings at a pressure belong to no sweep
     at_onset = voids["state"] == 0
     rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
     v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
-    keys = ["model", "n", "seed", "onset", "rho", "sides"]
+    keys = ["model", "n", "seed", "ensemble", "onset", "rho", "sides"]
     return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
