@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from drawn_figures import drawn
 
+from jamlab.campaign.own_observables import load_function
 from jamlab.errors import InputError
 from jamlab.figures.papers import gallery
 from jamlab.figures.papers.beyond_droplet_modes import group_share
@@ -16,6 +17,8 @@ from jamlab.figures.papers.beyond_droplet_voids import FRACTIONS as VOID_FRACTIO
 from jamlab.figures.papers.beyond_droplet_voids import mean_shapes, sums_at_fractions, three_disks
 from jamlab.figures.papers.beyond_tables import (
     FRACTIONS,
+    OBSERVABLE,
+    SHARED,
     droplet_states,
     modes_at_fractions,
     spectra_at_fractions,
@@ -23,6 +26,7 @@ from jamlab.figures.papers.beyond_tables import (
 )
 from jamlab.figures.papers.reference_data import reference_tables
 from jamlab.figures.papers.tables import COUNTS, EnsembleTables
+from jamlab.geometry.packing_fraction import shared_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
@@ -163,11 +167,21 @@ def test_modes_are_binned_without_loss():
     assert group_share(found, (0.0, 1.0), ("translation", "rotation")).value == pytest.approx(0.5)
 
 
+def test_the_campaign_measures_what_voids_are_drawn_over():
+    observable = beyond_tables.reduced.OBSERVABLE
+    assert load_function(observable, ["."]) is shared_fraction and observable.endswith(
+        f":{beyond_tables.reduced.SHARED}"
+    )
+
+
 def test_voids_and_states_of_several_laws():
     voids = pd.DataFrame({"task": "t", "state": [0, 0, 0, 1], "sides": [3, 3, 4, 4], "shape": [2.0, 4.0, 9.0, 9.0]})
-    found = voids_by_state(states([0.85, 0.87]), voids).set_index("state")
+    table = states([0.85, 0.87])
+    with pytest.raises(InputError, match=r"no shared_fraction: add 'jamlab\.geometry.*:shared_fraction'"):
+        voids_by_state(table, voids)
+    found = voids_by_state(table.assign(shared_fraction=0.003), voids).set_index("state")
     assert found["three"].tolist() == [2, 0] and found["shape_of_three"].tolist() == [6.0, 0.0]
-    assert found["overlap"].to_numpy() == pytest.approx(0.01)
+    assert found["overlap"].to_numpy() == pytest.approx(0.003)
     table = beyond_tables.droplet_states()
     assert table.groupby("nv_small")["seed"].nunique().to_dict() == {12: 5, 24: 5, 48: 5}
     assert droplet_states(pd.DataFrame({"model": ["sp"], **{k: [np.nan] for k in ("gamma", "eps", "nv_small")}})).empty

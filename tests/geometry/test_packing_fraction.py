@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from jamlab.errors import InputError
-from jamlab.geometry.packing_fraction import exact_method, lens_area, packing_fraction
+from jamlab.geometry.packing_fraction import exact_method, lens_area, packing_fraction, shared_fraction
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.packing.free_droplet import free_area, regular_polygon
 from jamlab.packing.neighbors import periodic_pairs
@@ -218,6 +219,23 @@ def test_overlapping_droplets_cover_less_than_apart_and_never_more_than_the_cell
     assert packing_fraction(close) < packing_fraction(apart) - 1e-3
     np.testing.assert_allclose(packing_fraction(droplets([[0.0, 0.0]], 0.9)), 1.0, rtol=1e-12)
     assert exact_method(close) == "boundary"
+
+
+def test_what_two_droplets_share_is_the_area_common_to_their_outlines():
+    """Drawn as polygons with round rims, without jamlab; a longer outline has more rim, which phi does not know."""
+    packing = droplets([[1.5, 2.0], [2.75, 2.1]], 4.0)
+    first, second = (shapely.Polygon(ring).buffer(0.1, quad_segs=256) for ring in packing.positions.reshape(2, 12, 2))
+    shared = first.intersection(second).area / 16
+    assert shared > 1e-4 and shared_fraction(packing) == pytest.approx(shared, rel=1e-4)
+    stretched = packing.with_state(positions=packing.positions * [1.1, 1 / 1.1])
+    own = packing.polygon_areas.sum() + 0.1 * stretched.perimeters.sum() + 2 * 0.01 * np.pi
+    assert shared_fraction(stretched) == pytest.approx(own / 16 - packing_fraction(stretched), abs=1e-12)
+    assert shared_fraction(stretched) > stretched.phi - packing_fraction(stretched)
+
+
+def test_what_disks_share_is_what_phi_counts_too_often():
+    packing = random_disks(1)
+    assert shared_fraction(packing) == pytest.approx(packing.phi - packing_fraction(packing), abs=1e-13)
 
 
 def test_droplets_that_cross_are_summed_by_their_drawn_outlines():

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
 SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
-OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in phi - rho
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
 AT = (0.88, 0.94, 0.98)  # packing fractions said
 
 
@@ -54,14 +54,14 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)
     shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
     label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
-    label(by_overlap, r"overlap $\phi - \rho$", shape_name, legend=False)
+    label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
     handles, names = by_overlap.get_legend_handles_labels()
     out.figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=9, frameon=False)
     size = int(table["n"].mode()[0])
     out.caption = (
         f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
-        "(b) Over the area that rims share, phi - rho; full: voids of a triangular lattice of equal disks that "
-        f"overlap. {'; '.join(said)}."
+        "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "
+        f"lattice of equal disks that overlap. {'; '.join(said)}."
     )
     return out
 
@@ -106,7 +106,7 @@ def mean_shape(rows: pd.DataFrame) -> Interval:
 
 
 def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
-    """phi - rho of a triangular lattice of equal disks, and the shape factor of its voids, by elementary geometry.
+    """Area shared, phi - rho, in a triangular lattice of equal disks, and shape factor of its voids, by geometry.
 
     Args:
         overlap: (m,) of two disks over their diameter, below 1 - sqrt(3)/2, where voids close.

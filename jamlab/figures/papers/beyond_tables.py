@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from jamlab.errors import InputError
 from jamlab.figures.papers.ensembles import add_distances
 from jamlab.rheology.mode_motion import MOTIONS
 
@@ -15,6 +16,7 @@ Array = NDArray[np.float64]
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
 PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
+SHARED, OBSERVABLE = "shared_fraction", "jamlab.geometry.packing_fraction:shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
 _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
@@ -51,17 +53,24 @@ def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFram
 
 
 def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
-    """Voids with three sides, state by state: their number, the sum of their shape factors, and the number of all."""
+    """Voids with three sides, state by state: their number, the sum of their shape factors, and the number of all.
+
+    Raises:
+        InputError: the states lack the area that droplets share.
+    """
     three = voids["sides"] == 3
     counted = voids.assign(voids=1, three=three.astype(int), shape_of_three=np.where(three, voids["shape"], 0.0))
     sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
     rows = _join_states(states, sums)
-    return rows[rows["model"] == "dp"].assign(overlap=lambda t: t["phi"] - t["rho"])
+    if SHARED not in rows:
+        raise InputError(f"the table states has no {SHARED}: add {OBSERVABLE!r} to the observables of the campaign")
+    return rows[rows["model"] == "dp"].rename(columns={SHARED: "overlap"})
 
 
 def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of converged states, with rho and phi of the state and the force law."""
-    good = states.loc[states["converged"].astype(bool), ["task", "state", *PACKING, "rho", "phi"]]
+    """Rows of converged states, with rho of the state, what its particles share if that is known, and the force law."""
+    kept = ["task", "state", *PACKING, "rho", *({SHARED} & set(states.columns))]
+    good = states.loc[states["converged"].astype(bool), kept]
     own = [column for column in rows.columns if column not in good.columns or column in ("task", "state")]
     return good.merge(rows[own], on=["task", "state"])
 
