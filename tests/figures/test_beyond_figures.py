@@ -168,10 +168,7 @@ def test_modes_are_binned_without_loss():
 
 
 def test_the_campaign_measures_what_voids_are_drawn_over():
-    observable = beyond_tables.reduced.OBSERVABLE
-    assert load_function(observable, ["."]) is shared_fraction and observable.endswith(
-        f":{beyond_tables.reduced.SHARED}"
-    )
+    assert load_function(OBSERVABLE, ["."]) is shared_fraction and OBSERVABLE.endswith(f":{SHARED}")
 
 
 def test_voids_and_states_of_several_laws():
