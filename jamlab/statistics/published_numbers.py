@@ -135,6 +135,7 @@ UNDAMPED_VISCOSITY = Published(0.5, 0.05)  # exponent of eta_0 in p, eq 22
 SLIDING_VISCOSITY = Published(1.0, 0.01)  # exponent of eta_0(beta) - eta_0(0) in beta, eq 22
 
 # [T] figs 5, 7 and 8
+HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k
 SLOW_SHEAR = {  # exponents in p of displacements per strain
     "approach": Published(0.25, 0.03),
     "sliding": Published(-0.25, 0.03),

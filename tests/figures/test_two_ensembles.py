@@ -119,3 +119,24 @@ def test_flows_of_two_ensembles_are_not_averaged():
     sheared = table[table["seed"] < 4].assign(ensemble="shear-stabilized", stress=lambda t: 3 * t["stress"])
     both = pd.concat([sheared, table], ignore_index=True)
     pd.testing.assert_frame_equal(steady_flows(both).reset_index(drop=True), steady_flows(table).reset_index(drop=True))
+
+
+def test_the_collapse_of_viscosities_ends_at_the_highest_pressure_of_the_paper():
+    """Beyond 0.01 viscosity grows with pressure (first term of eq 22), which no collapse in p N^2 knows."""
+    table = paper_tables.spectra()
+    dense = table[table["target_pressure"] == 1e-2].assign(target_pressure=0.1, eta0=lambda t: 5 * t["eta0"])
+    both = EnsembleTables({"spectra": pd.concat([table, dense], ignore_index=True)}.__getitem__)
+    for c, d in zip(
+        figure_8(both).claims, figure_8(EnsembleTables({"spectra": table}.__getitem__)).claims, strict=True
+    ):
+        assert (c.value, c.low, c.high) == pytest.approx((d.value, d.low, d.high), nan_ok=True)
+        assert "p <= 0.01 as in fig 3" in c.how and ("up to p = 0.1 a = " in c.how) == c.quantity.startswith("a: ")
+
+
+def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():
+    """N^1.09 under Stokes drag, as drawn: eta_0 = N^1.09 (p N^2)^-0.4 has the slope -0.4 at every size together."""
+    table = paper_tables.spectra()
+    x = table["target_pressure"] * table["n"] ** 2
+    table["eta0"] = table["n"] ** np.where(table["law"] == "stokes", 1.09, 1.0) * x**-0.4
+    slopes = [c.value for c in figure_8(EnsembleTables({"spectra": table}.__getitem__)).claims if "slope" in c.quantity]
+    assert slopes == pytest.approx([-0.4, -0.4], abs=1e-9)

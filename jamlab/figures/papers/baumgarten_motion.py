@@ -1,5 +1,6 @@
 """Draw motion and finite size in Baumgarten & Tighe: figs 5 and 8."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from jamlab.figures.papers.spectral_groups import (
 )
 from jamlab.figures.papers.tables import EnsembleTables
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.data_collapse import ScalingExponents, fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
 
 Array = NDArray[np.float64]
@@ -131,10 +132,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
                 out.curve(
                     axes, series, x * n**2, *y, band=False, label=None if prestress and n in named else name, **look
                 )
-            groups = [[v if len(v) >= FEWEST else v[:0] for v in values] for values in groups]
-            several = [k for k, values in enumerate(groups) if sum(len(v) > 0 for v in values) > 1]
-            kept_sizes = [sizes[k] for k in several]
-            _size_claims(out, law, prestress, kept_sizes, p, [groups[k] for k in several])
+            _size_claims(out, law, prestress, sizes, p, groups)
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
         out.slope(axes, -a / 2, (x0, x1), 1.6 * y0, rf"$-a/2$, $a = {a:g}$")
@@ -166,48 +164,68 @@ def _height(out: Drawing, axes: Any, x0: float) -> float:
     return float(t["y"].median()) if len(t) else 1.0
 
 
+@dataclass(frozen=True)
+class _Sizes:
+    """Viscosities of several sizes over pressure: for each size and pressure those of the packings."""
+
+    n: list[int]
+    pressures: list[float]
+    eta0: list[list[Array]]
+
+    def up_to(self, highest: float) -> "_Sizes":
+        """Up to a pressure, where there are packings enough for an interval; sizes with two such pressures or more."""
+        kept = [k for k, p in enumerate(self.pressures) if p <= highest * (1 + 1e-9)]
+        few = [[v[k] if len(v[k]) >= FEWEST else v[k][:0] for k in kept] for v in self.eta0]
+        several = [i for i, values in enumerate(few) if sum(len(v) > 0 for v in values) > 1]
+        return _Sizes([self.n[i] for i in several], [self.pressures[k] for k in kept], [few[i] for i in several])
+
+    @property
+    def drawn(self) -> list[Array]:
+        """The packings of each size and pressure that has some, in one list, as a bootstrap draws them."""
+        return [v for values in self.eta0 for v in values if len(v)]
+
+    def curves(self, drawn: list[Array]) -> list[tuple[Array, Array]]:
+        """Mean viscosity over pressure, one curve a size."""
+        rest, out = iter(drawn), []
+        for values in self.eta0:
+            points = [(p, float(next(rest).mean())) for p, v in zip(self.pressures, values, strict=True) if len(v)]
+            out.append((np.array([x for x, _ in points]), np.array([y for _, y in points])))
+        return out
+
+    def fit(self, drawn: list[Array], **fixed: Any) -> ScalingExponents:
+        """Collapse of the curves in p N^2 and eta_0/N^a, a = -b."""
+        return fit_scaling_exponents(np.array(self.n, dtype=float), [self.curves(drawn)], a=2.0, **fixed)
+
+
 def _size_claims(
     out: Drawing, law: str, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
 ) -> None:
-    flat = [v for values in groups for v in values if len(v)]
-    place = [(i, j) for i, values in enumerate(groups) for j, v in enumerate(values) if len(v)]
-
-    def curves(drawn: list[Array]) -> list[tuple[Array, Array]]:
-        family: list[list[tuple[float, float]]] = [[] for _ in sizes]
-        for (i, j), values in zip(place, drawn, strict=True):
-            family[i].append((p[j], float(values.mean())))
-        return [(np.array([x for x, _ in points]), np.array([y for _, y in points])) for points in family]
-
-    def exponent(drawn: list[Array]) -> float:
-        return -fit_scaling_exponents(
-            np.array(sizes, dtype=float), [curves(drawn)], a=2.0, start=(2.0, -published.SIZE_EXPONENT[law].value)
-        ).b
+    """Exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
+    paper, text = published.SIZE_EXPONENT[law], f"{law}, {'with' if prestress else 'no'} pre-stress"
+    every = _Sizes(sizes, p, groups)
+    near = every.up_to(published.HIGHEST_PRESSURE)
+    start = (2.0, -paper.value)
 
     def tail(drawn: list[Array]) -> float:
-        points = np.array(
-            [(q * n**2, y / n) for n, c in zip(sizes, curves(drawn), strict=True) for q, y in zip(*c, strict=True)]
-        )
+        curves = zip(near.n, near.curves(drawn), strict=True)
+        points = np.array([(q * n**2, y / n**paper.value) for n, c in curves for q, y in zip(*c, strict=True)])
         return float(power_law(*points.T, low=_TAIL).exponents[0])
 
-    text = f"{law}, {'with' if prestress else 'no'} pre-stress"
     found = slope = None
-    if len(sizes) > 1 and all(len(x) > 1 for x, _ in curves(flat)):
-        found = bootstrap(flat, exponent, resamples=RESAMPLES // 4)
-        if sum(q * n**2 >= _TAIL for n, (x, _) in zip(sizes, curves(flat), strict=True) for q in x) >= 3:
-            slope = bootstrap(flat, tail, resamples=RESAMPLES // 2)
-    how = f"N = {', '.join(map(str, sizes))}"
-    words = {"how": how}
-    if found is not None:
-        at_paper = fit_scaling_exponents(
-            np.array(sizes, dtype=float), [curves(flat)], a=2.0, b=-published.SIZE_EXPONENT[law].value
-        ).spread
-        best = fit_scaling_exponents(np.array(sizes, dtype=float), [curves(flat)], a=2.0, b=-float(found.value)).spread
+    words = {"how": f"N = {', '.join(map(str, near.n))}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
+    if len(near.n) > 1:
+        found = bootstrap(near.drawn, lambda drawn: -near.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+        far = [q * n**2 >= _TAIL for n, (x, _) in zip(near.n, near.curves(near.drawn), strict=True) for q in x]
+        if sum(far) >= 3:
+            slope = bootstrap(near.drawn, tail, resamples=RESAMPLES // 2)
+        at_paper, best = (near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {at_paper:.3f} in ln eta_0 with the paper's a, by {best:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
-    out.claims.append(
-        claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, published.SIZE_EXPONENT[law], **words)
-    )
+        if max(p) > max(near.pressures):
+            whole = every.up_to(max(p))
+            words["how"] += f"; up to p = {max(p):g} a = {-whole.fit(whole.drawn, start=start).b:.2f}"
+    out.claims.append(claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, paper, **words))
     if not prestress:
-        out.claims.append(
-            claim(out.name, f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)
-        )
+        how = f"{words['how'].split(';')[0]}, of eta_0/N^{paper.value:g}"
+        name = f"slope for p N^2 > {_TAIL:g}, {text}"
+        out.claims.append(claim(out.name, name, slope, published.VISCOSITY_TAIL, how=how))

@@ -62,10 +62,11 @@ def select_usual(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def select_followed(states: pd.DataFrame) -> pd.DataFrame:
-    """Leave out packings that were not compressed beyond onset, of sizes where others were.
+    """Leave out packings that were not compressed beyond onset, of sizes where others were, and those without an onset.
 
-    They serve the table of onsets; among curves they would count as packings that reach no place.
+    The first serve the table of onsets; among curves they would count as packings that reach no place.
     """
+    states = states[states["d_phi"].notna()]
     several = states.groupby(_PACKING)["state"].transform("size") > 1
     return states[several | ~several.groupby([states["model"], states["n"]]).transform("any")]
 
