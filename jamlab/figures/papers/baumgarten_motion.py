@@ -135,7 +135,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
             _size_claims(out, law, prestress, sizes, p, groups)
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
-        out.slope(axes, -a / 2, (x0, x1), 1.6 * y0, rf"$-a/2$, $a = {a:g}$")
+        out.slope(axes, -a / 2, (x0, x1), 6 * y0, rf"$-a/2$, $a = {a:g}$")
         name = "contact damping" if law == "contact" else r"Stokes drag, $\eta_F = 1$"
         label(axes, rf"$p\,N^2$  [$k$], {name}", rf"$\eta_0 / N^{{{a:g}}}$  [$k\,\tau_1$]")
     out.caption = (
