@@ -108,13 +108,16 @@ def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> l
     how = of_width = "needs two sizes with three packings or more"
     if len(n) > 1 and min(len(g) for g in groups) > 2:
         how = of_width = f"N = {', '.join(map(str, n))}"
-        limit = bootstrap(groups, lambda g: _limit(n, g))
+        limit = whole = bootstrap(groups, lambda g: _limit(n, g))
         theta = every = bootstrap(groups, lambda g: _width_exponent(n, g))
         same = [k for k, size in enumerate(n) if size in conventions.SIZES]
         if 1 < len(same) < len(n):  # "matched N"
-            kept = [n[k] for k in same]
-            theta = bootstrap([groups[k] for k in same], lambda g: _width_exponent(kept, g))
-            of_width = f"N = {', '.join(map(str, kept))} of the paper's; with all, {n[0]} to {n[-1]}, {every.value:.2f}"
+            kept, groups_kept = [n[k] for k in same], [groups[k] for k in same]
+            theta = bootstrap(groups_kept, lambda g: _width_exponent(kept, g))
+            limit = bootstrap(groups_kept, lambda g: _limit(kept, g))
+            matched, beyond = f"N = {', '.join(map(str, kept))} of the paper's", f"with all, {n[0]} to {n[-1]},"
+            of_width = f"{matched}; {beyond} {every.value:.2f}"
+            how = f"{matched}; {beyond} {whole.value:.4f} [{whole.low:.4f}, {whole.high:.4f}]"
     return [
         claim(
             name,
