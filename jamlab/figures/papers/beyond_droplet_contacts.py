@@ -27,7 +27,7 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
         for axes, column in ((pairs, "beyond"), (stresses, "self_stresses")):
             share = rows[column].value_counts(normalize=True).sort_index()
             out.curve(axes, f"N = {size} ({len(rows)})", share.index, share.to_numpy(), **look)
-    label(pairs, r"pairs in contact beyond $2N' - 1$", "share of packings", loc="upper left")
+    label(pairs, r"pairs in contact beyond $2N' - 1$", "share of packings", loc="upper right")
     label(stresses, "states of self-stress S", "share of packings", loc="upper right")
     for axes in (pairs, stresses):
         axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
