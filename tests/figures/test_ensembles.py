@@ -113,6 +113,9 @@ def test_the_width_of_onsets_is_fitted_at_the_sizes_of_the_paper():
     theta = next(c for c in drawn.claims if c.quantity.startswith("theta"))
     assert theta.value == pytest.approx(0.55, abs=1e-6)
     assert re.search(r"with all, 32 to 1024, [1-9]\.", theta.how)
+    limit = next(c for c in drawn.claims if c.quantity.startswith("onset in the large-N limit, SP"))
+    assert limit.value == pytest.approx(0.842, abs=1e-6)
+    assert re.search(r"of the paper's; with all, 32 to 1024, 0\.84\d\d \[", limit.how)
 
 
 def test_a_scan_of_damping_may_stand_at_a_smaller_size_than_the_spectra():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawn_figures import drawn
 
 from jamlab.figures.papers import conventions
 from jamlab.figures.papers.claims import Claim, Verdict, claim
@@ -77,3 +78,11 @@ def test_contradictions_are_those_of_the_papers_own_numbers():
     assert "0.92" in conventions.contradiction_of_single_exponent("g")
     assert "3.992" in conventions.contradiction_of_counting(256)
     assert "3.82" in conventions.contradiction_of_voids() and "4.20" in conventions.contradiction_of_voids()
+
+
+def test_numbers_that_the_paper_itself_contradicts_say_so():
+    """P_3 = 1 is z = 6 (Euler: 2 z/(z - 2) sides on average), and rows of table 1 part before 0.88."""
+    (ending,) = drawn("boromand-9").claims
+    assert ending.verdict == "paper inconsistent" and "P_3 = 1 for rho > 0.97" in ending.reason
+    part = next(c for c in drawn("boromand-5").claims if "z of DP" in c.quantity)
+    assert part.verdict == "paper inconsistent" and "differ by 0.34 in z at rho = 0.88" in part.reason
