@@ -171,3 +171,12 @@ def test_the_two_lengths_of_fig_7_are_two_measurements():
     """At the lowest frequency both laws give one motion: contact damping is measured at all, as in the paper."""
     assert "mean over omega" in found("baumgarten-7", "l/L, contact").how
     assert "mean over omega" not in found("baumgarten-7", "plateau l/L").how
+
+
+def test_mean_squares_of_slow_shear_stand_beside_the_medians():
+    """G_0 = p^0.5 makes the root mean square of approach p^0.25; non-affine motion has none."""
+    assert "by G_0 of the same packings, go with 0.250" in found("baumgarten-5", "exponent of approach").how
+    assert re.search(
+        r"by eta_0 of the same packings, go with -0\.2[45]\d", found("baumgarten-5", "exponent of sliding").how
+    )
+    assert "mean squares" not in found("baumgarten-5", "exponent of nonaffine").how
