@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, checked
 from jamlab.errors import BoundaryError, ConvergenceError, InputError, JamlabError
 from jamlab.geometry.contact_lengths import contact_lengths
@@ -26,8 +27,6 @@ from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.processes.cores import available_cores
 from jamlab.processes.side_by_side import run_side_by_side
-
-Array = NDArray[np.float64]
 
 COLUMNS = (
     *("rho", "phi", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b"),

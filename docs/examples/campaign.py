@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import jamlab
-from jamlab.packing.atomic_file import make_folder
+from jamlab.storage.atomic_file import make_folder
 
 CAMPAIGN = """
 name = "walkthrough"

@@ -9,7 +9,7 @@ from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.task_file import damage
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.storage.atomic_file import atomic_file, make_folder
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -23,7 +23,7 @@ from typing import Any, TextIO
 from jamlab.campaign.task_file import damage, read_gaps
 from jamlab.campaign.tasks import Task
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.atomic_file import atomic_file, check_target, make_folder
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 
 COPY = "campaign.toml"
 

@@ -8,14 +8,13 @@ from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
-from jamlab.protocols.compression import compress
-from jamlab.protocols.confluence import MOST_CONTACTS, bisect_confluence
+from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
+from jamlab.storage.verified_file import versions
 
 
 @dataclass(frozen=True)

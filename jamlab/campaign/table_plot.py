@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array
 from jamlab.campaign.aggregate import aggregate
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
@@ -18,7 +19,6 @@ from jamlab.plotting.palette import COLOURS, MODEL_STYLE
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
 _MOST_BINS = 12  # a column with no more values than that is not binned

@@ -15,7 +15,7 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 | /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
 | /tables/<module:function> | (F,) float64   | columns of a user's own observable, one row per frame                 |
 
-The checksum at the start of the file (`jamlab.packing.checksum`) carries the name of the task.
+The checksum at the start of the file (`jamlab.storage.verified_file`) carries the name of the task.
 """
 
 import json
@@ -31,10 +31,9 @@ from numpy.typing import NDArray
 
 from jamlab.campaign.tasks import TASK_VERSION, Task
 from jamlab.errors import StorageError
-from jamlab.packing.atomic_file import atomic_file
-from jamlab.packing.checksum import add_checksum, checksum
 from jamlab.packing.hdf5 import file_image
-from jamlab.packing.verified_file import opened
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.verified_file import add_checksum, checksum, opened
 
 if TYPE_CHECKING:  # `status` must not load LAMMPS and the analysis
     from jamlab.campaign.measurements import Columns

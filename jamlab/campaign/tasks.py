@@ -20,7 +20,7 @@ from jamlab.campaign.file_tables import CampaignTable, SweepTable
 from jamlab.campaign.flow_file import FLOWS
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.verified_file import SCHEMA_VERSION
+from jamlab.storage.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
 _NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name

@@ -12,8 +12,8 @@ from threadpoolctl import threadpool_limits
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import Task
 from jamlab.errors import StorageError
-from jamlab.packing.atomic_file import check_target
 from jamlab.processes.cores import cores_given
+from jamlab.storage.atomic_file import check_target
 
 FINISHED, FAILED, FULL = "finished", "failed", "full"
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)

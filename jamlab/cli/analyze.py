@@ -10,7 +10,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.cli.packing_table import print_packings
 from jamlab.errors import InputError
-from jamlab.packing.atomic_file import check_target
+from jamlab.storage.atomic_file import check_target
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
@@ -81,7 +81,7 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
     """Warn of what the numbers of a foreign or old file rest on."""
     import h5py
 
-    from jamlab.packing.checksum import checksum
+    from jamlab.storage.verified_file import checksum
 
     if h5py.is_hdf5(file) and checksum(file) is None:
         err_console.print(f"{file.name} has no checksum: damage to it would go unnoticed", markup=False)

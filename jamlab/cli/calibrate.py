@@ -21,8 +21,8 @@ def calibrate(
     as_json: Json = False,
 ) -> None:
     """Fit gamma, ka and delta of droplets to tables 1 and 2 of Boromand et al., and show how much each matters."""
-    from jamlab.campaign.droplet_calibration import TARGETS
-    from jamlab.campaign.droplet_calibration import calibrate as run
+    from jamlab.studies.droplet_calibration import TARGETS
+    from jamlab.studies.droplet_calibration import calibrate as run
 
     def show(outcome: "Outcome") -> None:
         err_console.print(f"{outcome.state} {outcome.line}, {outcome.seconds:.0f} s", soft_wrap=True, highlight=False)

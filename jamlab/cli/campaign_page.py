@@ -8,7 +8,7 @@ import typer
 from jamlab.cli.console import print_note
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.progress import count_bar
-from jamlab.packing.atomic_file import check_target
+from jamlab.storage.atomic_file import check_target
 
 
 def page(

@@ -12,9 +12,9 @@ from jamlab.campaign.status import SweepStatus
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, png, write_report
-from jamlab.packing.atomic_file import check_target
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
+from jamlab.storage.atomic_file import check_target
+from jamlab.storage.verified_file import versions
 
 MEANS = ("z", "g", "pressure")
 _ALONG = {"target_pressure": "target_pressure", "onset": "d_rho", "rho": "rho"}  # column that is known -> axis

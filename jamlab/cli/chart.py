@@ -11,7 +11,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
-    from jamlab.benchmarks.measured_charts import MeasuredCharts
+    from jamlab.studies.measured_charts import MeasuredCharts
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -35,8 +35,8 @@ def speed_accuracy(
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
-    from jamlab.benchmarks.speed_accuracy.page import OFF_COLUMNS, TOPIC_CHARTS, defaults_off_the_front
-    from jamlab.benchmarks.speed_accuracy.page import speed_accuracy as run
+    from jamlab.studies.cost.page import OFF_COLUMNS, TOPIC_CHARTS, defaults_off_the_front
+    from jamlab.studies.cost.page import speed_accuracy as run
 
     if plan:
         _print_plan((TOPIC_CHARTS,), out, topic or (), as_json)
@@ -76,8 +76,8 @@ def stability(
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
-    from jamlab.benchmarks.failure_maps.page import COUNTED, MAP_CHARTS, counts
-    from jamlab.benchmarks.failure_maps.page import stability as run
+    from jamlab.studies.failure.page import COUNTED, MAP_CHARTS, counts
+    from jamlab.studies.failure.page import stability as run
 
     if plan:
         _print_plan((MAP_CHARTS,), out, maps or (), as_json)
@@ -96,8 +96,8 @@ def stability(
 def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
     if plan:
-        from jamlab.benchmarks.failure_maps.page import MAP_CHARTS
-        from jamlab.benchmarks.speed_accuracy.page import TOPIC_CHARTS
+        from jamlab.studies.cost.page import TOPIC_CHARTS
+        from jamlab.studies.failure.page import MAP_CHARTS
 
         _print_plan((TOPIC_CHARTS, MAP_CHARTS), out, (), as_json=False)
         return
@@ -108,13 +108,20 @@ def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("ja
 @chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
 def flow_table(
     out: Annotated[
-        Path, typer.Option(help="CSV file to write; in a checkout, beside jamlab/flow/flow_errors.py.")
+        Path, typer.Option(help="CSV file to write; in a checkout, beside jamlab/estimates/flow_errors.py.")
     ] = Path("flow_errors.csv"),
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.benchmarks.flow_errors import CHECKS, MANY_SEEDS, SEEDS, SLIDING_CHECKS, SLIDING_SEEDS, measure_errors
-    from jamlab.flow.flow_errors import SLIDING_CHECK, kept_promises
+    from jamlab.estimates.flow_errors import SLIDING_CHECK, kept_promises
+    from jamlab.studies.least_model.flow_errors import (
+        CHECKS,
+        MANY_SEEDS,
+        SEEDS,
+        SLIDING_CHECKS,
+        SLIDING_SEEDS,
+        measure_errors,
+    )
 
     expect_output(out)
     parts = {"seeds": SEEDS, "many": MANY_SEEDS, "checks": CHECKS}
@@ -137,8 +144,8 @@ def estimates(
     as_json: Json = False,
 ) -> None:
     """Measure the table behind `estimate`, `choose` and `scene`, and check intervals; goes on where it was stopped."""
-    from jamlab.benchmarks.estimate_calibration import calibrate, summarize
-    from jamlab.benchmarks.estimate_table import SEEDS, make_table
+    from jamlab.studies.least_model.estimate_calibration import calibrate, summarize
+    from jamlab.studies.least_model.estimate_table import SEEDS, make_table
 
     expect_output(out)
     made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=print_stage)

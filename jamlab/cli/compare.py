@@ -19,12 +19,12 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from jamlab.benchmarks.other_codes.analysis import compare_analysis
-    from jamlab.benchmarks.other_codes.compare import compare as run
-    from jamlab.benchmarks.other_codes.compare import jolted_minimum, summary
-    from jamlab.benchmarks.other_codes.page import comparison_tables, notes, write_comparison
-    from jamlab.benchmarks.other_codes.recipes import write_recipe
-    from jamlab.packing.atomic_file import make_folder
+    from jamlab.storage.atomic_file import make_folder
+    from jamlab.studies.other_codes.analysis import compare_analysis
+    from jamlab.studies.other_codes.compare import compare as run
+    from jamlab.studies.other_codes.compare import jolted_minimum, summary
+    from jamlab.studies.other_codes.page import comparison_tables, notes, write_comparison
+    from jamlab.studies.other_codes.recipes import write_recipe
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")

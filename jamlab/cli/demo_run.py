@@ -21,16 +21,16 @@ from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragmen
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
 from jamlab.measure import measure_all, why_no_modulus
-from jamlab.packing.atomic_file import check_target
 from jamlab.packing.hdf5 import write
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
 from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import Progress
 from jamlab.rheology.mean_spectrum import Spectra, mean_spectra
+from jamlab.storage.atomic_file import check_target
+from jamlab.storage.verified_file import versions
 
 STEP = 0.01  # in rho, between stored states
 ENSEMBLE = "shear-stabilized"  # a box without residual shear stress: G > 0 in every direction

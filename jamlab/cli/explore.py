@@ -9,7 +9,7 @@ from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 from jamlab.cli.progress import count_bar
-from jamlab.packing.atomic_file import check_target
+from jamlab.storage.atomic_file import check_target
 
 
 def explore(

@@ -45,7 +45,7 @@ def figure(
 
 
 def _list_figures(as_json: bool) -> None:
-    from jamlab.figures.papers import gallery
+    from jamlab.studies import gallery
 
     titles = gallery.titles()
     if as_json:
@@ -68,10 +68,10 @@ def _write_reference(source: Path | None, out: Path, commit: str, add: bool, onl
 
 def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
     from jamlab.cli.figure_tables import open_tables
-    from jamlab.figures.papers import gallery
-    from jamlab.figures.papers.example_packings import example_sections
-    from jamlab.figures.papers.summary import summary
     from jamlab.processes.cores import available_cores
+    from jamlab.studies import gallery
+    from jamlab.studies.example_packings import example_sections
+    from jamlab.studies.summary import summary
 
     chosen = gallery.check_names(names)
     tables = open_tables(source)

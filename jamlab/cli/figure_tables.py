@@ -8,9 +8,9 @@ from pathlib import Path
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
-from jamlab.figures.papers.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
-from jamlab.figures.papers.tables import NAMES, AbsentTableError, EnsembleTables
-from jamlab.packing.versions import versions
+from jamlab.storage.verified_file import versions
+from jamlab.studies.ensemble_tables import NAMES, AbsentTableError, EnsembleTables
+from jamlab.studies.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
 
 
 def open_tables(source: Path | None) -> EnsembleTables:

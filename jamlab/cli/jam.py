@@ -9,7 +9,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ranks, Ratio, Seed, Tolerance
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
-from jamlab.packing.atomic_file import check_target
+from jamlab.storage.atomic_file import check_target
 
 
 def jam(

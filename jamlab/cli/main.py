@@ -16,21 +16,17 @@ from jamlab.cli.chart import chart
 from jamlab.cli.compare import compare
 from jamlab.cli.compress import compress
 from jamlab.cli.console import err_console
-from jamlab.cli.creep import creep
 from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
 from jamlab.cli.doctor import doctor
 from jamlab.cli.estimate import estimate
 from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
-from jamlab.cli.flow_curve import flow_curve
+from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
-from jamlab.cli.oscillate import oscillate
 from jamlab.cli.pack import pack
-from jamlab.cli.relax_stress import relax_stress
-from jamlab.cli.shear import shear
 from jamlab.errors import JamlabError
 
 

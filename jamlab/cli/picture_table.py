@@ -81,7 +81,7 @@ def write_droplets(found: "Micrograph", path: Path) -> None:
     Raises:
         StorageError: the file cannot be written.
     """
-    from jamlab.packing.atomic_file import atomic_file
+    from jamlab.storage.atomic_file import atomic_file
 
     with atomic_file(path) as temporary:
         found.table().to_csv(temporary, index=False)

@@ -16,10 +16,10 @@ import pandas as pd
 from jamlab.errors import InputError
 from jamlab.figures.packing_pictures import modulus_figure
 from jamlab.figures.picture_file import PICTURES, save_picture
-from jamlab.packing.atomic_file import atomic_file, check_target
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra, group_packings
+from jamlab.storage.atomic_file import atomic_file, check_target
 
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 
@@ -29,7 +29,7 @@ def check_output(path: Path, sources: Sequence[Path] = ()) -> None:
 
     Raises:
         InputError: the suffix is neither that of a picture nor .csv or .h5.
-        StorageError: see `jamlab.packing.atomic_file.check_target`.
+        StorageError: see `jamlab.storage.atomic_file.check_target`.
     """
     if path.suffix.lower() not in (*PICTURES, ".csv", ".h5"):
         raise InputError(

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from jamlab.cli.console import print_note, print_table
-from jamlab.packing.observable_labels import NEGATIVE_G
+from jamlab.packing.hdf5 import NEGATIVE_G
 
 if TYPE_CHECKING:
     from jamlab.rheology.mean_spectrum import Spectra

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, INTEGERS, REALS, kernel
-
-Array = NDArray[np.float64]
 
 _POINTER = ctypes.c_void_p
 _put_positions = kernel("put_positions", INTEGER, _POINTER, _POINTER, _POINTER, _POINTER, _POINTER)

@@ -6,11 +6,9 @@ Box and sites follow exp(sum of e_a M_a); with it the enthalpy H = U + p A chang
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 # upper triangles: they leave the first lattice vector along x
 COMPRESSION = np.eye(2)[None]

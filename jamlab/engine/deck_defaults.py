@@ -9,7 +9,7 @@ from pathlib import Path
 
 from jamlab.errors import EngineError, StorageError
 from jamlab.kernels.installed_files import installed
-from jamlab.packing.atomic_file import atomic_file, make_folder
+from jamlab.storage.atomic_file import atomic_file, make_folder
 
 _DEFAULT = re.compile(r"^variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 _SUMMARY = re.compile(r"(.*?)(?:, by plain LAMMPS|[.:] |[.]$)")

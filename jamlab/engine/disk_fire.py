@@ -10,15 +10,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,14 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, write_data
 from jamlab.packing.packing import Packing
 from jamlab.processes.child import child_environment
 from jamlab.processes.dying_program import dying_line
-
-Array = NDArray[np.float64]
 
 _NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
 _FEW = 8  # ranks that any machine may run, if slowly

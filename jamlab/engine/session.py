@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.engine.atom_exchange import AtomExchange
 from jamlab.engine.box_border import Border
@@ -29,8 +30,6 @@ from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
-
-Array = NDArray[np.float64]
 
 _EDGE_ROOM = 1.5  # of the longest edge: how far edges may grow before the neighbour cutoff misses contacts
 _EDGE_KEPT = 0.9  # of that limit: a packing with longer edges is built anew, with a larger cutoff

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates.ensemble_plan import EnsemblePlan, plan_estimate
@@ -22,7 +23,6 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.side_by_side import run_side_by_side
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 

@@ -12,17 +12,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from jamlab.arrays import Array
 from jamlab.checks import check_count, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_way
 from jamlab.estimates.way_table import N, WayRecord, read_ways
 from jamlab.packing.law_parameters import MODELS
 from jamlab.statistics.confidence import CONFIDENCE
-
-Array = NDArray[np.float64]
 
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import legvander
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.estimates.way_table import ONSET, WayRecord
-
-Array = NDArray[np.float64]
 
 _HIGHEST_DEGREE = 4
 _FEWEST_TAILED = 100  # for moduli: G is far below zero near an instability, and few packings show none of these

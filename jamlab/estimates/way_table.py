@@ -19,11 +19,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import StorageError
 from jamlab.estimates.ensemble_way import EnsembleWay
-
-Array = NDArray[np.float64]
 
 SHIPPED = "ways.csv.gz"
 ONSET = "rho-J"

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from PIL import Image
 
-from jamlab.packing.atomic_file import atomic_file
+from jamlab.storage.atomic_file import atomic_file
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from jamlab.figures.html_page import save_png
-from jamlab.packing.atomic_file import atomic_file
+from jamlab.storage.atomic_file import atomic_file
 
 # pictures made of lines, without the date: the same figure gives the same file
 _DATELESS: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
@@ -19,7 +19,7 @@ def save_picture(figure: Figure, path: Path) -> None:
     """Write a figure as .png, .pdf or .svg, all or nothing.
 
     Raises:
-        StorageError: see `jamlab.packing.atomic_file.atomic_file`.
+        StorageError: see `jamlab.storage.atomic_file.atomic_file`.
     """
     kind = path.suffix.lower()
     if kind == ".png":

@@ -10,18 +10,18 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 
-from jamlab.flow.energy_balance import LIMIT, describe_balance
+from jamlab.flow.flow_run import LIMIT, describe_balance
 from jamlab.plotting.axes import LABEL, LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.modulus_curves import positive
 from jamlab.plotting.palette import BLACK, COLOURS, RED
 
 if TYPE_CHECKING:
-    from jamlab.flow.creep_run import CreepRun
-    from jamlab.flow.oscillation import Oscillation
+    from jamlab.flow.creep import CreepRun
+    from jamlab.flow.flow_curve import FlowCurve
+    from jamlab.flow.oscillate import Oscillation
     from jamlab.flow.pipkin import Pipkin
+    from jamlab.flow.relax_stress import StressRelaxation
     from jamlab.flow.shear_run import ShearRun
-    from jamlab.flow.steady_flow import FlowCurve
-    from jamlab.flow.stress_relaxation import StressRelaxation
 
 
 def say_balance(axes: Axes, imbalance: float) -> None:

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
@@ -20,8 +19,6 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping, StokesDrag
-
-Array = NDArray[np.float64]
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter

@@ -6,20 +6,289 @@ into another one: stress drops and energy is released at once (Maloney & Lemaitr
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import Progress
-from jamlab.flow.quasistatic_run import QuasistaticShear
-from jamlab.flow.quasistatic_walk import Walk
+from jamlab.flow.flow_run import LIMIT, Progress, describe_balance, energy_gap
 from jamlab.flow.run_file import RunFile
+from jamlab.flow.shear_run import ShearRun, StressDrops
+from jamlab.geometry.contact_network import contacts
+from jamlab.packing.deformation import sheared
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
+from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.axes import LEGEND, axes_for, in_unit, label_axes, merged
+from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.protocols.compression import LARGEST_TOLERANCE
-from jamlab.protocols.relaxation import check_tolerance
+from jamlab.protocols.provenance import record
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class PlasticEvents:
+    """Steps in which stress fell, m of them, and from which a step back does not lead back.
+
+    Attributes:
+        strain: (m,) at the end of the step.
+        stress_drop: (m,) stress before less that after.
+        released: (m,) energy lost per area: the work by the trapezoidal rule less the rise of the energy.
+        width: (m,) strain of the step: the event lies that much before `strain` at most.
+    """
+
+    strain: Array
+    stress_drop: Array
+    released: Array
+    width: Array
+
+    __repr__ = short_repr
+
+    def __len__(self) -> int:
+        return len(self.strain)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class QuasistaticShear(ShearRun):
+    """States of `quasistatic_shear`, m of them with the start; rows and packings as in `FlowRun`, without drag.
+
+    There is no time: `time`, `rate`, `viscous_stress` and `dissipation` are 0. `work` is the integral of the stress,
+    `dissipated` what of it is not stored: what events release, and the error of the trapezoidal rule.
+
+    Attributes:
+        converged: (m,) bool, whether the minimisation met its tolerance.
+        max_force: (m,) largest force left.
+        event_strain, event_drop, event_released, event_width: (k,) see `PlasticEvents`.
+    """
+
+    converged: NDArray[np.bool_]
+    max_force: Array
+    event_strain: Array
+    event_drop: Array
+    event_released: Array
+    event_width: Array
+
+    @property
+    def events(self) -> PlasticEvents:
+        """Plastic events."""
+        return PlasticEvents(self.event_strain, self.event_drop, self.event_released, self.event_width)
+
+    @property
+    def drops(self) -> StressDrops:
+        """Stress drops of the events, at the strain where each begins."""
+        return StressDrops(self.event_strain - self.event_width, self.event_drop)
+
+    @property
+    def reached(self) -> str:
+        """What the run has reached, in words."""
+        missed = int((~self.converged).sum())
+        return super().reached + (f"; {missed} of {len(self.converged)} states NOT CONVERGED" if missed else "")
+
+    @property
+    def energy_gap(self) -> Array:
+        """(m,) work that is neither stored nor released by an event that was seen: error of steps that are too long."""
+        released = np.zeros(len(self.strain))
+        released[self.strain.searchsorted(self.event_strain)] = self.event_released
+        return energy_gap(self.work, np.cumsum(released), self.energy)
+
+    def _remedy(self) -> str:
+        return "steps are too long to tell what events release; give half the step"
+
+    def describe(self) -> str:
+        """Say how it was run, and how well energy is balanced."""
+        return f"quasi-static, largest force {self.tolerance:g}, {describe_balance(self.imbalance)}"
+
+    def __repr__(self) -> str:
+        return f"QuasistaticShear(strain={self.strain[-1]:.4g}, {self.describe()}; {self.verdict})"
+
+    def plot(self, ax: Any = None, **style: Any) -> Axes:
+        """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
+
+        >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3).plot()
+
+        Args:
+            ax: matplotlib Axes; by default those of a new figure.
+            style: of matplotlib's Line2D, such as color="k".
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: `ax` is something else, or matplotlib refuses the style.
+        """
+        from jamlab.flow.quasistatic_shear import draw_shear
+
+        with axes_for(ax, style) as axes:
+            draw_shear(axes, self, **style)
+        return axes
+
+
+LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back
+REVERSIBLE = 0.1  # part of a fall of stress that a step back may miss: noise of minima, or hysteresis within the step
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """One state on the way; stress and energy as in `QuasistaticShear`."""
+
+    strain: float
+    stress: float
+    pressure: float
+    normal_stress_difference: float
+    energy: float
+    contacts: float
+    converged: bool
+    max_force: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """One plastic event, as in `PlasticEvents`."""
+
+    strain: float
+    drop: float
+    released: float
+    width: float
+
+
+class Walk:
+    """Minima one after the other, the events between them, and the packing at the last."""
+
+    def __init__(
+        self, session: Session, tolerance: float | None, shortest: float, before: QuasistaticShear | None
+    ) -> None:
+        self._session, self._tolerance, self._shortest = session, tolerance, shortest
+        self._began = time.perf_counter() - (before.seconds if before else 0.0)
+        self._minima = before.steps if before else 0
+        self.events: list[Event] = []
+        if before is None:
+            state, self.packing = self._relax(0.0)
+            self.states, self._frames = [state], [self.packing]
+            return
+        self.packing, self._frames = before.packing, list(before.frames)
+        columns = {f.name: getattr(before, f.name).tolist() for f in fields(Minimum)}
+        self.states = [Minimum(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
+        self.events = list(map(Event, *(getattr(before, f"event_{f.name}").tolist() for f in fields(Event))))
+
+    def keep(self) -> None:
+        """Keep the packing among the frames."""
+        self._frames.append(self.packing)
+
+    def result(self, strain: float) -> QuasistaticShear:
+        """All states so far of a run to a strain."""
+        columns: dict[str, Any] = {f.name: np.array([getattr(s, f.name) for s in self.states]) for f in fields(Minimum)}
+        events = {f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(Event)}
+        stress, zero = columns["stress"], np.zeros(len(self.states))
+        columns |= dict.fromkeys(("time", "rate", "viscous_stress", "dissipation"), zero)
+        work = np.append(0.0, np.cumsum(0.5 * (stress[1:] + stress[:-1]) * np.diff(columns["strain"])))
+        frames = self._frames if self._frames[-1] is self.packing else [*self._frames, self.packing]
+        return QuasistaticShear(
+            **columns,
+            **events,
+            elastic_stress=stress,
+            work=work,
+            dissipated=work - (columns["energy"] - columns["energy"][0]),
+            frames=tuple(frames),
+            damping=None,
+            background=0.0,
+            tolerance=force_tolerance(self.packing.model) if self._tolerance is None else self._tolerance,
+            steps=self._minima,
+            iterations=0,
+            seconds=time.perf_counter() - self._began,
+            unit=UNIT_OF_STRESS[self.packing.model, self.packing.units],
+            shear_rate=0.0,
+            strain_asked=strain,
+        )
+
+    def go_to(self, strain: float) -> None:
+        """Take one step, or shorter and shorter ones up to an event on the way and long ones behind it."""
+        before = self.states[-1]
+        step = strain - before.strain
+        after, packing = self._step(self.packing, strain, step)
+        event = after.stress < before.stress and not self._leads_back(before, after, packing)
+        if event and step > self._shortest * (1 + 1e-9):
+            self.go_to(before.strain + 0.5 * step)
+            self.go_to(strain)
+            return
+        self.states.append(after)
+        self.packing = packing
+        if event:
+            self.events.append(_event(before, after))
+
+    def _leads_back(self, before: Minimum, after: Minimum, packing: Packing) -> bool:
+        """Whether the step back ends where it came from: stress falls before an instability, too."""
+        back, _ = self._step(packing, before.strain, before.strain - after.strain)
+        return abs(back.stress - before.stress) < REVERSIBLE * (before.stress - after.stress)
+
+    def _step(self, packing: Packing, strain: float, step: float) -> tuple[Minimum, Packing]:
+        """The minimum beyond a packing, and the packing there."""
+        self._session.load(_flipped(sheared(packing, step)))
+        return self._relax(strain)
+
+    def _relax(self, strain: float) -> tuple[Minimum, Packing]:
+        found = relax(self._session, self._tolerance, near=True)
+        self._minima += 1
+        packing = self._session.packing(ensemble="fixed-box")
+        reached = found.evaluation
+        state = Minimum(
+            strain=strain,
+            stress=-float(reached.stress[0, 1]),
+            pressure=reached.pressure,
+            normal_stress_difference=float(reached.stress[1, 1] - reached.stress[0, 0]),
+            energy=reached.energy / packing.area,
+            contacts=float(contacts(packing).count),
+            converged=found.converged,
+            max_force=reached.max_force,
+        )
+        return state, record(packing, found, protocol="quasistatic_shear", flow_strain=strain)
+
+
+def _flipped(packing: Packing) -> Packing:
+    """The same lattice, with the second vector that leans least."""
+    if abs(packing.box[1, 0]) <= LEAN * packing.box[0, 0]:
+        return packing
+    box = packing.box.copy()
+    box[1] -= np.round(box[1, 0] / box[0, 0]) * box[0]
+    return packing.with_state(box=box)
+
+
+def _event(before: Minimum, after: Minimum) -> Event:
+    width = after.strain - before.strain
+    work = 0.5 * (before.stress + after.stress) * width
+    return Event(after.strain, before.stress - after.stress, work - (after.energy - before.energy), width)
+
+
+def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
+    """Draw stress over strain, where events end and where no minimum was reached; see `QuasistaticShear.plot`."""
+    plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
+    axes.plot(found.strain, found.stress, **merged(Line2D, plain, style))
+    ends = found.strain.searchsorted(found.events.strain)
+    if len(ends):
+        label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
+        axes.plot(found.strain[ends], found.stress[ends], "v", color=RED, markersize=4, label=label)
+    if not found.converged.all():
+        missed = ~found.converged
+        label = f"not converged: {missed.sum()}"
+        axes.plot(found.strain[missed], found.stress[missed], "x", color=BLACK, markersize=6, label=label)
+    label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", found.unit))
+    legend = axes.legend(
+        *axes.get_legend_handles_labels(), title=describe_balance(found.imbalance), fontsize=LEGEND, ncols=3,
+        title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
+    )  # fmt: skip  # above: curves fill the axes
+    legend.get_title().set_color(RED if found.imbalance > LIMIT else BLACK)
+
 
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1
 

@@ -4,14 +4,14 @@ from typing import Any
 
 from jamlab.checks import checked
 from jamlab.errors import StorageError
-from jamlab.flow.creep_run import CreepRun
-from jamlab.flow.oscillation import Oscillation
-from jamlab.flow.quasistatic_run import QuasistaticShear
+from jamlab.flow.creep import CreepRun
+from jamlab.flow.flow_curve import FlowCurve
+from jamlab.flow.oscillate import Oscillation
+from jamlab.flow.quasistatic_shear import QuasistaticShear
+from jamlab.flow.relax_stress import StressRelaxation
 from jamlab.flow.run_file import read_result
 from jamlab.flow.shear_run import ShearRun
-from jamlab.flow.steady_flow import FlowCurve
-from jamlab.flow.stress_relaxation import StressRelaxation
-from jamlab.packing.verified_file import FilePath, opened
+from jamlab.storage.verified_file import FilePath, opened
 
 Flow = ShearRun | FlowCurve | Oscillation | CreepRun | StressRelaxation
 

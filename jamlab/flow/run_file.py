@@ -19,13 +19,11 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from jamlab.errors import StorageError
-from jamlab.packing.atomic_file import atomic_file, check_target
-from jamlab.packing.checksum import add_checksum
 from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
-from jamlab.packing.stored_values import dataset
-from jamlab.packing.verified_file import REMEDY, opened
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 
 FilePath = str | os.PathLike[str]
 R = TypeVar("R")

@@ -1,4 +1,4 @@
-"""Start-up of shear at a constant rate: overshoot, steady state, plastic events."""
+"""Start-up of shear at a constant rate: overshoot, steady state, and plastic events where the elastic stress falls."""
 
 from __future__ import annotations
 
@@ -7,14 +7,43 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun
-from jamlab.flow.stress_drops import StressDrops, stress_drops
 from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+class StressDrops(NamedTuple):
+    """Falls of the stress, one after the other.
+
+    Attributes:
+        strain: (k,) at which each begins.
+        size: (k,) by how much the stress falls, positive.
+    """
+
+    strain: Array
+    size: Array
+
+
+def stress_drops(strain: Array, stress: Array, least: float = 0.0) -> StressDrops:
+    """Find the falls of a stress (m,) over strain (m,), each from a local maximum to the next minimum.
+
+    Args:
+        strain: (m,), growing.
+        stress: (m,).
+        least: smallest fall that counts.
+    """
+    falling = np.concatenate([[False], np.diff(stress) < 0, [False]])
+    edges = np.flatnonzero(np.diff(falling.astype(int)))  # of the steps, where falling begins and where it ends
+    begin, end = edges[::2], edges[1::2]
+    size = stress[begin] - stress[end]
+    kept = size > least
+    return StressDrops(strain[begin[kept]], size[kept])
+
 
 LEAST_DROP = 0.01  # of the range of elastic stresses in a run: smaller falls are no plastic events
 TRANSIENT = 1.0  # strain at which start-up is over: the overshoot lies at 0.1 to 0.4

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.packing.packing_plot import move_home, particle_shapes
 from jamlab.plotting.axes import merged
 from jamlab.plotting.palette import RED
@@ -19,8 +19,6 @@ from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, line_ever
 if TYPE_CHECKING:
     from jamlab.geometry.tessellation import Tessellation
     from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 
 def draw_cells(axes: Axes, cells: Tessellation, fraction: Array, /, **style: Any) -> None:

@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import cut_disks, cuts_overlap, disk_cells, nested, radical_height
 from jamlab.geometry.rims import rims
-from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.geometry.voids.voids import BoundedVoids, Voids, bound_voids
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @checked

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.power_cells import DiskCells, disk_cells
 from jamlab.geometry.rims import rims, shared_areas
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 
 @checked

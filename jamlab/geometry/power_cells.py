@@ -22,13 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.neighbors import Pairs, periodic_pairs
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 EMPTY = 1e-14  # a cell smaller than this part of R^2 is rounding: a hundred times that of a double in some sums
 

@@ -13,12 +13,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.geometry.edge_rings import edge_rings
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Geometries = NDArray[np.object_]
 
 ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs by 1e-5 w^2 at most

@@ -19,20 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.cross_product import cross
 from jamlab.geometry.particle_shape import particle_areas
 from jamlab.geometry.power_cells import radical_height
 from jamlab.packing.neighbors import periodic_copies, positive_image
+from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
 CLOSED = 1e-9  # part of the box by which the cells may miss it: rounding leaves 1e-15, a cell left out 1/n

@@ -11,6 +11,8 @@ distance d from the vertex to the closest point of the edge:
   corner a vertex meets both edges that end there: at the same distance d they add up to eps (1 - d/delta)^2.
 
 A periodic image of a polygon is another polygon, also to itself: in a small box a polygon meets its own images.
+
+Disks touch where r < (d_i + d_j)/2.
 """
 
 from dataclasses import dataclass
@@ -19,13 +21,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-from jamlab.packing.neighbors import MOST_IMAGES, Pairs, positive_image, search_lattice
+from jamlab.packing.neighbors import MOST_IMAGES, Pairs, periodic_pairs, positive_image, search_lattice
 from jamlab.packing.packing import Packing
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+
+def touching_disks(packing: Packing) -> Pairs:
+    """Find all pairs of disks closer than the sum of their radii.
+
+    Args:
+        packing: SP.
+
+    Returns:
+        Pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own
+        image, touches each of them.
+
+    Raises:
+        InputError: for a DP packing; `jamlab.geometry.vertex_contacts` finds the contacts of droplets.
+    """
+    if packing.diameters is None:
+        raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
+    return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters)
+
 
 _OUT = (INTEGERS, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS)
 _meetings = kernel("vertex_meetings", INTEGER, INTEGERS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, *_OUT)

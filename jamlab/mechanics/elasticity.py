@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
@@ -24,8 +24,6 @@ from jamlab.packing.short_repr import short_repr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 
 # Of a static solution, relative: stable packings leave 1e-13 and less, onset included; a floppy network leaves more.

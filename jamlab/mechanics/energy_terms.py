@@ -8,17 +8,14 @@ this one list, for disks and droplets alike. It is evaluated in numpy, apart fro
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.packing.force_laws import disk_law, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _IDENTITY = np.eye(2)
 _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # x cross y = x . _TURN y

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.errors import ConvergenceError
-from jamlab.geometry.contact_network import Contacts, Meetings, contacts
-from jamlab.geometry.rattlers import find_rattlers
+from jamlab.geometry.contact_network import Contacts, Meetings, contacts, find_rattlers
 from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.stiffness import forces, stress

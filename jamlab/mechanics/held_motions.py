@@ -17,18 +17,15 @@ from __future__ import annotations
 from dataclasses import astuple, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.geometry.contact_network import find_meetings
-from jamlab.geometry.cross_product import cross
-from jamlab.geometry.rattlers import LEAST_CONTACTS, find_rattlers
+from jamlab.geometry.contact_network import LEAST_CONTACTS, find_meetings, find_rattlers
 from jamlab.geometry.vertex_contacts import VertexContacts, name_pairs, pair_polygons, unique_rows
 from jamlab.packing.neighbors import Pairs
+from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 MOST = 1000  # particles: singular values of a matrix of about (3 n, 3 n) take 10 s
 DEPENDENT = 2e-3  # singular value, with lengths in mean diameters, below which conditions hang on each other: droplets

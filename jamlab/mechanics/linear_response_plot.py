@@ -6,12 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
-
-Array = NDArray[np.float64]
 
 
 def draw_directions(

@@ -13,13 +13,11 @@ from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
-
-Array = NDArray[np.float64]
 
 VARIABLE = "JAMLAB_FACTORISATION"
 BACKENDS = ("cholmod", "scipy")

@@ -9,8 +9,6 @@ from scipy.sparse import linalg
 
 from jamlab.errors import ConvergenceError
 
-Array = NDArray[np.float64]
-
 
 class SymmetricFactors:
     """L U factors of a symmetric matrix without pivoting, ordered for a symmetric pattern.

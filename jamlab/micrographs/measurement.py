@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from jamlab.errors import InputError
-from jamlab.geometry.rattlers import find_rattlers
+from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.annotations import Annotations
 from jamlab.micrographs.droplet_outlines import outlines, shape_factor
 from jamlab.micrographs.illumination import Darkness, blur_of

@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from jamlab.packing.atomic_file import atomic_file, check_target
+from jamlab.storage.atomic_file import atomic_file, check_target
 
 if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph

@@ -1,12 +1,10 @@
 """Change the box and carry the particles along: isotropic compression, shear, any homogeneous deformation."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:

@@ -6,9 +6,8 @@ Line tension and area elasticity of droplets are no contacts: their energies sta
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 
 def disk_law(packing: Packing, pairs: NDArray[np.int64], distance: Array) -> tuple[Array, Array, Array]:

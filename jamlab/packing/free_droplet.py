@@ -7,12 +7,11 @@ regular one has the least perimeter, p = sqrt(4 c a) with c = nv tan(pi/nv).
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import newton
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
-
-Array = NDArray[np.float64]
 
 
 def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:

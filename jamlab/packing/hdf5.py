@@ -19,7 +19,7 @@ Layout, schema "jamlab", version 1 (F frames, P positions: disks or vertices, n 
 | /parameters/provenance         | (F,)      | str            | JSON; with ensemble, max_force and converged           |
 
 The packings are quasi-static, so time has no unit: it is the number of the frame. Later versions only add names; a file
-of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.packing.checksum`): a file that
+of a newer version is refused. HDF5 skips the first 512 bytes, a checksum (`jamlab.storage.verified_file`): a file that
 has changed since it was written is refused; files of jamlab 0.1.0 have no checksum and are read. `jamlab.universe`
 makes a Universe of MDAnalysis of it. MDAnalysis itself opens the file (in float32) with a topology of as many atoms as
 positions:
@@ -35,18 +35,31 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
-from jamlab.packing.atomic_file import atomic_file
-from jamlab.packing.checksum import add_checksum
-from jamlab.packing.observable_labels import LABELS
 from jamlab.packing.packing import Packing
-from jamlab.packing.stored_values import NUMBERS, dataset
-from jamlab.packing.verified_file import REMEDY, SCHEMA, SCHEMA_VERSION, FilePath, jamlab_version, opened
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.verified_file import (
+    NUMBERS,
+    REMEDY,
+    SCHEMA,
+    SCHEMA_VERSION,
+    FilePath,
+    add_checksum,
+    dataset,
+    jamlab_version,
+    opened,
+)
 
-Array = NDArray[np.float64]
+LABELS = {
+    "g": "relaxed shear modulus, mean over directions",
+    "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
+    "b": "relaxed bulk modulus",
+}
+NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble shear-stabilized lets it"
 
 
 @checked

@@ -27,13 +27,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
-from jamlab.packing.atomic_file import atomic_file
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
+from jamlab.storage.atomic_file import atomic_file
 
 MAX_TYPES = 64  # pair coefficients go by pairs of types: LAMMPS is meant for few of them
 _MARK = "# jamlab "

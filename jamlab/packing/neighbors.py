@@ -16,11 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.kernels.library import INTEGER, INTEGERS, REAL, REALS, kernel
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 MOST_IMAGES = 20_000_000  # copies of points that a search may reach: more take minutes, and gigabytes to list
 

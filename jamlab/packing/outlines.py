@@ -1,4 +1,4 @@
-"""Outlines of polygons as shapely geometries, and those that cross themselves."""
+"""Outlines of polygons as shapely geometries, those that cross themselves, and the cross product of plane vectors."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REALS, kernel
 
-Array = NDArray[np.float64]
+
+def cross(a: Array, b: Array) -> Array:
+    """(m,) a_x b_y - a_y b_x of vectors (m, 2): positive if b lies counter-clockwise of a."""
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
 
 _doubtful_outlines = kernel("doubtful_outlines", INTEGER, INTEGERS, REALS, FLAGS)
 

@@ -14,16 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_positive, checked, checked_class, finite_array, is_number
 from jamlab.errors import InputError, SelfCrossingError
-from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_params
-from jamlab.packing.magnitudes import check_magnitudes
+from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnitudes, check_params
 from jamlab.packing.outlines import outlines, self_crossings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
 
@@ -122,7 +121,7 @@ class Packing:
     def _repr_html_(self) -> str:
         from html import escape
 
-        from jamlab.packing.inline_picture import draw_svg
+        from jamlab.packing.packing_plot import draw_svg
 
         return f"<div><code>{escape(repr(self))}</code><br>{draw_svg(self)}</div>"
 

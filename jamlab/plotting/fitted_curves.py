@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.plotting.axes import LEGEND, label_axes, merged
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
-Array = NDArray[np.float64]
 Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
 
 

@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
 from jamlab.plotting.palette import COLOURS
 
-Array = NDArray[np.float64]
 Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 
 

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.plotting.axes import merged
-
-Array = NDArray[np.float64]
 
 MARGIN = 0.35  # around the cell, in units of length: about a third of a particle
 _ARC = 48  # corners of a drawn disk: a circle to the eye at this size

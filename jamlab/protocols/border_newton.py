@@ -15,9 +15,9 @@ cell: M. Parrinello & A. Rahman, J. Appl. Phys. 52, 7182 (1981).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.engine.box_border import Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
@@ -27,8 +27,6 @@ from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ disks cost only its cheap steps; Newton steps with the same strains in the borde
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.engine.box_border import PURE_SHEARS, Border
 from jamlab.engine.disk_fire import fire_settings, lively_fire
 from jamlab.engine.session import Evaluation, Session
@@ -19,8 +19,6 @@ from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.packing import Packing
 from jamlab.protocols.border_newton import descend_with_box, stress_noise
 from jamlab.protocols.relaxation import Relaxed, quench
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

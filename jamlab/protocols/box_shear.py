@@ -7,8 +7,8 @@ negative. At a minimum over both shears of the box as well, G is positive in eve
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice
 from jamlab.engine.box_border import PURE_SHEARS, SHEARS, Border
 from jamlab.engine.session import Evaluation, Session
@@ -21,8 +21,6 @@ from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

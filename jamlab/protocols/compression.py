@@ -1,4 +1,7 @@
-"""Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum."""
+"""Sweeps: states at a list of packing fractions, up or down from a packing, each at an energy minimum.
+
+A bisection finds the packing fraction at which a packing reaches six contacts per particle, the most in two dimensions.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.mpi_ranks import check_ranks
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.mechanics.stiffness import stress
@@ -23,7 +27,54 @@ from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance
 
-Array = NDArray[np.float64]
+MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
+
+
+@checked
+def bisect_confluence(
+    below: Packing, above: Packing, error: float, *, by: str = "rho", tolerance: float | None = None, ranks: int = 1
+) -> Iterator[Packing]:
+    """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error.
+
+    Every state is reached from the densest one known to be below, in one step, so distances to the packing fraction
+    rho* at which z = 6 come out spaced evenly in their logarithm: what (6 - z) N against rho* - rho asks for,
+    Boromand et al. fig 7.
+
+    Args:
+        below: from a sweep, with z < 6.
+        above: a later state of it, with z >= 6.
+        error: of rho*, or of phi* with `by`.
+        by, tolerance, ranks: see `compress`.
+
+    Yields:
+        One Packing per halving.
+
+    Raises:
+        InputError: `below` has six contacts already, `above` has fewer, or it is not the denser one.
+    """
+    check_number("error", error, 1.0)
+    low, high = (_fraction(p, by) for p in (below, above))
+    if not contacts(below).z < MOST_CONTACTS <= contacts(above).z or high <= low:
+        raise InputError(
+            f"z = {contacts(below).z:.4g} at {by} = {low:.6f} and {contacts(above).z:.4g} at {high:.6f}: give two"
+            " states of a compression between which z reaches 6"
+        )
+    while high - low > error:
+        middle = 0.5 * (low + high)
+        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks)
+        reached = _fraction(packing, by)
+        yield packing
+        if not (packing.converged and packing.on_target and low < reached < high):
+            return
+        if contacts(packing).z < MOST_CONTACTS:
+            below, low = packing, reached
+        else:
+            high = reached
+
+
+def _fraction(packing: Packing, by: str) -> float:
+    return packing_fraction(packing) if by == "rho" else packing.phi
+
 
 MOST_STATES = 1_000_000  # of a sweep: weeks of computing for any packing
 LARGEST_TOLERANCE = 1e-3  # contact forces of disks are 2e-2 eps over length at rho = 0.89, and less below

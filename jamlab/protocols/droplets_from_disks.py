@@ -15,22 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
-from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import check_tolerance, relax
-
-Array = NDArray[np.float64]
+from jamlab.storage.verified_file import versions
 
 _RHO_TOLERANCE = 1e-6  # as the last state of a sweep
 _STEPS = 12  # secant steps in phi at most

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Evaluation, Session
@@ -19,8 +20,6 @@ from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
-
-Array = NDArray[np.float64]
 
 METHODS = ("linear-response", "finite-strain", "affine")
 

@@ -16,12 +16,12 @@ from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
 from jamlab.protocols.box_shear import minimizer
-from jamlab.protocols.loose_start import place_loose
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
+from jamlab.protocols.random_start import place_loose
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance
+from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dtrsv
 
-Array = NDArray[np.float64]
+from jamlab.arrays import Array
+
 Forces = Callable[[Array], tuple[float, Array]]
 Solve = Callable[[Array], Array]
 Preconditioner = Callable[[Array, float], Solve]

@@ -1,18 +1,61 @@
-"""Place random disks, and droplets in the place of disks."""
+"""Random starts: disks placed at random, and loose droplets in their place, from which a search for onset starts."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_bidisperse, check_choice, is_number
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.packing.deformation import at_phi
 from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
 from jamlab.packing.law_parameters import UNITS, check_params
 from jamlab.packing.packing import Packing
+from jamlab.protocols.relaxation import relax
 
-Array = NDArray[np.float64]
+_TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
+
+
+def place_loose(
+    model: str,
+    n: int,
+    seed: int,
+    protocol: dict[str, float],
+    highest: float,
+    parameters: dict[str, Any],
+    ratio: float | None = None,
+    large: float = 0.5,
+) -> Packing:
+    """Place random particles without contacts: disks at phi_start, droplets at `highest` or where their disks jam.
+
+    Polygons on random places would start with crossed outlines, which no contact form can undo. So disks that just hold
+    the droplets are pushed apart and compressed first; as long as they do not jam, the droplets in them cannot touch.
+    """
+    phi = protocol["phi_start"]
+    if model == "sp":
+        return random_disks(n, seed, phi=phi, ratio=ratio, large=large)
+    nv, params = droplet_params(n, large, **parameters)
+    side = droplet_cell(nv, params, phi)
+    disks = random_disks(n, seed, phi=phi, large=large)
+    scale = side / disks.box[0, 0]
+    holders = disks.with_state(
+        box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
+    )
+    steps = max(0, int(np.ceil((highest - phi) / protocol["step"] - 1e-9)))
+    loose: Packing | None = None
+    with Session(holders) as session:
+        for reached in np.linspace(phi, max(phi, highest), steps + 1):
+            session.load(at_phi(loose or holders, holders.phi * reached / phi))
+            if relax(session).evaluation.energy > _TOUCHING * n:
+                break
+            loose = session.packing()
+    if loose is None:
+        raise ConvergenceError(f"droplets could not be placed without overlap at phi = {phi:.3f}: lower phi_start")
+    return place_droplets(loose.positions, loose.box, nv, params, seed)
+
 
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
 WIDEST_RIM = 10.0  # in l, the size of a droplet

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_number
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
@@ -25,7 +25,6 @@ from jamlab.mechanics.stiffness import hessian
 from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]  # stage and packing fraction reached
 
 

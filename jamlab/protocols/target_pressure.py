@@ -13,11 +13,11 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
-from jamlab.packing.versions import versions
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance, quench
+from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else

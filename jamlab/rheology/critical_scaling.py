@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
@@ -18,7 +18,6 @@ from jamlab.statistics.data_collapse import fit_scaling_exponents
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 HIGHEST = (
     0.1  # 1/tau_1: above, the response is affine and takes no part in the scaling (at about 1 for every p, fig 3a)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
@@ -15,8 +16,6 @@ from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.packing.force_laws import disk_law, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits

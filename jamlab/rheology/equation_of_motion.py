@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
@@ -20,8 +20,6 @@ from jamlab.mechanics.force_network import ForceNetwork
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
-
-Array = NDArray[np.float64]
 
 
 @checked

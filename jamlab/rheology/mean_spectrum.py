@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
@@ -20,8 +20,6 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import Damping
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("storage", "loss", "error")
 LIMITS = ("g0", "eta0", "eta_inf")

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.mechanics.force_network import force_network
@@ -23,8 +23,6 @@ from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, build_strengths, find_all_modes
 from jamlab.rheology.slow_and_fast_limits import find_limits
-
-Array = NDArray[np.float64]
 
 MOTIONS = ("translation", "rotation", "along", "across")
 

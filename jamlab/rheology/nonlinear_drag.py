@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq, root_scalar
 from scipy.special import gamma
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
@@ -26,7 +27,6 @@ from jamlab.rheology.damping import ContactDamping, drag_stiffness
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
 

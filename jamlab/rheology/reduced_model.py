@@ -8,17 +8,15 @@ coordinates; its modes are a relaxation spectrum of some tens of lines that has 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_modes
 from jamlab.rheology.rounding_error import larger_relative
 from jamlab.rheology.shifted_solver import ShiftedSolver
 from jamlab.rheology.slow_and_fast_limits import Limits
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

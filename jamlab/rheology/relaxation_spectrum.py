@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.short_repr import short_repr
@@ -23,8 +23,6 @@ from jamlab.rheology.slow_and_fast_limits import Limits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
 

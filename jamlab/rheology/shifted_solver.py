@@ -4,11 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.rheology.equation_of_motion import EquationOfMotion
-
-Array = NDArray[np.float64]
 
 
 class ShiftedSolver:

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
+from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.elasticity import LARGEST_RESIDUAL
 from jamlab.mechanics.positive_solver import positive_solver
@@ -14,8 +14,6 @@ from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.rheology.shifted_solver import ShiftedSolver
-
-Array = NDArray[np.float64]
 
 _NAMED = 6  # negative eigenvalues that Lanczos iteration finds for the message: the lowest of a few next to zero
 

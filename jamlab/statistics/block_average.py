@@ -8,12 +8,11 @@ largest of the errors found is taken, since shorter blocks underestimate it.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-
-Array = NDArray[np.float64]
 
 FEWEST_BLOCKS = 8
 LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400

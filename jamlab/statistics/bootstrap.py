@@ -19,14 +19,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtrit
 
+from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.errors import InputError, JamlabError
 from jamlab.statistics.confidence import CONFIDENCE
-
-Array = NDArray[np.float64]
 
 SEED = 1
 MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then

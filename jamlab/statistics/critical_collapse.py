@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
+from jamlab.arrays import Array
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
-
-Array = NDArray[np.float64]
 
 ORDER = 4  # of the polynomial
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
 
-Array = NDArray[np.float64]
 Curve = tuple[Array, Array]
 
 _GRID = 60  # points at which curves are compared

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import curve_fit
 
+from jamlab.arrays import Array
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.confidence import STANDARD_ERRORS
@@ -16,7 +17,6 @@ from jamlab.statistics.confidence import STANDARD_ERRORS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 _STEEPEST = 2.0  # exponent
 

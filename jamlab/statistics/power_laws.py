@@ -10,16 +10,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares, minimize_scalar
 
+from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 _CORRECTIONS = (0.1, 4.0)  # range searched for the exponent of a finite-size correction; published ones: 0.7 to 2
 _STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset bear in float64

@@ -6,12 +6,10 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import StorageError
-
-Array = NDArray[np.float64]
 
 
 @checked

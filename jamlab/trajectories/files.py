@@ -15,7 +15,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
-from jamlab.packing.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.lammps_data import read_data
 from jamlab.trajectories.lammps_dump import read_dump, sites

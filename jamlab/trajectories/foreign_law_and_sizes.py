@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import FORCE_LAW, UNITS
 
-Array = NDArray[np.float64]
 Radii = ArrayLike | Mapping[Any, float] | None
 
 

@@ -3,16 +3,15 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import described
-from jamlab.packing.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.lammps_text import numbers, rounding, text_of, whole_numbers
 from jamlab.trajectories.rings import rings_of_bonds
 from jamlab.trajectories.sites import Sites
 
-Array = NDArray[np.float64]
 Sections = dict[str, tuple[str, list[list[str]]]]  # name -> comment behind it, rows of words
 
 # columns before x y z, then three image counts or none

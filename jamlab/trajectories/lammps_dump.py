@@ -7,17 +7,15 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import STATE
 from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES, FORCE_LAW
-from jamlab.packing.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of, whole_numbers
 from jamlab.trajectories.rings import rings_of_molecules
 from jamlab.trajectories.sites import Sites
-
-Array = NDArray[np.float64]
 
 _PREFIX = re.compile(r"^[vdci]_")  # of a variable, property, compute or integer property
 _LAW = {name for names in FORCE_LAW.values() for name in names} - {"a0"}

@@ -6,10 +6,10 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.errors import JamlabError, StorageError
-from jamlab.packing.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath
 
-Array = NDArray[np.float64]
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
 _SAMPLE = 500  # coordinates that are looked at
 

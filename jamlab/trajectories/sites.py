@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import finite_array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
@@ -18,8 +19,6 @@ from jamlab.trajectories.foreign_law_and_sizes import (
     given_radii,
 )
 from jamlab.trajectories.rings import Rings
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,14 @@ from typing import Any
 import MDAnalysis
 import numpy as np
 from MDAnalysis.core.topologyattrs import ResidueAttr, SegmentStringAttr
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import describe, types
 from jamlab.packing.packing import Packing
-from jamlab.packing.verified_file import FilePath
+from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.files import read_all
-
-Array = NDArray[np.float64]
 
 
 class RestAreas(ResidueAttr):  # type: ignore[misc]

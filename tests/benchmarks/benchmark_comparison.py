@@ -7,9 +7,9 @@ import json
 
 import pytest
 
-from jamlab.benchmarks.other_codes.analysis import compare_analysis
-from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum, summary
-from jamlab.benchmarks.other_codes.page import comparison_tables
+from jamlab.studies.other_codes.analysis import compare_analysis
+from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
+from jamlab.studies.other_codes.page import comparison_tables
 
 SIZES = (64, 128)
 

@@ -8,9 +8,9 @@ import os
 
 import pytest
 
-from jamlab.benchmarks.speed_accuracy.curve_points import price
-from jamlab.benchmarks.speed_accuracy.topic import measure_trials, shipped_trials
-from jamlab.benchmarks.speed_accuracy.topics import TOPICS
+from jamlab.studies.cost.curve_points import price
+from jamlab.studies.cost.topic import measure_trials, shipped_trials
+from jamlab.studies.cost.topics import TOPICS
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine
 WORSE = 3.0  # factor over the 90 % quantile of the error that ships

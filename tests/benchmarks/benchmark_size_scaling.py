@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from jamlab.benchmarks.size_scaling import PARTS, bytes_at, cost, fit_time
+from jamlab.studies.cost.size_scaling import PARTS, bytes_at, cost, fit_time
 
 STORED = Path(__file__).with_name("size_scaling.json")
 SIZES = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}

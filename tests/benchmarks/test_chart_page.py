@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from jamlab.benchmarks.chart_page import Chart, write_charts
 from jamlab.figures.html_page import TextTable
+from jamlab.studies.chart_page import Chart, write_charts
 
 
 def draw(name):

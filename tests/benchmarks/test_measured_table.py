@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.benchmarks.measured_table import done_tasks, measure_table, read_table, shipped_table
+from jamlab.studies.table import done_tasks, measure_table, read_table, shipped_table
 
 COLUMNS = ["seed", "error", "note"]
 
@@ -166,4 +166,4 @@ def test_files_that_are_no_tables(tmp_path, text):
     with pytest.raises(jamlab.StorageError, match="2 is not known"):
         read_table(path)
     with pytest.raises(jamlab.StorageError, match="ships no table 'weather'"):
-        shipped_table("jamlab.benchmarks.speed_accuracy", "weather")
+        shipped_table("jamlab.studies.cost", "weather")

@@ -5,13 +5,13 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.benchmarks.other_codes.analysis import HERE, AnalysisRow, compare_analysis
-from jamlab.benchmarks.other_codes.compare import compare, jolted_minimum
-from jamlab.benchmarks.other_codes.lammps_peer import Lammps
-from jamlab.benchmarks.other_codes.numpy_disks import all_pairs
-from jamlab.benchmarks.other_codes.page import comparison_tables
-from jamlab.benchmarks.other_codes.peer import Analyst, Peer, mean_diameters
-from jamlab.benchmarks.other_codes.recipes import write_recipe
+from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
+from jamlab.studies.other_codes.compare import compare, jolted_minimum
+from jamlab.studies.other_codes.lammps_peer import Lammps
+from jamlab.studies.other_codes.numpy_disks import all_pairs
+from jamlab.studies.other_codes.page import comparison_tables
+from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters
+from jamlab.studies.other_codes.recipes import write_recipe
 
 
 class Absent(Peer):

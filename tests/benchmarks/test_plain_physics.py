@@ -5,11 +5,11 @@ import pytest
 import reference
 
 import jamlab
-from jamlab.benchmarks.failure_maps import plain_physics as plain
-from jamlab.benchmarks.failure_maps import plain_response
-from jamlab.benchmarks.failure_maps.droplets import ring
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
+from jamlab.studies.failure import plain_physics as plain
+from jamlab.studies.failure import plain_response
+from jamlab.studies.failure.droplets import ring
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.benchmarks.size_scaling import PARTS, Cost, bytes_at, cost, fit_time, repeated
+from jamlab.studies.cost.size_scaling import PARTS, Cost, bytes_at, cost, fit_time, repeated
 
 
 @pytest.mark.parametrize("make", ["random_disks", "random_polygons"])

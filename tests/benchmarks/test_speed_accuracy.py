@@ -12,18 +12,18 @@ from commands import call
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
-from jamlab.benchmarks.failure_maps.page import MAP_CHARTS
-from jamlab.benchmarks.other_codes.compare import jolted_minimum
-from jamlab.benchmarks.other_codes.lammps_peer import Lammps
-from jamlab.benchmarks.speed_accuracy import droplet_vertices, onset_search, peer_descents
-from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
-from jamlab.benchmarks.speed_accuracy.curve_points import CUT, Point, dominated, points_of, price
-from jamlab.benchmarks.speed_accuracy.ensemble_means import limit_of_size
-from jamlab.benchmarks.speed_accuracy.packing_fractions import TOPIC as FRACTIONS
-from jamlab.benchmarks.speed_accuracy.packing_fractions import covered
-from jamlab.benchmarks.speed_accuracy.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
-from jamlab.benchmarks.speed_accuracy.topic import COLUMNS, Trial, measure_trials, shipped_trials
-from jamlab.benchmarks.speed_accuracy.topics import TOPICS
+from jamlab.studies.cost import droplet_vertices, onset_search, peer_descents
+from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.cost.curve_points import CUT, Point, dominated, points_of, price
+from jamlab.studies.cost.ensemble_means import limit_of_size
+from jamlab.studies.cost.packing_fractions import TOPIC as FRACTIONS
+from jamlab.studies.cost.packing_fractions import covered
+from jamlab.studies.cost.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
+from jamlab.studies.cost.topic import COLUMNS, Trial, measure_trials, shipped_trials
+from jamlab.studies.cost.topics import TOPICS
+from jamlab.studies.failure.page import MAP_CHARTS
+from jamlab.studies.other_codes.compare import jolted_minimum
+from jamlab.studies.other_codes.lammps_peer import Lammps
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):

@@ -5,7 +5,9 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.campaign.droplet_calibration import (
+from jamlab.campaign.file import read_campaign_file
+from jamlab.statistics.published_numbers import table_contacts, table_modulus
+from jamlab.studies.droplet_calibration import (
     CONFLUENCE,
     DISTANCES,
     FITTED,
@@ -16,8 +18,6 @@ from jamlab.campaign.droplet_calibration import (
     observables,
     sensitivity,
 )
-from jamlab.campaign.file import read_campaign_file
-from jamlab.statistics.published_numbers import table_contacts, table_modulus
 
 CENTRE = {"gamma": 0.2, "ka": 100.0, "delta": 0.3}
 BEST = {"gamma": 0.3, "ka": 150.0, "delta": 0.25}

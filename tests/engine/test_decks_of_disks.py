@@ -8,7 +8,7 @@ from deck_runs import disks, frame, number, rows, run
 
 import jamlab
 from jamlab.engine.deck_defaults import defaults
-from jamlab.geometry.rattlers import LEAST_CONTACTS
+from jamlab.geometry.contact_network import LEAST_CONTACTS
 from jamlab.kernels.installed_files import installed
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.lammps_files import described

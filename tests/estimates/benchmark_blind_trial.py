@@ -20,7 +20,6 @@ import os
 from pathlib import Path
 
 import pytest
-
 from jamlab.benchmarks.estimate_trial import (
     draw_requests,
     judge,

@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
+from jamlab.benchmarks.estimate_table import SEEDS as TABLE_SEEDS
 
 import jamlab
-from jamlab.benchmarks.estimate_table import SEEDS as TABLE_SEEDS
 from jamlab.estimates.ensemble_way import bring_on, default_way, value_at
 
 COUNT = int(os.environ.get("JAMLAB_SEEDS", "50"))

@@ -9,10 +9,10 @@ from importlib import resources
 import numpy as np
 import pytest
 from commands import call
-
-import jamlab
 from jamlab.benchmarks.estimate_calibration import calibrate
 from jamlab.benchmarks.estimate_table import make_table
+
+import jamlab
 from jamlab.estimates.ensemble_plan import FEWEST, reference_way
 from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset
 from jamlab.estimates.sampling import sample

@@ -11,11 +11,14 @@ from drawn_figures import drawn
 
 from jamlab.campaign.own_observables import load_function
 from jamlab.errors import InputError
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.beyond_droplet_modes import group_share
-from jamlab.figures.papers.beyond_droplet_voids import FRACTIONS as VOID_FRACTIONS
-from jamlab.figures.papers.beyond_droplet_voids import mean_shapes, sums_at_fractions, three_disks
-from jamlab.figures.papers.beyond_tables import (
+from jamlab.geometry.packing_fraction import shared_fraction
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.studies import gallery
+from jamlab.studies.beyond.droplet_modes import group_share
+from jamlab.studies.beyond.droplet_voids import FRACTIONS as VOID_FRACTIONS
+from jamlab.studies.beyond.droplet_voids import mean_shapes, sums_at_fractions, three_disks
+from jamlab.studies.droplet_tables import (
+    COUNTS,
     FRACTIONS,
     OBSERVABLE,
     SHARED,
@@ -24,10 +27,8 @@ from jamlab.figures.papers.beyond_tables import (
     spectra_at_fractions,
     voids_by_state,
 )
-from jamlab.figures.papers.reference_data import reference_tables
-from jamlab.figures.papers.tables import COUNTS, EnsembleTables
-from jamlab.geometry.packing_fraction import shared_fraction
-from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.reference_data import reference_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"
 LAW = {"gamma": 0.4, "eps": 1.0, "nv_small": 12, "model": "dp", "n": 8, "seed": 1}

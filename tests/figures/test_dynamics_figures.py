@@ -9,12 +9,12 @@ import pandas as pd
 import pytest
 
 from jamlab.errors import InputError
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.dynamics_flow_curves import yield_law_interval
-from jamlab.figures.papers.dynamics_rows import balanced_disks, by_packing, steady_flows
-from jamlab.figures.papers.reference_data import reference_tables, save
-from jamlab.figures.papers.tables import OF_FLOWS, EnsembleTables
 from jamlab.statistics.critical_collapse import collapse_through
+from jamlab.studies import gallery
+from jamlab.studies.dynamics.flow_curves import yield_law_interval
+from jamlab.studies.ensemble_tables import OF_FLOWS, EnsembleTables
+from jamlab.studies.flow_rows import balanced_disks, by_packing, steady_flows
+from jamlab.studies.reference_data import reference_tables, save
 
 
 @cache

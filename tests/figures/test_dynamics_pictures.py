@@ -6,8 +6,8 @@ import flow_tables
 import pytest
 from bare_pictures import bare, picture
 
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.studies import gallery
+from jamlab.studies.ensemble_tables import EnsembleTables
 
 pytestmark = pytest.mark.slow
 

@@ -9,9 +9,11 @@ from drawn_figures import TABLES
 from paper_tables import onset, states
 
 from jamlab.errors import InputError
-from jamlab.figures.papers.baumgarten_correlation import by_frequency
-from jamlab.figures.papers.boromand_onset import figure_10
-from jamlab.figures.papers.ensembles import (
+from jamlab.studies.baumgarten.correlation import by_frequency
+from jamlab.studies.baumgarten.spectral_groups import Group, same_packings, select_largest, select_sweep
+from jamlab.studies.boromand.onset import figure_10
+from jamlab.studies.ensemble_tables import EnsembleTables, count_voids
+from jamlab.studies.ensembles import (
     add_distances,
     ensemble,
     from_onset,
@@ -22,8 +24,6 @@ from jamlab.figures.papers.ensembles import (
     select_usual,
     sizes,
 )
-from jamlab.figures.papers.spectral_groups import Group, same_packings, select_largest, select_sweep
-from jamlab.figures.papers.tables import EnsembleTables, count_voids
 
 
 def test_distances_are_those_to_the_onset_of_each_packing():

@@ -14,9 +14,9 @@ from jamlab.figures.explorer import one_sweep
 from jamlab.figures.explorer.observables import observe
 from jamlab.figures.explorer.packed_arrays import STEPS
 from jamlab.figures.explorer.states import affine_part, displacements, pack_state
-from jamlab.figures.papers.example_packings import example_file
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
+from jamlab.studies.example_packings import example_file
 
 STATES = Path(__file__).parent / "states"
 KINDS = {"pairs": "<u2", "image": "<i2", "bearing": "u1", "rattler": "u1", "z": "<u2", "sides": "<u2"}

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.flow.oscillation import fit_harmonics
+from jamlab.flow.oscillate import fit_harmonics
 from jamlab.flow.recording import SERIES
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
 

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from paper_tables import onset, states
 
 from jamlab.errors import InputError
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.reference_data import save
-from jamlab.figures.papers.summary import SUMMARY
-from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.studies import gallery
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.reference_data import save
+from jamlab.studies.summary import SUMMARY
 
 
 def found(name, text):

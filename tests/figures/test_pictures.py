@@ -17,16 +17,16 @@ from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.benchmarks.failure_maps.map_figure import failure_figure
-from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
-from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
-from jamlab.benchmarks.speed_accuracy.curve_points import Point
 from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
 from jamlab.figures.packing_pictures import draw_packing, modulus_figure
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.reference_data import reference_tables
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
+from jamlab.studies import gallery
+from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.cost.curve_points import Point
+from jamlab.studies.failure.map_figure import failure_figure
+from jamlab.studies.failure.maps import MAPS, shipped_map
+from jamlab.studies.reference_data import reference_tables
 
 
 def paper_figure(name):

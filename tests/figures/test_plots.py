@@ -16,7 +16,7 @@ from matplotlib.legend import Legend
 
 import jamlab
 from jamlab.campaign.table_plot import draw_means
-from jamlab.flow.quasistatic_run import QuasistaticShear
+from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
 

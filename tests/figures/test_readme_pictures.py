@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from jamlab.benchmarks.failure_maps.map_figure import failure_figure
-from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
-from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
-from jamlab.benchmarks.speed_accuracy.topic import shipped_trials
-from jamlab.benchmarks.speed_accuracy.topics import TOPICS
+from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.cost.topic import shipped_trials
+from jamlab.studies.cost.topics import TOPICS
+from jamlab.studies.failure.map_figure import failure_figure
+from jamlab.studies.failure.maps import MAPS, shipped_map
 
 ROOT = Path(__file__).parents[2]
 

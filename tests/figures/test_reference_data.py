@@ -13,11 +13,12 @@ from drawn_figures import REFERENCE, TABLES, drawn, tables
 from matplotlib.figure import Figure
 
 from jamlab.errors import InputError, StorageError
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.claims import Verdict
-from jamlab.figures.papers.reference_data import combine, read_folder, reference_tables, save
-from jamlab.figures.papers.summary import SUMMARY, first_line
-from jamlab.figures.papers.tables import COUNTS, NAMES, EnsembleTables
+from jamlab.studies import gallery
+from jamlab.studies.claims import Verdict
+from jamlab.studies.droplet_tables import COUNTS
+from jamlab.studies.ensemble_tables import NAMES, EnsembleTables
+from jamlab.studies.reference_data import combine, read_folder, reference_tables, save
+from jamlab.studies.summary import SUMMARY, first_line
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):

@@ -8,11 +8,11 @@ import pytest
 
 from jamlab.campaign.aggregate import aggregate
 from jamlab.errors import InputError
-from jamlab.figures.papers.baumgarten_motion import figure_5, figure_8
-from jamlab.figures.papers.baumgarten_spectra import figure_1, figure_3
-from jamlab.figures.papers.dynamics_rows import steady_flows
-from jamlab.figures.papers.spectral_groups import select_ensemble
-from jamlab.figures.papers.tables import EnsembleTables, count_voids
+from jamlab.studies.baumgarten.motion import figure_5, figure_8
+from jamlab.studies.baumgarten.spectra import figure_1, figure_3
+from jamlab.studies.baumgarten.spectral_groups import select_ensemble
+from jamlab.studies.ensemble_tables import EnsembleTables, count_voids
+from jamlab.studies.flow_rows import steady_flows
 
 
 def both_ensembles(table, **scaled):

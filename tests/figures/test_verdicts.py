@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from drawn_figures import drawn
 
-from jamlab.figures.papers import conventions
-from jamlab.figures.papers.claims import Claim, Verdict, claim
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
+from jamlab.studies import conventions
+from jamlab.studies.claims import Claim, Verdict, claim
 
 
 @pytest.mark.parametrize(

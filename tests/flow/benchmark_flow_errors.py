@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.benchmarks.flow_errors import measure_errors
-from jamlab.flow.flow_errors import BACKGROUND, read_errors, scatter_of_flow
+from jamlab.estimates.flow_errors import BACKGROUND, read_errors, scatter_of_flow
+from jamlab.studies.least_model.flow_errors import measure_errors
 
 pytestmark = pytest.mark.benchmark
 KEYS = ["kind", "part", "seed", "alpha", "drag", "amplitude"]

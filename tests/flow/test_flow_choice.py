@@ -5,9 +5,8 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.benchmarks import flow_errors as measurement
-from jamlab.flow.flow_choice import MOST_STRAIN, RUN_ERROR
-from jamlab.flow.flow_errors import (
+from jamlab.estimates.flow_choice import MOST_STRAIN, RUN_ERROR
+from jamlab.estimates.flow_errors import (
     BACKGROUND,
     CHECK,
     COLUMNS,
@@ -26,9 +25,10 @@ from jamlab.flow.flow_errors import (
     scatter_of_flow,
     sliding_factor,
 )
-from jamlab.rheology.inertia import inertia_error
+from jamlab.estimates.inertia import inertia_error
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
 from jamlab.statistics.confidence import STANDARD_ERRORS
+from jamlab.studies.least_model import flow_errors as measurement
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.flow.flow_plan import FlowPlan
+from jamlab.estimates.flow_plan import FlowPlan
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley

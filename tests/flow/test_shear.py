@@ -5,7 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.flow import overdamped_session
-from jamlab.flow.stress_drops import stress_drops
+from jamlab.flow.shear_run import stress_drops
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from wandering_packings import disks, polygons
 
 import jamlab
-from jamlab.packing.checksum import USER_BLOCK, add_checksum
+from jamlab.storage.verified_file import USER_BLOCK, add_checksum
 
 SECONDS = 30  # after which an example counts as a hang
 

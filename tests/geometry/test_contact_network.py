@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.geometry.contact_network import find_meetings
-from jamlab.geometry.rattlers import find_rattlers
-from jamlab.geometry.touching_disks import touching_disks
+from jamlab.geometry.contact_network import find_meetings, find_rattlers
+from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
 

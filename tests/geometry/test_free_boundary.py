@@ -10,9 +10,8 @@ from tiled_packings import tiled
 from jamlab.errors import BoundaryError, InputError
 from jamlab.geometry.edge_rings import edge_rings
 from jamlab.geometry.power_cells import cuts_overlap, disk_cells
-from jamlab.geometry.touching_disks import touching_disks
-from jamlab.geometry.voids.disk_boundary import trace_disks
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
+from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.packing import Packing
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from jamlab.geometry.voids.torus_graph import find_components
+from jamlab.geometry.voids.void_rays import find_components
 
 COPIES = 6  # divisible by 2 and 3: tells the windings of a few links apart
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jamlab.mechanics.sparse_assembly import assemble
+from jamlab.mechanics.stiffness import assemble
 
 
 def test_blocks_sum_as_in_plain_loops():

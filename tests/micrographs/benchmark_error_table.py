@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.figures.papers.micrograph_errors import read_errors
 from jamlab.micrographs.error_table import error_table
+from jamlab.studies.micrograph_errors import read_errors
 
 pytestmark = pytest.mark.benchmark
 SEED = 2

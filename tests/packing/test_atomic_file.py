@@ -63,7 +63,7 @@ def test_an_interrupt_before_the_rename_keeps_the_old_file(tmp_path, monkeypatch
         assert os.path.dirname(source) == str(tmp_path) and os.path.getsize(source) > 5000
         raise failure
 
-    monkeypatch.setattr("jamlab.packing.atomic_file.os.replace", stop)
+    monkeypatch.setattr("jamlab.storage.atomic_file.os.replace", stop)
     with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else StorageError):
         write(tmp_path / "run.h5", [disks(1)])
     assert os.listdir(tmp_path) == ["run.h5"]

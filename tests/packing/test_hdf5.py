@@ -13,7 +13,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.hdf5 import read, read_all, read_observables, write
 from jamlab.packing.lammps_files import write_dump
 from jamlab.packing.packing import Packing
-from jamlab.packing.verified_file import SCHEMA_VERSION
+from jamlab.storage.verified_file import SCHEMA_VERSION
 
 BOX = np.array([[3.3, 0.0], [0.37, 2.9]])
 LAW = {"gamma": 0.1, "ka": 50.0, "eps": 1 / 3, "delta": 0.25, "eta": 0.0, "contact": "outline"}

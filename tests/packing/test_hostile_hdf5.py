@@ -8,8 +8,8 @@ from edited_files import edited
 from wandering_packings import disks, polygons
 
 from jamlab.errors import InputError, JamlabError, StorageError
-from jamlab.packing.checksum import USER_BLOCK, checksum
 from jamlab.packing.hdf5 import read, read_all, read_observables, write
+from jamlab.storage.verified_file import USER_BLOCK, checksum
 
 POSITIONS = "particles/all/position/value"
 BOX = "particles/all/box/edges/value"

@@ -210,7 +210,7 @@ def test_a_failure_keeps_the_old_files(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("jamlab.packing.atomic_file.os.fsync", full)
+    monkeypatch.setattr("jamlab.storage.atomic_file.os.fsync", full)
     for name, call in calls.items():
         with pytest.raises(StorageError, match=rf"cannot write .*{name}: No space left on device"):
             call()

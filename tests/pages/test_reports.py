@@ -5,12 +5,12 @@ import pytest
 from commands import call
 from matplotlib.figure import Figure
 
-from jamlab.benchmarks.chart_page import Chart, write_charts
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
-from jamlab.figures.papers import gallery
-from jamlab.figures.papers.example_packings import example_sections
-from jamlab.figures.papers.tables import EnsembleTables
+from jamlab.studies import gallery
+from jamlab.studies.chart_page import Chart, write_charts
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.example_packings import example_sections
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.benchmarks.size_scaling import repeated
-from jamlab.figures.papers.example_packings import example_file
 from jamlab.processes.cores import available_cores
+from jamlab.studies.cost.size_scaling import repeated
+from jamlab.studies.example_packings import example_file
 
 ROUNDS = 5
 FIGURES_WITHIN = 30.0  # s, with two cores

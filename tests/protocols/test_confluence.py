@@ -8,7 +8,7 @@ from jamlab.campaign.file_tables import CampaignTable
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches
 from jamlab.errors import InputError
-from jamlab.protocols.confluence import bisect_confluence
+from jamlab.protocols.compression import bisect_confluence
 
 SWEEP = {"name": "s", "model": "sp", "n": 16, "seeds": [3], "compress": {"to": 1.24, "by": "phi", "step": 0.05}}
 

@@ -14,8 +14,8 @@ from jamlab import ContactDamping, StokesDrag
 from jamlab.mechanics.force_network import force_network
 from jamlab.mechanics.positive_solver import backend
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
-from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import equation_of_motion
+from jamlab.rheology.rounding_error import solve_frequency
 
 OMEGA = np.logspace(-8, 4, 400)
 SIZES = (512, 1024, 2048, 4096)

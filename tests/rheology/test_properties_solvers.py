@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from jamlab.rheology.direct_solver import solve_frequency
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.reduced_model import reduce
 from jamlab.rheology.relaxation_spectrum import build_spectrum, find_all_modes
+from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
 OMEGA = np.logspace(-4, 4, 9)

@@ -9,8 +9,8 @@ on each number. ``jamlab figure all`` draws every figure and writes them on one 
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.figures.papers.gallery import draw
-from jamlab.figures.papers.reference_data import reference_tables
+from jamlab.studies.gallery import draw
+from jamlab.studies.reference_data import reference_tables
 
 tables = reference_tables()
 

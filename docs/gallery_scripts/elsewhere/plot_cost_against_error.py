@@ -10,9 +10,9 @@ speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.benchmarks.speed_accuracy.curve_figure import curve_figure
-from jamlab.benchmarks.speed_accuracy.topic import shipped_trials
-from jamlab.benchmarks.speed_accuracy.topics import TOPICS
+from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.cost.topic import shipped_trials
+from jamlab.studies.cost.topics import TOPICS
 
 
 def show(name):

@@ -11,9 +11,9 @@ maps, and ``--measure`` makes them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.benchmarks.failure_maps.boundary import default_distance
-from jamlab.benchmarks.failure_maps.map_figure import failure_figure
-from jamlab.benchmarks.failure_maps.measurement import MAPS, shipped_map
+from jamlab.studies.failure.boundary import default_distance
+from jamlab.studies.failure.map_figure import failure_figure
+from jamlab.studies.failure.maps import MAPS, shipped_map
 
 
 def show(name):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from jamlab.errors import InputError
 from jamlab.figures.explorer.units import unit_labels
 from jamlab.measure import measure, why_no_modulus
-from jamlab.packing.observable_labels import LABELS, NEGATIVE_G
+from jamlab.packing.hdf5 import LABELS, NEGATIVE_G
 from jamlab.packing.packing import Packing
 
 SHOWN = ("rho", "z", "rattlers", "pressure", "g")

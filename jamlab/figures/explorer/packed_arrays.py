@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from jamlab.arrays import Array
 
 STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a state: 1e-4 of a box of 8 diameters
 

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
 from jamlab.figures.explorer.packed_arrays import Grid, encode
 from jamlab.geometry.contact_network import Contacts, contacts
@@ -20,9 +21,6 @@ from jamlab.geometry.voids.void_plot import void_paths
 from jamlab.geometry.voids.voids import Voids, voids
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # in sqrt(cell area / particles)
 COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel

@@ -19,10 +19,9 @@ from jamlab.figures.explorer.observables import along, curves, observe, stored_c
 from jamlab.figures.explorer.one_sweep import check_bytes, check_one_sweep
 from jamlab.figures.explorer.states import pack_state
 from jamlab.figures.explorer.units import unit_labels
-from jamlab.packing.atomic_file import atomic_file, check_target
 from jamlab.packing.packing import Packing
-from jamlab.packing.verified_file import FilePath
-from jamlab.packing.versions import versions
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.verified_file import FilePath, versions
 
 Progress = Callable[[int, int], None]
 

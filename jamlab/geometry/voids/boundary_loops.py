@@ -8,16 +8,13 @@ relative to the first piece of its loop, and a loop may wind around the torus in
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
+from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
 from jamlab.kernels.library import INTEGER, INTEGERS, kernel
 from jamlab.packing.neighbors import periodic_neighbors
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 JOINT = 1e-6  # ends of pieces this near, in radii, may be one corner: where circles graze, it errs by sqrt(rounding)
 

@@ -17,14 +17,12 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.checks import checked
 from jamlab.geometry.voids.boundary_loops import Boundary
-from jamlab.geometry.voids.disk_boundary import trace_disks
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
-from jamlab.geometry.voids.torus_graph import find_components
-from jamlab.geometry.voids.void_rays import find_first_hits
+from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
+from jamlab.geometry.voids.void_rays import find_components, find_first_hits
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -32,8 +30,6 @@ from jamlab.packing.short_repr import short_repr
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
 SLIVER = 1e-10  # of sqrt(A/n): a shorter piece is no side, as the void that it would bound there is below EMPTY

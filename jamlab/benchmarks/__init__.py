@@ -1,1 +1,0 @@
-"""Benchmarks: what methods cost, where they fail, and what other codes give."""

@@ -1,1 +1,0 @@
-"""Where methods converge, stall or are refused, one map a file."""

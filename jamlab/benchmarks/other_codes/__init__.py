@@ -1,1 +1,0 @@
-"""The same disks in other codes: forces, minima, time on one core."""

@@ -1,1 +1,0 @@
-"""Cost against error of every method, one topic a file."""

@@ -1,0 +1,345 @@
+"""Commands of flow in time: `jamlab shear`, `flow-curve`, `oscillate`, `creep`, `relax-stress`.
+
+All share the options of drag, accuracy and files, and how they print and write what they found.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from jamlab.cli.console import print_json, print_note, print_stage, print_table
+from jamlab.cli.interruption import expect_output
+from jamlab.cli.options import Frame, Json, Out
+from jamlab.cli.progress import share_bar
+from jamlab.errors import InputError
+from jamlab.storage.atomic_file import atomic_file, check_target
+
+if TYPE_CHECKING:
+    from jamlab.flow.creep import CreepRun
+    from jamlab.flow.flow_curve import FlowCurve
+    from jamlab.flow.oscillate import Oscillation
+    from jamlab.flow.read_flow import Flow
+    from jamlab.flow.relax_stress import StressRelaxation
+    from jamlab.flow.shear_run import ShearRun
+    from jamlab.packing.packing import Packing
+    from jamlab.rheology.damping import Damping
+
+
+@dataclass(frozen=True)
+class FlowOptions:
+    """Options of every command of flow; each name and default is that of the command line."""
+
+    file: Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
+    beta: Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")] = 1.0
+    alpha: Annotated[
+        float, typer.Option(help="Contact damping: power of the velocity, 0.4 to 1; films: 0.5, 0.667.")
+    ] = 1.0
+    tau: Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")] = 1.0
+    stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False
+    eta_f: Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")] = 1.0
+    tolerance: Annotated[float, typer.Option(help="Relative error of velocities in a step.")] = 1e-3
+    background: Annotated[
+        float | None,
+        typer.Option(
+            help="Drag of every particle beside contact damping, k tau_1; flow by a rate: disks 1e-4, droplets 1e-2."
+        ),
+    ] = None
+    frame: Frame = -1
+    out: Out = Path("flow.h5")
+    plot: Annotated[Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.")] = None
+    csv: Annotated[Path | None, typer.Option(help="Table of all rows to write as well.")] = None
+    as_json: Json = False
+
+    def packing(self) -> "Packing":
+        """Packing of the file."""
+        from jamlab.packing.hdf5 import read
+
+        return read(self.file, self.frame)
+
+    def law(self) -> "Damping":
+        """Drag law."""
+        from jamlab.rheology.damping import ContactDamping, StokesDrag
+
+        if self.stokes:
+            return StokesDrag(eta_f=self.eta_f, tau=self.tau)
+        return ContactDamping(beta=self.beta, tau=self.tau, alpha=self.alpha)
+
+    @property
+    def accuracy(self) -> dict[str, Any]:
+        """Arguments of every flow; a background that is not given is left to it."""
+        return {"tolerance": self.tolerance} | ({} if self.background is None else {"background": self.background})
+
+
+Run = Callable[..., tuple["Flow", Sequence[str]]]
+
+
+def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Callable[..., None]]:
+    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes.
+
+    Args:
+        columns: of the printed table, see `give`.
+        other: defaults that differ from those of `FlowOptions`.
+    """
+
+    def decorate(run: Run) -> Callable[..., None]:
+        _, *own = inspect.signature(run).parameters.values()
+        file, *shared = (
+            inspect.Parameter(
+                f.name,
+                inspect.Parameter.POSITIONAL_OR_KEYWORD,
+                default=inspect.Parameter.empty if f.default is MISSING else other.get(f.name, f.default),
+                annotation=f.type,
+            )
+            for f in fields(FlowOptions)
+        )
+        parameters = [file, *own, *shared]
+
+        @wraps(run)
+        def command(**values: Any) -> None:
+            options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
+            expect_files(options.file, options.out, options.plot, options.csv)
+            found, notes = run(options, **values)
+            give(found, columns, notes, options.out, options.plot, options.csv, options.as_json)
+
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        command.__annotations__ = {each.name: each.annotation for each in parameters}
+        return command
+
+    return decorate
+
+
+_LINES = 15  # of a table on the screen
+_PICTURES = (".png", ".pdf", ".svg")
+
+
+def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -> None:
+    """Refuse, before anything runs, what cannot be written at the end.
+
+    Raises:
+        InputError: the ending of a name does not fit.
+        StorageError: see `check_target`.
+    """
+    check_target(out, source)
+    if plot is not None and plot.suffix.lower() not in _PICTURES:
+        raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
+    for path in (plot, csv):
+        if path is not None:
+            check_target(path, source, out)
+    expect_output(out)
+
+
+def give(
+    found: "Flow", columns: Mapping[str, str], notes: Sequence[str], out: Path, plot: Path | None, csv: Path | None,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Write picture and table of a result that is in `out` already, and print it.
+
+    Args:
+        found: the result.
+        columns: names of its arrays that are shown -> format.
+        notes: lines below the table, before the verdict.
+        out: file that holds it.
+        plot, csv: to write, or None.
+        as_json: print one JSON object instead of the table.
+    """
+    if plot is not None:
+        _draw(found, plot)
+    if csv is not None:
+        _write_rows(found, csv)
+    if as_json:
+        print_json(_plain(found) | {"verdict": found.verdict, "out": str(out), "drag": found.describe()})
+        return
+    count = len(getattr(found, next(iter(columns))))
+    shown = np.unique(np.linspace(0, count - 1, min(count, _LINES)).round().astype(int))
+    lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
+    print_table(found.describe(), list(columns), lines)
+    for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {out}"):
+        print_note(note)
+
+
+def _rows(found: "Flow") -> dict[str, Any]:
+    """Arrays of a result that have one value a row, the first of them first, and what of energy is not balanced."""
+    arrays = {f.name: getattr(found, f.name) for f in fields(found)}
+    derived = ("compliance", "modulus", "steady", "energy_gap")
+    arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
+    arrays = {name: value for name, value in arrays.items() if isinstance(value, np.ndarray) and value.ndim == 1}
+    count = len(next(iter(arrays.values())))
+    return {name: value for name, value in arrays.items() if len(value) == count}
+
+
+def _write_rows(found: "Flow", path: Path) -> None:
+    import pandas as pd
+
+    with atomic_file(path) as temporary:
+        pd.DataFrame(_rows(found)).to_csv(temporary, index=False)
+
+
+def _draw(found: "Flow", path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from jamlab.figures.picture_file import save_picture
+    from jamlab.plotting.axes import CURVES
+
+    figure = Figure(figsize=CURVES, layout="constrained")
+    found.plot(figure.subplots())
+    save_picture(figure, path)
+
+
+def _plain(found: "Flow") -> dict[str, Any]:
+    """Numbers and text of a result; complex numbers as pairs."""
+    content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
+    content["imbalance"] = np.asarray(found.imbalance).tolist()
+    for f in fields(found):
+        value = getattr(found, f.name)
+        if isinstance(value, bool | int | float | str):
+            content[f.name] = value
+    return content
+
+
+_SHEAR_COLUMNS = {"strain": ".4g", "time": ".5g", "stress": ".5g", "elastic_stress": ".5g", "viscous_stress": ".4g"}
+_SHEAR_COLUMNS |= {"pressure": ".5g", "normal_stress_difference": ".4g", "dissipation": ".4g", "contacts": ".0f"}
+
+
+@flow_command(_SHEAR_COLUMNS, out=Path("shear.h5"), tolerance=1e-2)
+def shear(
+    options: FlowOptions,
+    rate: Annotated[float, typer.Option(help="Rate of shear, 1/tau_1; 0: quasi-static.")],
+    strain: Annotated[float, typer.Option(help="Strain at the end.")] = 1.0,
+    step: Annotated[float, typer.Option(help="Rate 0: strain between two minima.")] = 1e-4,
+    rows: Annotated[int, typer.Option(help="Rows of the result.")] = 200,
+    frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
+    within: Annotated[float | None, typer.Option(help="Refuse a run that will take longer, s.")] = None,
+) -> "tuple[ShearRun, Sequence[str]]":
+    """Shear a packing at a constant rate, without inertia; a run that was interrupted goes on from its file."""
+    from jamlab.estimates.flow_plan import plan_flow
+    from jamlab.flow.shear import shear as run
+
+    packing, law, how = options.packing(), options.law(), options.accuracy
+    if rate > 0 and not options.out.exists():
+        plan = plan_flow(packing, [rate], law, strain=strain, **how)
+        if within is not None:
+            plan.check(within)
+        print_stage(f"about {plan.total:.2g} s")
+    with share_bar("shear") as progress:
+        how |= {"step": step, "rows": rows, "frames": frames}
+        found = run(packing, rate, strain, law, out=options.out, progress=progress, **how)
+    return found, [f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"]
+
+
+_FLOW_CURVE_COLUMNS = {
+    "rates": ".4g",
+    "stress": ".5g",
+    "stress_error": ".1g",
+    "pressure": ".5g",
+    "pressure_error": ".1g",
+}
+_FLOW_CURVE_COLUMNS |= {
+    "normal_stress_difference": ".4g",
+    "dissipation": ".4g",
+    "plastic_events": ".3g",
+    "imbalance": ".1e",
+}
+_FLOW_CURVE_COLUMNS |= {"steady": ""}
+
+
+@flow_command(_FLOW_CURVE_COLUMNS, out=Path("flow-curve.h5"), tolerance=1e-2)
+def flow_curve(
+    options: FlowOptions,
+    rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],
+    strain: Annotated[float, typer.Option(help="Strain of the average at each rate.")] = 4.0,
+    discard: Annotated[float, typer.Option(help="Strain of start-up before.")] = 1.0,
+    processes: Annotated[int, typer.Option(help="Rates side by side, each on one core.")] = 1,
+    within: Annotated[float | None, typer.Option(help="Refuse rates that will take longer, s.")] = None,
+) -> "tuple[FlowCurve, Sequence[str]]":
+    """Measure steady flow at several rates, with a Herschel-Bulkley fit; rates in the file are not run again."""
+    from jamlab.errors import JamlabError
+    from jamlab.estimates.flow_plan import plan_flow
+    from jamlab.flow.flow_curve import flow_curve as run
+
+    packing, law, how = options.packing(), options.law(), options.accuracy
+    if not options.out.exists():
+        plan = plan_flow(packing, rates, law, strain=strain + discard, **how)
+        if within is not None:
+            plan.check(within)
+        print_stage(f"about {max(plan.total / processes, plan.seconds.max()):.2g} s")
+    with share_bar("flow curve") as progress:
+        how |= {"strain": strain, "discard": discard, "processes": processes}
+        found = run(packing, rates, law, out=options.out, progress=progress, **how)
+    try:
+        fit = f"Herschel-Bulkley: {found.herschel_bulkley()}"
+    except JamlabError as error:
+        fit = f"no Herschel-Bulkley fit: {error}"
+    return found, [fit]
+
+
+_OSCILLATE_COLUMNS = {"time": ".5g", "strain": ".4g", "stress": ".6g", "elastic_stress": ".6g", "viscous_stress": ".5g"}
+_OSCILLATE_COLUMNS |= {"pressure": ".5g", "contacts": ".0f"}
+
+
+@flow_command(_OSCILLATE_COLUMNS, out=Path("oscillate.h5"))
+def oscillate(
+    options: FlowOptions,
+    omega: Annotated[float, typer.Option(help="Angular frequency, 1/tau_1.")],
+    amplitude: Annotated[float, typer.Option(help="Amplitude of the strain.")],
+    cycles: Annotated[int, typer.Option(help="Cycles at most; it ends when the answer repeats.")] = 20,
+    points: Annotated[int, typer.Option(help="Rows in a cycle.")] = 32,
+) -> "tuple[Oscillation, Sequence[str]]":
+    """Shear a packing to and fro: harmonics of the stress; the picture is the Lissajous figure."""
+    from jamlab.flow.oscillate import oscillate as run
+
+    how = options.accuracy | {"cycles": cycles, "points": points, "out": options.out}
+    with share_bar("oscillate") as progress:
+        found = run(options.packing(), omega, amplitude, options.law(), progress=progress, **how)
+    return found, [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
+
+
+_RELAX_STRESS_COLUMNS = {
+    "time": ".5g",
+    "modulus": ".6g",
+    "stress": ".6g",
+    "elastic_stress": ".6g",
+    "viscous_stress": ".4g",
+}
+_RELAX_STRESS_COLUMNS |= {"pressure": ".5g", "contacts": ".0f"}
+
+
+@flow_command(_RELAX_STRESS_COLUMNS, out=Path("relax-stress.h5"))
+def relax_stress(
+    options: FlowOptions,
+    strain: Annotated[float, typer.Option(help="Strain of the step.")],
+    duration: Annotated[float, typer.Option(help="Time, tau_1.")],
+    step_time: Annotated[float, typer.Option(help="Time that the step takes, tau_1.")] = 1e-2,
+) -> "tuple[StressRelaxation, Sequence[str]]":
+    """Strain a packing by a step and follow its stress: the relaxation modulus G(t)."""
+    from jamlab.flow.relax_stress import relax_stress as run
+
+    how = options.accuracy | {"step_time": step_time, "out": options.out}
+    with share_bar("relax") as progress:
+        found = run(options.packing(), strain, duration, options.law(), progress=progress, **how)
+    return found, [f"residual stress {found.residual:.5g}"]
+
+
+_COLUMNS = {"time": ".5g", "strain": ".5g", "compliance": ".6g", "rate": ".4g", "elastic_stress": ".5g"}
+_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "contacts": ".0f"}
+
+
+@flow_command(_COLUMNS, out=Path("creep.h5"))
+def creep(
+    options: FlowOptions,
+    stress: Annotated[float, typer.Option(help="Stress beside the residual one, in units of the packing.")],
+    duration: Annotated[float, typer.Option(help="Time, tau_1.")],
+    largest_strain: Annotated[float, typer.Option(help="Strain at which it ends early.")] = 10.0,
+) -> "tuple[CreepRun, Sequence[str]]":
+    """Load a packing with a shear stress and follow its strain; says whether it comes to rest, creeps on or flows."""
+    from jamlab.flow.creep import creep as run
+
+    how = options.accuracy | {"largest_strain": largest_strain, "out": options.out}
+    with share_bar("creep") as progress:
+        found = run(options.packing(), stress, duration, options.law(), progress=progress, **how)
+    return found, [f"residual stress {found.residual:.5g}"]

@@ -1,1 +1,0 @@
-"""Redraw every figure of both papers from tables of an ensemble, with a verdict on each number."""

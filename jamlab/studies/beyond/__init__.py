@@ -1,0 +1,1 @@
+"""Figures of droplets beyond the two papers."""

@@ -1,0 +1,141 @@
+"""Draw which motion of droplets carries which relaxation: whole droplets, along their outlines, or across them."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.plotting.palette import BLUE, ORANGE, PINK, SKY
+from jamlab.rheology.mode_motion import MOTIONS
+from jamlab.statistics.bootstrap import Interval
+from jamlab.studies.beyond.droplet_spectra import AT
+from jamlab.studies.beyond.rows import LAW_WORDS, droplets_with, say, values_of
+from jamlab.studies.droplet_tables import FRACTIONS, RATE_BINS
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import bootstrap
+from jamlab.studies.panels import Drawing, drawing, label, style
+
+SHOWN = (0.86, 0.90, 0.96)  # packing fractions of the spectra drawn
+WORDS = {"translation": "translation", "rotation": "rotation", "along": "along outlines", "across": "across outlines"}
+COLOUR = {"translation": BLUE, "rotation": SKY, "along": ORANGE, "across": PINK}
+# rates that part the relaxations of each law, 1/tau_1: at the minima between the maxima of strength
+GROUPS = {
+    "contact": {"slow": (0.0, 0.1), "middle": (0.1, 10**1.5), "fast": (10**1.5, np.inf)},
+    "stokes": {"slow": (0.0, 1.0), "middle": (1.0, 10.0), "fast": (10.0, np.inf)},
+}
+OTHER = {"middle": "along", "fast": "across"}  # motion that is said as well
+
+
+def droplet_modes(tables: EnsembleTables) -> Drawing:
+    """Relaxation spectra of droplets by the motion of its modes, and what moves in slow and in fast ones."""
+    table = tables.droplet_modes
+    usual = droplets_with(table)
+    out, axes = drawing("beyond-droplet-modes", 2, 4, 4.1, 3.7)
+    said = []
+    for row, law in enumerate(LAW_WORDS):
+        rows = usual[usual["law"] == law]
+        panels = axes[4 * row : 4 * row + 4]
+        for part, rho in zip(panels, SHOWN, strict=False):
+            _draw_spectrum(out, part, rows[np.isclose(rows["rho"], rho)])
+            for _, high in list(GROUPS[law].values())[:-1]:
+                part.axvline(high, color="#777777", linewidth=0.8, linestyle=":")
+            name = rf"{LAW_WORDS[law]}, $\rho$ = {rho:.2f}"
+            label(part, r"rate $\lambda\,\tau_1$", "strength per decade / all", legend=False)
+            part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
+        said.append(_draw_shares(out, panels[3], rows, law))
+    handles, names = axes[0].get_legend_handles_labels()
+    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=10, frameon=False)
+    first = usual[np.isclose(usual["rho"], SHOWN[0])]
+    out.caption = (
+        f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings. "
+        "Left: strength of modes per decade of rate, over that of all, by the motion in the modes: translation and "
+        "rotation of whole droplets, and what is left along and across their outlines. Dotted: rates that part them. "
+        f"Right: share of motions in them, with 95 % bars. Share that is translation or rotation, at rho = "
+        f"{SHOWN[0]:.2f} ({first['seed'].nunique()} packings) and {SHOWN[-1]:.2f}: {' '.join(said)} {_tensions(table)}"
+    )
+    return out
+
+
+def _draw_spectrum(out: Drawing, axes: Any, rows: pd.DataFrame) -> None:
+    """Stack the parts of the mean strength, over that of all modes, per decade."""
+    axes.set_xscale("log")
+    centres = np.sqrt(RATE_BINS[1:] * RATE_BINS[:-1])
+    total = rows["strength"].sum() * np.log10(RATE_BINS[1] / RATE_BINS[0])
+    place = np.searchsorted(RATE_BINS, rows["rate"]) - 1
+    bottom = np.zeros(len(centres))
+    for name in MOTIONS:
+        top = bottom + np.bincount(place, rows[name], len(centres)) / total
+        axes.fill_between(centres, bottom, top, step="mid", color=COLOUR[name], label=WORDS[name], linewidth=0)
+        series = f"{WORDS[name]}, on top of those before"
+        out.curve(axes, series, centres, top, label=None, color=COLOUR[name], drawstyle="steps-mid", linewidth=0.6)
+        bottom = top
+    axes.set_xlim(1e-5, 1e5)
+    axes.set_ylim(0, 1.2 * bottom.max())
+
+
+def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[str, ...]) -> Interval | None:
+    """Share of some columns in the strength of all modes whose rates lie between limits; None if there are none."""
+    kept = rows[(rows["rate"] >= limits[0]) & (rows["rate"] < limits[1])]
+    if kept.empty:
+        return None
+    sums = kept.groupby("seed")[["strength", *columns]].sum()
+    values = np.column_stack([sums[list(columns)].sum(axis=1), sums["strength"]])
+    return bootstrap([values], lambda g: g[0][:, 0].sum() / g[0][:, 1].sum())
+
+
+def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> str:
+    """Shares of whole droplets' motion over packing fraction, one curve for each relaxation; says them."""
+    said = []
+    for k, (name, limits) in enumerate(GROUPS[law].items()):
+        found = {
+            rho: group_share(rows[np.isclose(rows["rho"], rho)], limits, ("translation", "rotation"))
+            for rho in FRACTIONS
+        }
+        shares = {rho: share for rho, share in found.items() if share is not None}
+        if not shares:
+            continue
+        value, low, high = (np.array([getattr(s, end) for s in shares.values()]) for end in ("value", "low", "high"))
+        x = np.array(list(shares)) + 0.001 * k
+        out.curve(axes, f"{name}: whole droplets", x, value, low, high, band=False, **style(k))
+        text = f"{LAW_WORDS[law]}, {name} {say(found[SHOWN[0]])} and {say(found[SHOWN[-1]])}"
+        motion = OTHER.get(name)
+        if motion:
+            first, last = (group_share(rows[np.isclose(rows["rho"], SHOWN[k])], limits, (motion,)) for k in (0, -1))
+            text += f", {WORDS[motion]} {say(first)} and {say(last)}"
+        if law == "contact":
+            sliding = group_share(rows, limits, ("sliding",))
+            text += f" (dissipation by sliding at all rho: {say(sliding)})"
+        said.append(text)
+    axes.set_ylim(0, 1.25)
+    axes.set_yticks(np.linspace(0, 1, 6))
+    label(axes, r"true packing fraction $\rho$", "share of the motion", loc="upper right")
+    return "; ".join(said) + "."
+
+
+def _tensions(table: pd.DataFrame) -> str:
+    """How mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
+    here = table[np.isclose(table["rho"], AT) & (table["law"] == "contact")]
+    tensions = values_of(here, "gamma")
+    if len(tensions) < 3:
+        return ""
+    said = []
+    for name in ("slow", "middle"):
+        low, high = GROUPS["contact"][name]
+        groups = []
+        for gamma in tensions:
+            rows = droplets_with(here, gamma=gamma)
+            kept = rows[(rows["rate"] >= low) & (rows["rate"] < high)]
+            sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
+            groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
+        found = bootstrap(groups, lambda drawn: _slope(tensions, drawn))
+        said.append(f"{name} {say(found)}")
+    return (
+        f"Mean rates (of ln, by strength) under contact drag at rho = {AT:.2f} go with line tension from "
+        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: {', '.join(said)}."
+    )
+
+
+def _slope(tensions: list[float], groups: list[Array]) -> float:
+    means = [g[:, 0].sum() / g[:, 1].sum() for g in groups]
+    return float(np.polyfit(np.log(tensions), means, 1)[0])

@@ -1,0 +1,118 @@
+"""Draw the shape of voids between three droplets against vertices, stiffness of rims, and overlap."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
+from jamlab.studies.beyond.rows import say, usual_law
+from jamlab.studies.droplet_tables import LAW, PACKING
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import FEWEST, bootstrap
+from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, scale, style
+
+FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
+SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
+OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
+AT = (0.88, 0.94, 0.98)  # packing fractions said
+
+
+def droplet_voids(tables: EnsembleTables) -> Drawing:
+    """Shape factor of voids between three droplets, by vertices and stiffness, over packing fraction and overlap."""
+    table = tables.droplet_voids
+    packings = table.drop_duplicates(PACKING).groupby(["eps", "nv_small", "gamma"], as_index=False).size()
+    laws = packings.loc[packings["size"] >= FEWEST, LAW].to_numpy(dtype=np.float64)
+    if not len(laws):
+        raise InputError(
+            f"the table droplet_voids has no law with {FEWEST} packings: run the campaign beyond_the_papers"
+        )
+    usual = usual_law(table)
+    out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
+    scale(by_overlap, "log", "linear")
+    said = []
+    for k, law in enumerate(laws):
+        rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
+        stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
+        name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
+        mean = mean_shapes(sums_at_fractions(rows))
+        out.curve(by_rho, name, FRACTIONS, mean.value, mean.low, mean.high, **style(k))
+        over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
+        places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
+        out.curve(by_overlap, name, places, over.value, over.low, over.high, **style(k))
+        onset = mean_shape(rows[rows["state"] == 0])
+        at = [mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in AT]
+        parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True) if np.isfinite(found.value)]
+        said.append(f"{name} ({rows['seed'].nunique()} packings): {say(onset)} at onset, {', '.join(parts)}")
+    overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
+    out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
+    for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):
+        out.curve(axes, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", ends, [PLATEAU_BORDER] * 2, **PAPER)
+    shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
+    label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
+    label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
+    handles, names = by_overlap.get_legend_handles_labels()
+    out.figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=9, frameon=False)
+    size = int(table["n"].mode()[0])
+    out.caption = (
+        f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "
+        "(b) Over the area that droplets share with each other, of that of the cell; full: voids of a triangular "
+        f"lattice of equal disks that overlap. {'; '.join(said)}."
+    )
+    return out
+
+
+def sums_at_fractions(rows: pd.DataFrame) -> Array:
+    """(packings, places, 2) `SUMS` of each packing, between its states at the `FRACTIONS`; 0 beyond them."""
+    ordered = [part.sort_values("rho") for _, part in rows.groupby("seed")]
+    return np.array(
+        [
+            np.column_stack([np.interp(FRACTIONS, part["rho"], part[name], left=0, right=0) for name in SUMS])
+            for part in ordered
+        ]
+    )
+
+
+def sums_by_overlap(rows: pd.DataFrame) -> Array:
+    """(packings, bins, 2) `SUMS` of each packing over its states in the bins between `OVERLAPS`."""
+    place = np.searchsorted(OVERLAPS, rows["overlap"].to_numpy(dtype=np.float64)) - 1
+    kept = (place >= 0) & (place < len(OVERLAPS) - 1)
+    seeds, who = np.unique(rows["seed"].to_numpy()[kept], return_inverse=True)
+    sums = np.zeros((len(seeds), len(OVERLAPS) - 1, 2))
+    np.add.at(sums, (who, place[kept]), rows.loc[kept, SUMS].to_numpy(dtype=np.float64))
+    return sums
+
+
+def mean_shapes(sums: Array) -> Interval:
+    """Mean shape factors of voids with three sides, with intervals over packings; nan where too few have any."""
+    few = (sums[:, :, 1] > 0).sum(axis=0) < FEWEST
+
+    def mean(groups: list[Array]) -> Array:
+        total = groups[0].sum(axis=0)
+        value = np.divide(total[:, 0], total[:, 1], out=np.full(len(total), np.nan), where=total[:, 1] > 0)
+        return np.where(few, np.nan, value)
+
+    return bootstrap([sums], mean)
+
+
+def mean_shape(rows: pd.DataFrame) -> Interval:
+    """Mean shape factor of all voids with three sides."""
+    sums = rows.groupby(PACKING, dropna=False)[SUMS].sum().to_numpy(dtype=np.float64)
+    return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
+
+
+def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
+    """Area shared, phi - rho, in a triangular lattice of equal disks, and shape factor of its voids, by geometry.
+
+    Args:
+        overlap: (m,) of two disks over their diameter, below 1 - sqrt(3)/2, where voids close.
+    """
+    r = 1 - np.asarray(overlap, dtype=np.float64)
+    half = np.arccos(r)  # angle from the line of centres to a corner of the lens
+    arc = np.pi / 3 - 2 * half
+    area = np.sqrt(3) / 4 * r**2 - 3 * arc / 8 - 0.75 * r * np.sin(half)
+    cell = np.sqrt(3) / 2 * r**2
+    return np.pi / 4 / cell - (1 - 2 * area / cell), (1.5 * arc) ** 2 / (4 * np.pi * area)

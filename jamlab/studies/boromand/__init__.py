@@ -1,0 +1,1 @@
+"""Figures of Boromand et al. from our own packings."""

@@ -1,0 +1,170 @@
+"""Draw the voids in Boromand et al., fig 8."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.geometry.voids.voids import PLATEAU_BORDER
+from jamlab.plotting.palette import SIDE_COLOURS
+from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
+from jamlab.studies.claims import Claim, claim
+from jamlab.studies.conventions import contradiction_of_voids
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
+from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
+
+Statistic = Callable[[Array], float]
+
+
+def figure_8(tables: EnsembleTables) -> Drawing:
+    """Voids: share with l sides, shape factor of those with three, mean areas."""
+    counts = tables.void_counts
+    out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
+    sides = tuple(published.VOID_SHARES)
+    for model in ("sp", "dp"):
+        if not has(counts, model):
+            continue
+        n = nearest_size(counts, model, 64)
+        part = counts[(counts["model"] == model) & (counts["n"] == n)]
+        x, cube = _sum_voids(part[~part["onset"].astype(bool)])
+        share = bootstrap([cube], lambda g: _share(g[0], sides))
+        look = (
+            {"linestyle": "none", "marker": "v"}
+            if model == "sp"
+            else {"linestyle": "-", "marker": "D", "markersize": 3}
+        )
+        for k, side in enumerate(sides):
+            name = f"{model.upper()}, {side} sides"
+            colour = {"color": SIDE_COLOURS[side] if side != 5 else "#C9A800"}
+            out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
+        mean = bootstrap([cube], lambda g: _means(g[0]))
+        name = f"{model.upper()}, N = {n}"
+        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
+        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
+        out.claims += _void_claims(out.name, model, n, part, x, cube)
+    out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
+    label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
+    a.set_ylim(-0.02, 1.35)
+    label(
+        b,
+        r"true packing fraction $\rho$",
+        r"shape factor $\mathcal{A}$ of 3-sided voids",
+        loc="upper right",
+        bbox_to_anchor=(1.0, 0.93),
+    )
+    c.set_yscale("log")
+    label(c, r"true packing fraction $\rho$", r"mean void area / particle area")
+    out.caption = (
+        "Voids that do not percolate; rattlers count as particles. Snapshots: boromand-8-voids. Panel c is not in the "
+        "paper."
+    )
+    return out
+
+
+def _sum_voids(part: pd.DataFrame) -> tuple[Array, Array]:
+    """Sum over voids: bins of rho, and (packings, bins, sides 0 to 7+, 3) numbers, areas and shape factors."""
+    seeds = np.sort(part["seed"].unique())
+    held = part.groupby("rho")["seed"].nunique()
+    rho = np.sort(held.index[held >= SHARE * len(seeds)])
+    part = part[part["rho"].isin(rho)]
+    cube = np.zeros((len(seeds), len(rho), 8, 3))
+    place = (
+        np.searchsorted(seeds, part["seed"]),
+        np.searchsorted(rho, part["rho"]),
+        np.minimum(part["sides"].to_numpy(dtype=int), 7),
+    )
+    np.add.at(cube, place, part[["voids", "area", "shape"]].to_numpy(dtype=np.float64))
+    return np.asarray(rho, dtype=np.float64), cube
+
+
+def _divide(above: Array, below: Array) -> Array:
+    return np.asarray(np.divide(above, below, out=np.full(above.shape, np.nan), where=below > 0))
+
+
+def _share(cube: Array, sides: tuple[int, ...]) -> Array:
+    """P_l (bins, sides): share of the voids that have l sides."""
+    voids = cube[..., 0].sum(axis=0)
+    total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
+    return _divide(voids[:, list(sides)], total)
+
+
+def _means(cube: Array) -> Array:
+    """Means (bins, 2): shape factor of voids with three sides, area of all."""
+    total = cube.sum(axis=0)
+    return np.column_stack(
+        [_divide(total[:, 3, 2], total[:, 3, 0]), _divide(total[..., 1].sum(1), total[..., 0].sum(1))]
+    )
+
+
+def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
+    """Claims on shares and shapes at onset, and on voids with three sides in dense packings."""
+    big, how = model.upper(), f"N = {n}"
+    claims = []
+    triangles = float("nan")
+    if part["onset"].astype(bool).any():
+        _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
+        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
+        sides = float((first[..., 0].sum(axis=(0, 1)) @ np.arange(8)) / first[..., 0].sum())
+        for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
+            found = f"{how}, states at onset; {sides:.2f} sides on average"
+            words = {}
+            if side > 4:  # shares that Euler's relation and z_J exclude
+                words = {"contradiction": contradiction_of_voids(), "shown_by": "boromand-8 a"}
+            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=found, **words))
+        triangles = _triangle_shape(first.sum(axis=(0, 1)))
+        if model == "sp":
+            shape = _pool(first, _triangle_shape)
+            text = "A of 3-sided voids at onset, SP"
+            claims.append(claim(name, text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset"))
+    if model == "sp":
+        dense = _pool(cube[:, x > 0.98], _triangle_shape)
+        text = "A of 3-sided voids, rho > 0.98, SP"
+        return [*claims, claim(name, text, dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)]
+    pooled = _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_share)
+    rises = ", ".join(f"{_triangle_share(cube[:, k].sum(axis=0)):.3f} at {x[k]:.3f}" for k in np.flatnonzero(x > 0.96))
+    text = "P_3 for rho > 0.97, DP"
+    words = {
+        "how": f"{how}; {rises}",
+        "cause": f"P_3 = {rises}: some voids keep four sides",
+        "shown_by": "boromand-8 a",
+    }
+    claims.append(claim(name, text, pooled, published.DENSE_DROPLET_TRIANGLES, **words))
+    later = {rho: _triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in (0.86, 0.9, 0.94)}
+    return [
+        *claims,
+        _plateau_claim(name, how, triangles, later, _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_shape)),
+    ]
+
+
+def _plateau_claim(name: str, how: str, at_onset: float, later: dict[float, float], found: Interval | None) -> Claim:
+    """Claim on the shape of the voids that should become Plateau borders."""
+    falls = ", ".join(f"{value:.2f} at {rho:g}" for rho, value in later.items())
+    return claim(
+        name,
+        "A of 3-sided voids, rho > 0.97, DP",
+        found,
+        published.PLATEAU_SHAPE,
+        how=how,
+        cause=f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}",
+        shown_by="boromand-8 b",
+    )
+
+
+def _pool(cube: Array, statistic: Statistic) -> Interval | None:
+    """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
+    if not cube.shape[1]:
+        return None
+    return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))))
+
+
+def _triangle_share(total: Array) -> float:
+    """P_3."""
+    return float(_divide(total[3, 0], total[:, 0].sum()))
+
+
+def _triangle_shape(total: Array) -> float:
+    """Mean shape factor of voids with three sides."""
+    return float(_divide(total[3, 2], total[3, 0]))

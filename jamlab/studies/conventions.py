@@ -1,0 +1,127 @@
+"""Measure as Boromand et al. do, where that differs from what one would do: each convention once, with its name."""
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array
+from jamlab.statistics import published_numbers as published
+from jamlab.studies.ensembles import Ensemble, ensemble, sampled_sizes
+
+SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
+
+SIZES = (32, 64, 128, 256)  # N of [B] figs 6, 7 and 10
+SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 - 2/N' by counting
+
+# [B] steps evenly, by 1e-4, so its least squares weigh every distance alike; its regimes begin at these distances
+LOWEST = {"sp": 1e-3, "dp": 1e-2}
+HIGHEST = {"d_phi": 0.2, "d_rho": 0.13}  # [B] fig 6 a for phi; below confluence for rho
+STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
+
+
+def even_places(model: str, by: str) -> Array:
+    """Distances from onset at which [B] fits, evenly spaced."""
+    return np.arange(LOWEST[model], HIGHEST[by] + 0.5 * STEP, STEP)
+
+
+def even_curve(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
+    """A column over the distance to onset at evenly spaced places; "excess contacts" are z - 3.97."""
+    model, by = SERIES[series]
+    if column == "excess contacts":
+        e = ensemble(states, model, n, by, "z", even_places(model, by))
+        return Ensemble(e.x, e.y - SUBTRACTED)
+    return ensemble(states, model, n, by, column, even_places(model, by))
+
+
+def fit_coefficients(x: Array, y: Array, exponents: tuple[float, ...]) -> Array:
+    """Coefficients of y = sum of c_k x^e_k, eqs 13 and 14, by least squares of absolute residuals."""
+    kept = np.isfinite(x + y)
+    if kept.sum() <= len(exponents):
+        return np.full(len(exponents), np.nan)
+    return np.asarray(np.linalg.lstsq(x[kept, None] ** exponents, y[kept], rcond=None)[0])
+
+
+def fit_exponent(x: Array, y: Array) -> float:
+    """Exponent of y ~ x^e by a straight line through logarithms; nan where y is not positive everywhere."""
+    kept = np.isfinite(x + y)
+    if kept.sum() < 3 or (y[kept] <= 0).any():
+        return float("nan")
+    return float(np.polyfit(np.log(x[kept]), np.log(y[kept]), 1)[0])
+
+
+def at(place: float, x: Array, y: ArrayLike) -> float:
+    """A curve at one x; nan beyond its ends."""
+    kept = np.isfinite(x) & np.isfinite(y)
+    if not kept.any():
+        return float("nan")
+    x, rounding = x[kept], 1e-9  # means of equal places differ in the last digit
+    if not x[0] - rounding <= place <= x[-1] + rounding:
+        return float("nan")
+    return float(np.interp(place, x, np.asarray(y)[kept]))
+
+
+def matched_sizes(states: pd.DataFrame) -> list[int]:
+    """Every N of which there are enough packings of both models, ascending."""
+    return sorted(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")))
+
+
+# contradictions of the paper with itself, in its own numbers ----------------------------------------------------------
+
+
+def eq_11(d_phi: ArrayLike) -> Array:
+    """drho over C, [B] eq 11."""
+    d = np.asarray(d_phi, dtype=np.float64)
+    return np.asarray(d - d**1.5)
+
+
+def contradiction_of_disks(d_rho: float = 0.1) -> str:
+    """Table 1: rows SP(φ) and SP(ρ) describe the same states, joined by eq 11, and give different z."""
+    d_phi = np.linspace(0, 0.4, 4001)
+    same = float(np.interp(d_rho, published.EQ_11_C.value * eq_11(d_phi), d_phi))
+    one, other = (published.table_law(published.TABLE_1[s][2:], d) for s, d in (("SP(φ)", same), ("SP(ρ)", d_rho)))
+    return (
+        f"by eq 11 drho = {d_rho:g} is dphi = {same:.3f}, where row SP(φ) of table 1 gives z - z_J = {one:.2f};"
+        f" row SP(ρ) gives {other:.2f} for the same states"
+    )
+
+
+def contradiction_of_models(rho: float = published.MODELS_PART.value) -> str:
+    """Table 1: rows SP(ρ) and DP(ρ) differ where the text says that the models still agree."""
+    one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
+    differ = f"{other - one:.2f} in z at rho = {rho:g}"
+    return f"rows SP(ρ) and DP(ρ) of table 1 differ by {differ}, where its text has them equal"
+
+
+def contradiction_of_single_exponent(column: str) -> str:
+    """Text: one exponent of 0.8; the fits of tables 1 and 2 to the same data rise otherwise."""
+    table = published.TABLE_1["DP(ρ)"][2:] if column == "d_z" else published.TABLE_2["DP(ρ)"]
+    x = even_places("dp", "d_rho")
+    slope = fit_exponent(x, published.table_law(table, x))
+    number = 1 if column == "d_z" else 2
+    return f"the fit of table {number} to the same data rises with an exponent of {slope:.2f}, not 0.8"
+
+
+def contradiction_of_counting(n: int) -> str:
+    """Table 1 against section 1: N_c = 2N' - 1 fixes z_J."""
+    return (
+        f"N_c = 2N' - 1 of its own section 1 makes z_J = 4 - 2/N' = {4 - 2 / n:.3f} at N = {n}, the size of its fits;"
+        f" {SUBTRACTED} is N' = {2 / (4 - SUBTRACTED):.0f}"
+    )
+
+
+def contradiction_of_confluence() -> str:
+    """Fig 8: where all voids have three sides z is 6 by Euler's relation; fig 9 has contacts missing up to rho = 1."""
+    return (
+        f"its P_3 = 1 for rho > {published.TRIANGLES_FROM} (fig 8) is z = 6 there by Euler's relation: no contacts are"
+        " missing that could go as 1 - rho"
+    )
+
+
+def contradiction_of_voids() -> str:
+    """Fig 8: mean number of sides of voids follows from z by Euler's relation."""
+    shares = {side: share.value for side, share in published.VOID_SHARES.items()}
+    mean = sum(side * share for side, share in shares.items()) / sum(shares.values())
+    return (
+        f"its four shares make {mean:.2f} sides on average, z = {2 * mean / (mean - 2):.2f} by Euler's relation:"
+        " not the z_J of states at onset"
+    )

@@ -1,0 +1,1 @@
+"""Charts of cost against error, one method after another."""

@@ -1,0 +1,221 @@
+"""Arrange rows of states as packings x places, from which bands and fits with intervals are made."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.bootstrap import bootstrap as resample
+
+Statistic = Callable[[Array, Array], ArrayLike]
+
+PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "eps", "nv_small", "contact")
+RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
+FEWEST = 5  # packings of an interval: below, the spread itself is not known
+bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
+_PACKING = ["model", "n", "seed"]
+ENOUGH = 20  # packings of a size that may stand for the paper's: an interval from five is three times as wide
+SHARE = 0.5  # of the packings must reach a place, else its mean is that of a selection
+
+
+def add_distances(states: pd.DataFrame) -> pd.DataFrame:
+    """Add distances from the onset of its own packing to each state; leave out states that are not jammed minima.
+
+    Columns added: d_rho, d_phi, d_z: rho, phi and z minus their values at onset; overlap: phi - rho; lost: 1 - <a>/a_J,
+    the fraction of their area that particles lose, from rho/phi since phi times the cell's area is constant; excess:
+    A - 1 for disks, A - A_J for polygons; u: energy per particle. Tables with these columns are returned unchanged.
+    """
+    if "lost" in states:
+        return states
+    s = select_usual(states[states["onset"].notna()])  # packings at a pressure have none, and other units
+    first = s[s["state"] == 0].set_index(_PACKING)[["z", "shape"]].add_suffix("_J")
+    s = s.join(first, on=_PACKING)
+    s = s[s["converged"].astype(bool) & s["z"].notna()]
+    return s.assign(
+        d_rho=s["rho"] - s["onset"],
+        d_phi=s["phi"] - s["onset_phi"],
+        d_z=s["z"] - s["z_J"],
+        overlap=s["phi"] - s["rho"],
+        lost=1 - s["rho"] / s["phi"] * s["onset_phi"] / s["onset"],
+        excess=np.where(s["model"] == "sp", s["shape"] - 1, s["shape"] - s["shape_J"]),
+        u=s["energy"] / s["n"],
+    )
+
+
+def select_usual(table: pd.DataFrame) -> pd.DataFrame:
+    """Select the rows of the protocol (units, ensemble, parameters) that is most frequent for each model."""
+    names = [name for name in PROTOCOL if name in table]
+    if not names or table.empty:
+        return table
+    parts = []
+    for _, part in table.groupby("model"):
+        number = part.groupby(names, dropna=False).ngroup()
+        parts.append(part[number == number.mode()[0]])
+    return pd.concat(parts, ignore_index=True)
+
+
+def select_followed(states: pd.DataFrame) -> pd.DataFrame:
+    """Leave out packings that were not compressed beyond onset, of sizes where others were, and those without an onset.
+
+    The first serve the table of onsets; among curves they would count as packings that reach no place.
+    """
+    states = states[states["d_phi"].notna()]
+    several = states.groupby(_PACKING)["state"].transform("size") > 1
+    return states[several | ~several.groupby([states["model"], states["n"]]).transform("any")]
+
+
+def sizes(table: pd.DataFrame, model: str) -> list[int]:
+    """System sizes of a model, ascending."""
+    return sorted(int(n) for n in table.loc[table["model"] == model, "n"].unique())
+
+
+def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
+    """System sizes with 20 packings or more, ascending; all sizes if none has.
+
+    A larger size that is only begun would take the place of one with a hundred packings, with an interval that tells
+    nothing.
+    """
+    packings = table.loc[table["model"] == model].groupby("n")["seed"].nunique()
+    return sorted(int(n) for n in packings.index[packings >= min(ENOUGH, packings.max())])
+
+
+def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
+    """Pick the size with enough packings that is nearest to the paper's, by ratio.
+
+    Raises:
+        InputError: there is no packing of the model.
+    """
+    found = sampled_sizes(table, model)
+    if not found:
+        raise InputError(
+            f"no {model} packing among the states: run a campaign with model {model}, or use another source"
+        )
+    return min(found, key=lambda n: abs(np.log(n / wanted)))
+
+
+def has(table: pd.DataFrame, model: str) -> bool:
+    """Whether there are packings of a model."""
+    return bool((table["model"] == model).any())
+
+
+def average(values: Array) -> Array:
+    """Average (places,) over packings (axis 0); nan where no packing has a value."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    total = np.where(known, values, 0.0).sum(axis=0)
+    return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
+
+
+def median(values: Array) -> Array:
+    """Median (places,) over packings (axis 0); nan where no packing has a value."""
+    known = np.isfinite(values).any(axis=0)
+    out = np.full(values.shape[1:], np.nan)
+    out[known] = np.nanmedian(values[:, known], axis=0)
+    return out
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Values of each packing at the same places.
+
+    Attributes:
+        x, y: (packings, places); nan where a packing does not reach a place.
+    """
+
+    x: Array
+    y: Array
+
+    @property
+    def whole(self) -> "Ensemble":
+        """The places that nearly all packings reach: a mean over those that are left is that of a selection."""
+        count = np.isfinite(self.y).sum(axis=0)
+        kept = count >= 0.9 * count.max()
+        return Ensemble(self.x[:, kept], self.y[:, kept])
+
+    @property
+    def mean(self) -> tuple[Array, Array]:
+        """(places,) ensemble averages."""
+        return average(self.x), average(self.y)
+
+    def band(self, transform: Callable[[Array], Array] = lambda y: y) -> tuple[Array, Interval]:
+        """(places,) x, and the mean of y with its interval."""
+        found = bootstrap([self.y], lambda g: transform(average(g[0])))
+        return average(self.x), found
+
+    def interval(self, statistic: Statistic, middle: Callable[[Array], Array] = average) -> Interval | None:
+        """Statistic of the mean curve (x, y) with its interval; None if there are too few points or no law fits.
+
+        Args:
+            statistic: function of (places,) x and y.
+            middle: of the packings, such as `median` instead of the mean.
+        """
+        both = np.stack([self.x, self.y], axis=-1)
+
+        def of(groups: list[Array]) -> ArrayLike:
+            return statistic(average(groups[0][..., 0]), middle(groups[0][..., 1]))
+
+        try:
+            return bootstrap([both], of)
+        except (ConvergenceError, InputError):
+            return None
+
+
+def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
+    """Interpolate each packing of one model and size at the same places; those that few packings reach are left out.
+
+    A bin would average states at different x, and miss a place between two states; [B] averages at fixed distances.
+
+    Args:
+        states: see `add_distances`.
+        x, y: columns; x is not negative.
+        places: (places,) of x, ascending. A packing has none beyond its own first and last state.
+    """
+    part = states[(states["model"] == model) & (states["n"] == n)][["seed", x, y]].dropna()
+    at = np.asarray(places, dtype=np.float64)
+    rows = [
+        row
+        for _, group in part.groupby("seed", sort=True)
+        if np.isfinite(row := interpolate(group[x].to_numpy(np.float64), group[y].to_numpy(np.float64), at)).any()
+    ]
+    if not rows:
+        return Ensemble(np.full((1, 1), np.nan), np.full((1, 1), np.nan))
+    values = np.array(rows)
+    kept = np.isfinite(values).sum(axis=0) >= max(SHARE * len(values), min(FEWEST, len(values)))
+    values = values[:, kept]
+    return Ensemble(np.where(np.isfinite(values), at[kept], np.nan), values)
+
+
+def interpolate(x: Array, y: Array, places: Array) -> Array:
+    """Interpolate monotonically (PCHIP) in the root of x, of which laws near onset are smooth functions; nan outside.
+
+    The state at onset itself, x = 0, is no neighbour of places that are all beyond it: nothing is known on the way to
+    the first state of a sweep.
+    """
+    kept = x > 0 if places[0] > 0 else x >= 0
+    x, first = np.unique(x[kept], return_index=True)
+    if len(x) < 2:
+        return np.full(places.shape, np.nan)
+    curve = PchipInterpolator(np.sqrt(x), y[kept][first], extrapolate=False)
+    return np.asarray(curve(np.sqrt(places)))
+
+
+def log_places(low: float, high: float, per_decade: int = 5) -> Array:
+    """Places of equal ratio."""
+    return np.asarray(np.geomspace(low, high, round(per_decade * np.log10(high / low)) + 1))
+
+
+def from_onset(last: float = 0.43) -> Array:
+    """Distances to onset: of equal ratio up to 0.02, 0.01 apart from there on."""
+    return np.concatenate([log_places(1e-6, 10**-1.8), np.arange(0.02, last, 0.01)])
+
+
+def groups_by(table: pd.DataFrame, by: str, value: str, keys: Sequence[float]) -> list[Array]:
+    """Values of the packings of each key, one array per key."""
+    return [table.loc[table[by] == key, value].dropna().to_numpy(dtype=np.float64) for key in keys]

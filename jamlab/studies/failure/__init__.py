@@ -1,0 +1,1 @@
+"""Stability maps: where a method converges, stalls or fails."""

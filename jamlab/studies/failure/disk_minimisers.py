@@ -1,0 +1,209 @@
+"""Maps where minimisers of disks fail: FIRE, overdamped steps, conjugate gradients, and the tolerance of `relax`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from jamlab.engine.session import Evaluation, Session
+from jamlab.errors import EngineError
+from jamlab.mechanics.stiffness import hessian
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.packing import Packing
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.relaxation import SETTINGS, force_tolerance, relax
+from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
+from jamlab.studies.failure.verdict import Trial, balanced, judge_descent
+
+_JOLT = 0.02  # small diameters: meant to leave the minimum, not its basin
+_STEPS = 10_000  # after which a method counts as stalled
+_FIRE_GROWTH = 4.0  # tmax of minimize.fire: how far FIRE may raise its time step
+_LOOSE = 1e-8  # force asked of overdamped steps: they converge slowly
+_SHRUNK = 0.3  # of its diameter: such a disk finds room in the gaps
+
+
+@dataclass(frozen=True)
+class Jolted:
+    """Disks a little beside a minimum.
+
+    Attributes:
+        start: moved disks.
+        minimum: where they were.
+        energy: of the minimum.
+    """
+
+    start: Packing
+    minimum: Packing
+    energy: float
+
+    @property
+    def stiffnesses(self) -> np.ndarray:
+        """Eigenvalues of the Hessian at the minimum, ascending; masses are 1."""
+        return np.asarray(linalg.eigvalsh(hessian(self.minimum).toarray()))
+
+
+def jolt_minimum(n: int, phi: float, seed: int = 1) -> Jolted:
+    """Find a minimum and move its disks a little."""
+    return _jolt(random_disks(n, seed, phi=phi), seed)
+
+
+def _jolt(start: Packing, seed: int) -> Jolted:
+    with Session(start) as session:
+        found = relax(session)
+        minimum = session.packing()
+    moves = _JOLT * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
+    return Jolted(minimum.with_state(positions=minimum.positions + moves), minimum, found.evaluation.energy)
+
+
+def try_fire(jolted: Jolted, timestep: float, dmax: float) -> Trial:
+    """LAMMPS FIRE with jamlab's settings, except for the time step and the longest move."""
+    tolerance = force_tolerance("sp")
+    lines = (f"timestep {timestep}", "min_style fire", f"min_modify norm max dmax {dmax} tmax {_FIRE_GROWTH:g}")
+    ask = f"minimize 0.0 {0.5 * tolerance:g} {_STEPS} {10 * _STEPS}"
+    return _try_lammps(jolted, tolerance, lambda session: _commands(session, (*lines, ask)))
+
+
+def _commands(session: Session, lines: tuple[str, ...]) -> Evaluation:
+    for line in lines:
+        session.command(line)
+    return session.evaluate()
+
+
+def _try_lammps(jolted: Jolted, tolerance: float, descend: Callable[[Session], Evaluation]) -> Trial:
+    with Session(jolted.start) as session:
+        before = session.evaluate().energy
+        try:
+            end = descend(session)
+        except EngineError as error:
+            return Trial("blew up", str(error).splitlines()[0])
+        verdict = judge_descent(end.max_force, tolerance, end.energy, before, jolted.energy)
+        if verdict == "blew up":
+            return Trial(verdict, f"energy {end.energy:.1g}")
+        return balanced(verdict, session.packing(), tolerance)
+
+
+def try_overdamped_steps(jolted: Jolted, timestep: float, steps: int = _STEPS) -> Trial:
+    """Steps x -> x + f dt, Stokes drag of 1."""
+    with Session(jolted.start) as session:
+        x = jolted.start.positions
+        before, forces = session.forces_at(x)
+        energy, left = before, np.inf
+        for _ in range(steps):
+            x = x + timestep * forces
+            try:
+                energy, forces = session.forces_at(x)
+            except EngineError as error:
+                return Trial("blew up", str(error).splitlines()[0])
+            left = float(np.hypot(*forces.T).max())
+            if left <= _LOOSE or not energy < 10 * before:
+                break
+        verdict = judge_descent(left, _LOOSE, energy, before, jolted.energy)
+        return Trial(verdict) if verdict == "blew up" else balanced(verdict, session.packing(), _LOOSE)
+
+
+def try_gradients(jolted: Jolted, steps: float) -> Trial:
+    """Conjugate gradients alone, so many steps at most."""
+    tolerance = force_tolerance("sp")
+    return _try_lammps(jolted, tolerance, lambda s: s.minimize(0.5 * tolerance, style="cg", steps=int(steps)))
+
+
+def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:
+    """`relax` down to a tolerance."""
+    with Session(jolted.start) as session:
+        before = session.evaluate().energy
+        found = relax(session, tolerance)
+        end, packing = found.evaluation, session.packing()
+    verdict = judge_descent(end.max_force, tolerance, end.energy, before, jolted.energy)
+    if found.converged != (end.max_force <= tolerance):
+        return Trial("converged", "converged contradicts max_force", np.inf, tolerance)
+    return balanced(verdict, packing, tolerance)
+
+
+def loosen(count: int, seed: int) -> Jolted:
+    """24 disks, some of which are so small that they rattle."""
+    start = random_disks(24, seed, phi=1.0)
+    assert start.diameters is not None
+    diameters = start.diameters.copy()
+    diameters[np.random.default_rng(seed).permutation(24)[:count]] *= _SHRUNK
+    return _jolt(at_phi(start.with_state(diameters=diameters), 0.92), seed)
+
+
+def steps_of_gradients(jolted: Jolted) -> float:
+    """Bound of conjugate gradients on a quadratic energy: sqrt(kappa)/2 ln(2/error), zero modes left out."""
+    stiff = jolted.stiffnesses
+    kappa = stiff[-1] / stiff[stiff > 1e-8 * stiff[-1]][0]
+    return float(0.5 * np.sqrt(kappa) * np.log(2 * _JOLT / force_tolerance("sp")))
+
+
+def way_over_steps(jolted: Jolted) -> float:
+    """Longest move from the start to the minimum, in as many equal steps as there may be."""
+    return float(np.hypot(*(jolted.start.positions - jolted.minimum.positions).T).max() / _STEPS)
+
+
+_CHECK = "Forces at the end computed anew from the force law, over all pairs and images."
+_PHI = "packing fraction φ"
+
+MAPS = {
+    "fire-timestep": Map(
+        "FIRE of plain LAMMPS decks: time step, N = 16",
+        log_axis("time step, τ", 0.02, 20.0, 0.1),
+        linear_axis(_PHI, 0.85, 1.18),
+        8,
+        lambda phi, seed: jolt_minimum(16, phi, seed),
+        lambda jolted, x: try_fire(jolted, x, 0.1),
+        "FIRE shortens steps that lead uphill: just beyond the limit of a fixed step it ends in other minima, and "
+        "farther on it blows up.",
+        _CHECK,
+        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
+        "$2/\\omega_{\\max}$",
+    ),
+    "fire-dmax": Map(
+        "FIRE of plain LAMMPS decks: longest move, φ = 0.9",
+        log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
+        Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
+        4,
+        lambda n, seed: jolt_minimum(n, 0.9, seed),
+        lambda jolted, x: try_fire(jolted, 0.1, x),
+        "Short moves end before the minimum is met; long ones are cut by the time step before they do harm.",
+        _CHECK,
+        way_over_steps,
+        "way to the minimum over 10 000 steps",
+    ),
+    "overdamped": Map(
+        "Overdamped steps of disks: time step, N = 16",
+        log_axis("time step over drag, τ₁", 0.05, 2.0),
+        linear_axis(_PHI, 0.85, 1.18),
+        2,
+        lambda phi, seed: jolt_minimum(16, phi, seed),
+        lambda jolted, x: try_overdamped_steps(jolted, x, 3000),
+        "Explicit steps are stable below 2 over the largest eigenvalue of the Hessian.",
+        _CHECK,
+        lambda jolted: float(2 / jolted.stiffnesses[-1]),
+        "$2/\\lambda_{\\max}$",
+    ),
+    "gradients-rattlers": Map(
+        "Conjugate gradients alone: steps allowed against rattlers, N = 24",
+        log_axis("steps allowed", 10, SETTINGS.cg_steps * 2, SETTINGS.cg_steps),
+        Axis("small disks, of 24", tuple(range(12)), logarithmic=False),
+        6,
+        loosen,
+        try_gradients,
+        "Rattlers that just touch and soft modes cost steps; `relax` lets FIRE and Newton steps follow.",
+        _CHECK,
+        steps_of_gradients,
+        "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
+    ),
+    "large-n": Map(
+        "Minima of disks, large N: force tolerance, φ = 0.9",
+        log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
+        Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
+        1,
+        lambda n, seed: jolt_minimum(n, 0.9, seed),
+        try_tolerance,
+        "The floor is the rounding of positions and of sums of forces; `converged` is False below it.",
+        _CHECK,
+        lambda jolted: float(np.spacing(jolted.minimum.box.max())),
+        "last digit of a position",
+    ),
+}

@@ -1,0 +1,130 @@
+"""Maps where moduli fail: finite strains beyond the linear range, states that are not at their minimum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jamlab.engine.deck_defaults import defaults
+from jamlab.engine.session import Session
+from jamlab.geometry.contact_network import contacts
+from jamlab.mechanics.elasticity import elastic_tensor
+from jamlab.mechanics.force_network import LARGEST_IMBALANCE
+from jamlab.packing.deformation import deformed, simple_shear
+from jamlab.packing.packing import Packing
+from jamlab.protocols.moduli import shear_modulus
+from jamlab.protocols.relaxation import relax
+from jamlab.protocols.target_pressure import pack
+from jamlab.studies.failure.disk_packings import modulus_trial
+from jamlab.studies.failure.map import Axis, Map, log_axis
+from jamlab.studies.failure.plain_response import plain_shear_modulus
+from jamlab.studies.failure.verdict import Trial
+
+_FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot
+_NEAR = 1e-2  # likewise, of a packing that is almost at its minimum
+_PRESSURES = (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2, 5e-2, 0.2)
+
+
+def at_pressure(pressure: float, seed: int) -> Packing:
+    """16 disks at a pressure, in a fixed box."""
+    return pack(16, pressure, seed)
+
+
+def same_contacts(packing: Packing, strain: float) -> bool:
+    """Whether the minima at both ends of a strain have the same contacts: then the strain was in the linear range."""
+    sides = []
+    for s in (0.5 * strain, -0.5 * strain):
+        with Session(deformed(packing, simple_shear(s, 0.0))[0]) as session:
+            relax(session, near=True)
+            sides.append({tuple(pair) for pair in contacts(session.packing()).pairs.tolist()})
+    return sides[0] == sides[1]
+
+
+def try_strain(packing: Packing, strain: float) -> Trial:
+    """G by finite strain, which starts at the strain given and halves it where contacts change."""
+    trial = modulus_trial(packing, float(shear_modulus(packing, "finite-strain", strain=strain)), _FINITE)
+    verdict = "converged" if same_contacts(packing, strain) else "another basin"
+    return Trial(verdict, trial.note, trial.error, trial.allowed)
+
+
+def opening_strain(packing: Packing, *, affine: bool = False) -> float:
+    """Simple shear, one way or the other, at which the static linear answer opens the first contact.
+
+    With `affine` that of the affine motion, which is the answer to a fast shear, if it opens one sooner.
+    """
+    found = contacts(packing)
+    answer = elastic_tensor(packing).displacements[:, :, 0, 1]
+    i, j = found.pairs.T
+    assert packing.diameters is not None
+    distance = np.hypot(*found.r.T)
+    overlap = 0.5 * (packing.diameters[i] + packing.diameters[j]) - distance
+    fast = found.r.prod(axis=1) / distance
+    apart = np.abs(fast + np.einsum("mk,mk->m", found.r, answer[j] - answer[i]) / distance)
+    if affine:
+        apart = np.maximum(apart, np.abs(fast))
+    return float(np.min(overlap / np.maximum(apart, 1e-300)))
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A minimum, its modulus, and directions in which its disks are moved away from it."""
+
+    packing: Packing
+    modulus: float
+    affine: float
+    directions: np.ndarray
+
+
+def disturb(pressure: float, seed: int) -> Disturbed:
+    """A minimum and random directions; the longest is 1."""
+    packing = at_pressure(pressure, seed)
+    moves = np.random.default_rng(seed).standard_normal(packing.positions.shape)
+    affine = float(shear_modulus(packing, "affine"))
+    return Disturbed(packing, plain_shear_modulus(packing), affine, moves / np.hypot(*moves.T).max())
+
+
+def try_moved(disturbed: Disturbed, distance: float) -> Trial:
+    """G by linear response where disks lie a distance away from their minimum."""
+    packing = disturbed.packing
+    moved = packing.with_state(positions=packing.positions + distance * disturbed.directions)
+    found = float(shear_modulus(moved))
+    return Trial("converged", f"G = {found:.3g}", abs(found - disturbed.modulus) / disturbed.affine, _NEAR)
+
+
+def refused_beyond(disturbed: Disturbed) -> float:
+    """Distance at which the largest force is 1 % of the pressure times the diameter: stiffness is 1."""
+    return LARGEST_IMBALANCE * float(disturbed.packing.provenance["pressure"])
+
+
+_START = float(defaults("strain")["strain"])
+_CHECK = (
+    "G anew, from a dense Hessian by complex steps of the force law; an error above 1 % of the affine modulus fails."
+)
+
+MAPS = {
+    "strain": Map(
+        "G by finite strain: strain against pressure, N = 16",
+        log_axis("strain to start with", 1e-9, 0.05, _START),
+        Axis("pressure, k", _PRESSURES),
+        2,
+        at_pressure,
+        try_strain,
+        "Where contacts change at the strain given, `shear_modulus` halves it until none does; at the least strains "
+        "those of rattlers that barely touch do.",
+        _CHECK,
+        lambda packing: 2 * opening_strain(packing),  # half of the strain goes either way
+        "linear response opens a contact",
+        elsewhere="contacts change",
+    ),
+    "moved": Map(
+        "G by linear response: disks moved off their minimum, N = 16",
+        log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
+        Axis("pressure, k", _PRESSURES),
+        6,
+        disturb,
+        try_moved,
+        "Linear response takes a state for the minimum; it refuses forces above 1 % of the pressure.",
+        _CHECK,
+        refused_beyond,
+        "1 % of the overlap",
+    ),
+}

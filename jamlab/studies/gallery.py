@@ -1,0 +1,255 @@
+"""Draw figures by name, write them as PNG, PDF and CSV, and gather them with their verdicts in one HTML page."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from jamlab.errors import InputError, JamlabError
+from jamlab.figures.explorer.write_page import explorer_assets
+from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
+from jamlab.figures.picture_file import save_picture
+from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.storage.verified_file import versions
+from jamlab.studies import micrograph_errors
+from jamlab.studies.baumgarten import correlation as baumgarten_correlation
+from jamlab.studies.baumgarten import motion as baumgarten_motion
+from jamlab.studies.baumgarten import pictures as baumgarten_pictures
+from jamlab.studies.baumgarten import spectra as baumgarten_spectra
+from jamlab.studies.beyond import droplet_contacts as beyond_droplet_contacts
+from jamlab.studies.beyond import droplet_modes as beyond_droplet_modes
+from jamlab.studies.beyond import droplet_sizes as beyond_droplet_sizes
+from jamlab.studies.beyond import droplet_spectra as beyond_droplet_spectra
+from jamlab.studies.beyond import droplet_vertices as beyond_droplet_vertices
+from jamlab.studies.beyond import droplet_voids as beyond_droplet_voids
+from jamlab.studies.boromand import confluence as boromand_confluence
+from jamlab.studies.boromand import contacts_and_modulus as boromand_contacts_and_modulus
+from jamlab.studies.boromand import geometry as boromand_geometry
+from jamlab.studies.boromand import onset as boromand_onset
+from jamlab.studies.boromand import pictures as boromand_pictures
+from jamlab.studies.boromand import power_laws as boromand_power_laws
+from jamlab.studies.boromand import tables as boromand_tables
+from jamlab.studies.boromand import voids as boromand_voids
+from jamlab.studies.claims import Claim
+from jamlab.studies.dynamics import amplitudes as dynamics_amplitudes
+from jamlab.studies.dynamics import collapse as dynamics_collapse
+from jamlab.studies.dynamics import droplets as dynamics_droplets
+from jamlab.studies.dynamics import equivalent_damping as dynamics_equivalent_damping
+from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
+from jamlab.studies.dynamics import power_law as dynamics_power_law
+from jamlab.studies.dynamics import startup as dynamics_startup
+from jamlab.studies.dynamics import yielding as dynamics_yield
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.panels import Drawing
+from jamlab.studies.summary import SUMMARY, first_line, summary
+
+FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
+    "boromand-1": boromand_pictures.figure_1,
+    "boromand-2": boromand_pictures.figure_2,
+    "boromand-3": boromand_pictures.figure_3,
+    "boromand-4": boromand_geometry.figure_4,
+    "boromand-5": boromand_contacts_and_modulus.figure_5,
+    "boromand-6": boromand_contacts_and_modulus.figure_6,
+    "boromand-7": boromand_confluence.figure_7,
+    "boromand-8": boromand_voids.figure_8,
+    "boromand-8-voids": boromand_pictures.figure_8_snapshots,
+    "boromand-9": boromand_geometry.figure_9,
+    "boromand-10": boromand_onset.figure_10,
+    "boromand-11": boromand_power_laws.figure_11,
+    "tables": boromand_tables.tables_1_2,
+    "baumgarten-1": baumgarten_spectra.figure_1,
+    "baumgarten-1-fields": baumgarten_pictures.figure_1_fields,
+    "baumgarten-2": baumgarten_pictures.figure_2,
+    "baumgarten-3": baumgarten_spectra.figure_3,
+    "baumgarten-4": baumgarten_spectra.figure_4,
+    "baumgarten-5": baumgarten_motion.figure_5,
+    "baumgarten-6": baumgarten_spectra.figure_6,
+    "baumgarten-7": baumgarten_correlation.figure_7,
+    "baumgarten-8": baumgarten_motion.figure_8,
+    "dynamics-flow-curves": dynamics_flow_curves.flow_curves,
+    "dynamics-collapse": dynamics_collapse.flow_collapse,
+    "dynamics-overshoot": dynamics_startup.overshoot,
+    "dynamics-yield": dynamics_yield.yield_stress,
+    "dynamics-amplitudes": dynamics_amplitudes.amplitude_sweeps,
+    "dynamics-power-law": dynamics_power_law.power_law_collapse,
+    "dynamics-equivalent-damping": dynamics_equivalent_damping.equivalent_damping,
+    "dynamics-droplets": dynamics_droplets.droplets_beside_disks,
+    "beyond-droplet-spectra": beyond_droplet_spectra.droplet_spectra,
+    "beyond-droplet-modes": beyond_droplet_modes.droplet_modes,
+    "beyond-droplet-contacts": beyond_droplet_contacts.droplet_contacts,
+    "beyond-droplet-sizes": beyond_droplet_sizes.droplet_sizes,
+    "beyond-droplet-vertices": beyond_droplet_vertices.droplet_vertices,
+    "beyond-droplet-voids": beyond_droplet_voids.droplet_voids,
+    "micrograph-errors": micrograph_errors.micrograph_errors,
+}
+PAGE = "figures.html"
+VERDICTS = "verdicts.csv"
+
+
+def titles() -> dict[str, str]:
+    """Name of each figure -> what it shows, in one line."""
+    return {name: (function.__doc__ or "").splitlines()[0].rstrip(".") for name, function in FIGURES.items()}
+
+
+def check_names(names: Sequence[str]) -> list[str]:
+    """Names of the figures asked for; "all" stands for every one.
+
+    Raises:
+        InputError: an unknown name.
+    """
+    unknown = [name for name in names if name not in FIGURES and name != "all"]
+    if unknown or not names:
+        raise InputError(f"no figure {', '.join(unknown) or 'named'}: use all, or {', '.join(FIGURES)}")
+    return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A figure that could not be drawn from the tables."""
+
+    name: str
+    reason: str
+
+
+def draw(name: str, tables: EnsembleTables) -> Drawing:
+    """Draw one figure.
+
+    Raises:
+        InputError: the tables lack the data of the figure.
+        StorageError: a table cannot be read.
+    """
+    try:
+        drawing = FIGURES[name](tables)
+    except KeyError as error:
+        raise InputError(
+            f"{name} needs the column {error}, which the tables lack: use tables of this version"
+        ) from None
+    drawing.name = name
+    return drawing
+
+
+def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
+    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself.
+
+    Raises:
+        StorageError: the folder cannot be written.
+    """
+    make_folder(folder)
+    paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
+    png = save_png(drawing.figure, paths[0])
+    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
+    save_picture(drawing.figure, paths[1])
+    write_csv(paths[2], drawing.table)
+    return paths, png
+
+
+@dataclass(frozen=True)
+class Written:
+    """A figure whose files are written.
+
+    Attributes:
+        name, caption, claims: see `Drawing`.
+        png: the picture.
+    """
+
+    name: str
+    caption: str
+    claims: list[Claim]
+    png: bytes
+
+
+def write_all(
+    names: Sequence[str],
+    tables: EnsembleTables,
+    folder: Path,
+    progress: Callable[[str], None] = lambda name: None,
+    opening: Sequence[Section] = (),
+    processes: int = 1,
+) -> tuple[list[Written], list[Failure]]:
+    """Write figures, the table of verdicts and one self-contained HTML page.
+
+    Args:
+        names: of figures.
+        tables: to draw from; they can be pickled where there are several processes.
+        folder: made if it is not there.
+        progress: called with each name before it is drawn.
+        opening: sections before those of the figures, such as those of `example_packings`.
+        processes: that draw side by side.
+
+    Returns:
+        What was drawn, and what could not be.
+
+    Raises:
+        StorageError: the folder cannot be written.
+        InputError: no figure could be drawn.
+    """
+    make_folder(folder)
+    one = partial(_draw_and_write, tables=tables, folder=folder)
+    if min(processes, len(names)) > 1:
+        ended = run_side_by_side(one, names, processes, report=lambda _, name: progress(name))
+    else:
+        ended = [one(name, progress) for name in names]
+    drawn = [each for each in ended if isinstance(each, Written)]
+    failures = [each for each in ended if isinstance(each, Failure)]
+    if not drawn:
+        raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
+    sections = list(opening)
+    for each in drawn:
+        shown = [_verdicts(each.claims)] if each.claims else []
+        sections.append(Section(f"{each.name}: {titles()[each.name]}", each.png, each.caption, shown))
+    claims = [c for each in drawn for c in each.claims]
+    write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
+    with atomic_file(folder / SUMMARY) as temporary:
+        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
+    if failures:
+        lines = [(f.name, f.reason) for f in failures]
+        sections.append(Section("Not drawn", tables=[TextTable(("figure", "reason"), lines, words=True)]))
+    write_report(
+        folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions(), explorer_assets()
+    )
+    return drawn, failures
+
+
+def _draw_and_write(
+    name: str, progress: Callable[[str], None], *, tables: EnsembleTables, folder: Path
+) -> Written | Failure:
+    progress(name)
+    try:
+        drawing = draw(name, tables)
+    except JamlabError as error:
+        return Failure(name, str(error))
+    _, png = write(drawing, folder)
+    return Written(name, drawing.caption, drawing.claims, png)
+
+
+def _verdicts(claims: Sequence[Claim]) -> TextTable:
+    """The numbers of one figure beside those of the paper."""
+    columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
+    rows = [
+        (
+            c.quantity,
+            f"{c.value:.4g}" if np.isfinite(c.value) else "–",
+            f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–",
+            c.paper_text,
+            c.text,
+            c.how,
+        )
+        for c in claims
+    ]
+    return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
+
+
+def _lead(claims: Sequence[Claim]) -> str:
+    return (
+        f"Figures of Boromand et al. and of Baumgarten & Tighe from our own packings. {first_line(claims)} A number "
+        "agrees if its 95 % interval over packings, of which it takes five, meets the paper's value within the paper's "
+        "own margin: the error it states, half a unit of its last digit, or what its words allow; and if half the "
+        "interval is at most a quarter of that value (of A - 1, of the distance to onset), so that it could have "
+        "disagreed; else it is undecided. Where a number differs, the cause stands beside it with the figure that "
+        "shows it. Where the paper contradicts itself, the contradiction does. Calibrated numbers are no independent "
+        "test."
+    )

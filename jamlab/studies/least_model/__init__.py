@@ -1,0 +1,1 @@
+"""Measurements behind estimate, choose and choose_flow."""

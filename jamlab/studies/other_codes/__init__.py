@@ -1,0 +1,1 @@
+"""The same packings in other codes."""

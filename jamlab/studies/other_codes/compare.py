@@ -1,0 +1,247 @@
+"""Compare jamlab with its peers in one run on one core: one point, one minimum, and the time it takes."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.engine.session import Session, evaluate
+from jamlab.errors import ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.measure import measure
+from jamlab.packing.packing import Packing
+from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.studies.cpu_time import one_core, shortest
+from jamlab.studies.other_codes.analysis import AnalysisRow
+from jamlab.studies.other_codes.ase_peer import ASE
+from jamlab.studies.other_codes.jax_md_peer import JaxMD
+from jamlab.studies.other_codes.jaxdem_peer import JaxDEM
+from jamlab.studies.other_codes.lammps_peer import Lammps
+from jamlab.studies.other_codes.numpy_disks import all_pairs
+from jamlab.studies.other_codes.openmm_peer import OpenMM
+from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point
+
+PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
+
+_FASTER = (
+    "faster here: the same minimiser that jamlab starts with, but with LAMMPS' line search on the energy, which misses "
+    "the tolerance on other starts (jamlab chart speed-accuracy), and to twice the force"
+)
+_JOLT = 0.01  # mean diameters: leaves the minimum, not its basin
+_TRIES = 20  # starts until one is found whose minimum is stable and whose jolt leads back
+
+
+@dataclass(frozen=True)
+class Row:
+    """One code of the comparison.
+
+    Attributes:
+        name: of the code.
+        method: its minimiser.
+        version: as installed; None if it is not, and then `note` says what to install and all else is None.
+        energy, forces, stress, pressure: largest difference from jamlab at the same coordinates, over the largest
+            value; stress is None where the code has none.
+        minimum: relative difference of the energy at its minimum from jamlab's; z, g: differences there.
+        max_force: left at its minimum, computed in numpy.
+        cold: s, first minimisation with set-up and compiling.
+        warm: s, shortest of those that follow.
+        cold_ratio, warm_ratio: over jamlab's.
+        note: what a reader must know.
+    """
+
+    name: str
+    method: str = ""
+    version: str | None = None
+    energy: float | None = None
+    forces: float | None = None
+    stress: float | None = None
+    pressure: float | None = None
+    minimum: float | None = None
+    z: float | None = None
+    g: float | None = None
+    max_force: float | None = None
+    cold: float | None = None
+    warm: float | None = None
+    cold_ratio: float | None = None
+    warm_ratio: float | None = None
+    note: str = ""
+
+
+def compare(
+    n: int = 64,
+    seed: int = 1,
+    phi: float = 0.88,
+    *,
+    peers: Sequence[Peer] = PEERS,
+    progress: Callable[[str], None] | None = None,
+) -> list[Row]:
+    """Compare jamlab and its peers on one packing of disks in units "eps".
+
+    Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
+
+    Args:
+        n: even number of disks; each peer searches neighbours in its own way.
+        seed: of the start.
+        phi: nominal packing fraction, above onset.
+        peers: which codes.
+        progress: called with the name of each code when its turn comes.
+
+    Returns:
+        Rows, jamlab first. A code that is not installed is a row that says so.
+
+    Raises:
+        ConvergenceError: no stable minimum was found to start from.
+    """
+    start, minimum = jolted_minimum(n, seed, phi)
+    target = measure(minimum)
+    with one_core():
+        if progress is not None:
+            progress("jamlab")
+        rows = [_jamlab_row(start)]
+        for peer in peers:
+            if progress is not None:
+                progress(peer.name)
+            item = (peer, start, target, rows[0])
+            rows.append(run_side_by_side(_peer_row, [item], 1)[0] if peer.apart else _peer_row(item))
+    return rows
+
+
+def _jamlab_row(start: Packing) -> Row:
+    """jamlab itself: its point beside all pairs in numpy, its time."""
+    reference = all_pairs(start)
+    cold, warm, positions = _time_descent(partial(jamlab_descent, start))
+    return Row(
+        "jamlab",
+        "relax",
+        metadata.version("jamlab"),
+        **_differences(reference(start.positions), _jamlab_point(start)),
+        minimum=0.0,
+        z=0.0,
+        g=0.0,
+        max_force=_largest_force(reference(positions)),
+        cold=cold,
+        warm=warm,
+        cold_ratio=1.0,
+        warm_ratio=1.0,
+        note="its point beside all pairs in numpy",
+    )
+
+
+def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
+    """A peer: its point, its minimum and its time beside jamlab's.
+
+    Args:
+        item: the peer; the start; what `measure` gives at jamlab's minimum; the row of jamlab, for the ratios of times.
+    """
+    peer, start, target, jamlab = item
+    if peer.version is None:
+        return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
+    assert jamlab.cold is not None and jamlab.warm is not None
+    tolerance = force_tolerance("sp")
+    differences = _differences(peer.evaluate(start), _jamlab_point(start))
+    cold, warm, positions = _time_descent(partial(peer.descent, start))
+    point = all_pairs(start)(positions)
+    left, end = _largest_force(point), measure(start.with_state(positions=positions))
+    notes = []
+    if left > tolerance:
+        notes.append(f"stopped at max force {left:.1g}, not {tolerance:g}")
+    if warm < jamlab.warm:
+        notes.append(_FASTER if peer.name == "LAMMPS cg" else "faster here")
+    return Row(
+        peer.name,
+        peer.method,
+        peer.version,
+        **differences,
+        minimum=abs(point.energy / target["energy"] - 1),
+        z=end["z"] - target["z"],
+        g=end["g"] - target["g"],
+        max_force=left,
+        cold=cold,
+        warm=warm,
+        cold_ratio=cold / jamlab.cold,
+        warm_ratio=warm / jamlab.warm,
+        note="; ".join(notes),
+    )
+
+
+def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, Any]:
+    """Rows as plain values for JSON."""
+    return {"rows": [asdict(row) for row in rows], "analysis": [asdict(row) for row in analysis]}
+
+
+def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
+    """Find a jammed packing without negative modes, and move its disks a little.
+
+    Args:
+        n, seed, phi: as in `compare`.
+        jolt: mean diameters, standard deviation of the moves.
+
+    Returns:
+        The moved disks, and the minimum that jamlab finds from them.
+
+    Raises:
+        ConvergenceError: no such packing was found.
+    """
+    for trial in range(_TRIES):
+        rng = np.random.default_rng([seed, trial])
+        with Session(random_disks(n, seed + trial, phi=phi)) as session:
+            if not relax(session).converged or contacts(session.packing()).rattlers.all():
+                continue
+            first = session.packing()
+            start = first.with_state(positions=first.positions + jolt * rng.standard_normal((n, 2)))
+            session.load(start)
+            if relax(session).converged and np.isfinite(measure(session.packing())["g"]):
+                return start, session.packing()
+    raise ConvergenceError(f"no stable minimum at phi = {phi} with n = {n}: raise phi or take another seed")
+
+
+def _jamlab_point(start: Packing) -> Point:
+    found = evaluate(start)
+    return Point(found.energy, found.forces, found.stress, found.pressure)
+
+
+def jamlab_descent(start: Packing) -> Descent:
+    """Prepare `relax`, which bounds its steps itself."""
+    session = Session(start)
+
+    def run(force: float, steps: int) -> Array:
+        session.load(start)
+        relax(session, force)
+        return session.positions()
+
+    return run
+
+
+def _time_descent(prepare: Callable[[], Descent]) -> tuple[float, float, Array]:
+    """Time the first run, preparation included, and the shortest of the next; also returns the positions reached."""
+    began = time.process_time()
+    run = partial(prepare(), force_tolerance("sp"), MOST_STEPS)
+    run()
+    cold = time.process_time() - began
+    warm, positions = shortest(run)
+    return cold, warm, positions
+
+
+def _differences(point: Point, here: Point) -> dict[str, Any]:
+    """Differences between two codes at the same coordinates, over the largest value."""
+    return {
+        "energy": abs(point.energy / here.energy - 1),
+        "forces": float(np.abs(point.forces - here.forces).max() / np.abs(here.forces).max()),
+        "stress": None if point.stress is None else _over_largest(point.stress - np.asarray(here.stress), here.stress),
+        "pressure": abs(point.pressure / here.pressure - 1),
+    }
+
+
+def _largest_force(point: Point) -> float:
+    return float(np.hypot(*point.forces.T).max())
+
+
+def _over_largest(difference: Array, values: Any) -> float:
+    return float(np.abs(difference).max() / np.abs(values).max())

@@ -1,0 +1,106 @@
+"""Define other codes: whether one is installed; peers, which evaluate and minimise; analysts, which measure."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.packing.packing import Packing
+
+Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
+
+MOST_STEPS = 200_000  # of a minimisation, so that one that never meets its force ends too
+EXTRA = "pip install 'jamlab[peers]'"
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a peer gives at one point, in the units of the packing.
+
+    Attributes:
+        energy: total.
+        forces: (n, 2).
+        stress: (2, 2), positive in compression, or None where the peer has no stress tensor.
+        pressure: trace of the stress over 2.
+    """
+
+    energy: float
+    forces: Array
+    stress: Array | None
+    pressure: float
+
+
+class OtherCode(ABC):
+    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2.
+
+    Attributes:
+        name: as tables show it.
+        package: distribution that must be installed.
+        install: how to get it.
+    """
+
+    name: str
+    package: str
+    install: str = EXTRA
+
+    @property
+    def version(self) -> str | None:
+        """Installed version, None if the package is missing."""
+        try:
+            return metadata.version(self.package)
+        except metadata.PackageNotFoundError:
+            return None
+
+
+class Analyst(OtherCode):
+    """A code that measures a packing."""
+
+    @abstractmethod
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Quantities by name, those of `analysis.HERE` that it knows; numbers or arrays."""
+
+
+class Peer(OtherCode):
+    """A code that evaluates one point and minimises.
+
+    Attributes:
+        method: its minimiser.
+        apart: whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in
+            the same process, and so jamlab's, up to ten times slower, which would count against these.
+    """
+
+    method: str
+    apart: bool = False
+
+    @abstractmethod
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress at the coordinates of the packing."""
+
+    @abstractmethod
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare minimisations from one start.
+
+        Returns:
+            Function of the largest force at which to stop and of the most steps (LAMMPS: evaluations of forces, of
+            which its steps take several), which starts anew each time and returns positions (n, 2).
+        """
+
+
+def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
+    """Species of each disk (n,) and the contact distances s_ij of species (species, species).
+
+    Raises:
+        InputError: some peer cannot take the packing: droplets, units "k", or a tilted box.
+    """
+    if packing.model != "sp" or packing.units != "eps" or packing.diameters is None:
+        raise InputError(f"peers take disks in units 'eps', not model {packing.model} in units {packing.units!r}")
+    if packing.box[1, 0] != 0:
+        raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: peers take boxes without tilt")
+    sizes, species = np.unique(packing.diameters, return_inverse=True)
+    return species.reshape(-1).astype(np.int64), 0.5 * (sizes[:, None] + sizes)

@@ -1,0 +1,190 @@
+"""Draw panels of a figure that keeps the numbers behind every curve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from string import ascii_lowercase
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from numpy.typing import ArrayLike
+
+from jamlab.arrays import Array
+from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
+from jamlab.studies.claims import Claim
+
+COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
+MARKERS = "so^vDP*"
+FREQUENCY = r"frequency $\omega\,\tau_1$"
+SIZE_STYLE: dict[int, dict[str, Any]] = {  # markers of Boromand et al. fig 6
+    32: {"color": RED, "marker": "s"},
+    64: {"color": BLUE, "marker": "o"},
+    128: {"color": GREEN, "marker": "^"},
+    256: {"color": PINK, "marker": "v"},
+    512: {"color": ORANGE, "marker": "D"},
+    1024: {"color": SKY, "marker": "P"},
+    2048: {"color": BLACK, "marker": "*"},
+    8192: {"color": "#8C6D00", "marker": "p"},
+    32768: {"color": "#777777", "marker": "X"},
+}
+PAPER: dict[str, Any] = {"color": BLACK, "linestyle": "--", "linewidth": 1.3, "zorder": 5}
+FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alpha": 0.75, "zorder": 4}
+
+
+def style(index: int) -> dict[str, Any]:
+    """Colour and marker of the index-th series."""
+    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
+
+
+def model_style(model: str, **more: Any) -> dict[str, Any]:
+    """Colour and marker of a model, without a line unless one is asked for."""
+    look = MODEL_STYLE[model]
+    return {"color": look["color"], "marker": look["marker"], "linestyle": "none"} | more
+
+
+def sequence(index: int, count: int) -> dict[str, Any]:
+    """Colour and marker of the index-th of an ordered series; more than five differ by shade."""
+    if count <= 5:
+        return style(index)
+    return {
+        "color": matplotlib.colormaps["viridis"](0.92 * index / (count - 1)),
+        "marker": MARKERS[index % len(MARKERS)],
+    }
+
+
+def size_style(n: int) -> dict[str, Any]:
+    """Colour and marker of a system size."""
+    return SIZE_STYLE.get(n, style(int(np.log2(max(n, 1))) + 2))
+
+
+@dataclass
+class Drawing:
+    """One figure of a paper.
+
+    Attributes:
+        name: such as "boromand-6".
+        figure: matplotlib.
+        claims: numbers of the paper beside ours.
+        caption: what is drawn, and what of the paper's figure is missing.
+        rows: one dict per point drawn.
+    """
+
+    name: str
+    figure: Figure
+    caption: str = ""
+    claims: list[Claim] = field(default_factory=list)
+    rows: list[pd.DataFrame] = field(default_factory=list)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """All points drawn: panel, series, x, y, low, high; series of the paper begin with "paper"."""
+        return pd.concat(self.rows, ignore_index=True)
+
+    def curve(
+        self,
+        axes: Any,
+        series: str,
+        x: ArrayLike,
+        y: ArrayLike,
+        low: ArrayLike | None = None,
+        high: ArrayLike | None = None,
+        *,
+        label: str | None = "",
+        band: bool = True,
+        **look: Any,
+    ) -> None:
+        """Draw a curve with its interval, as a band or as bars, and keep its points; nan are left out.
+
+        Args:
+            label: in the legend; "" takes the name of the series, None leaves the curve out of it.
+        """
+        px, py = _row(x), _row(y)
+        bottom, top = (np.full(py.shape, np.nan) if e is None else _row(e) for e in (low, high))
+        kept = np.isfinite(px) & np.isfinite(py)
+        if axes.get_xscale() == "log":
+            kept &= px > 0
+        if axes.get_yscale() == "log":
+            kept &= py > 0
+        px, py, bottom, top = px[kept], py[kept], bottom[kept], top[kept]
+        values = {"panel": axes.get_gid(), "series": series, "x": px, "y": py, "low": bottom, "high": top}
+        self.rows.append(pd.DataFrame(values))
+        text = series if label == "" else label
+        axes.plot(px, py, **{"linewidth": 1.2, "markersize": 4.5, "label": text} | look)
+        known = np.isfinite(bottom) & np.isfinite(top)
+        if not known.any():
+            return
+        if axes.get_yscale() == "log":  # a band that reaches below zero ends at a third of the value
+            bottom = np.maximum(bottom, 0.3 * py)
+        colour = look.get("color")
+        if band:
+            axes.fill_between(px[known], bottom[known], top[known], color=colour, alpha=0.22, linewidth=0)
+        else:
+            lengths = np.maximum([(py - bottom)[known], (top - py)[known]], 0)
+            axes.errorbar(px[known], py[known], lengths, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2.5)
+
+    def slope(
+        self, axes: Any, exponent: float, x: Sequence[float], y: float, text: str | None = None, above: bool = False
+    ) -> None:
+        """Draw a dashed line of the paper's slope from (x[0], y) to x[1], with its exponent below or above."""
+        ends = np.asarray(x, dtype=float)
+        values = y * (ends / ends[0]) ** exponent
+        self.curve(axes, f"paper: slope {exponent:g}", ends, values, label=None, **PAPER)
+        middle = (np.sqrt(ends.prod()), np.sqrt(values.prod()))
+        axes.annotate(
+            f"{exponent:g}" if text is None else text,
+            middle,
+            textcoords="offset points",
+            xytext=((-8, 7) if above else (5, -11)) if exponent >= 0 else (5, 5),
+            fontsize=9,
+            ha="right" if above and exponent >= 0 else "left",
+        )
+
+    def window(self, axes: Any, low: float, high: float) -> None:
+        """Shade the window of a fit."""
+        axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
+
+
+BESIDE: dict[str, Any] = {
+    "loc": "upper left",
+    "bbox_to_anchor": (1.01, 1.0),
+    "borderaxespad": 0.0,
+}  # a legend, where curves fill a panel
+
+
+def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: float = 3.8) -> tuple[Drawing, list[Any]]:
+    """Make an empty figure and its axes, named a, b, c, ... row by row."""
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for index, part in enumerate(axes):
+        part.set_gid(ascii_lowercase[index])
+    return Drawing(name, figure), axes
+
+
+def label(axes: Any, x: str, y: str, *, legend: bool = True, **place: Any) -> None:
+    """Add labels, panel letter, grid and legend; call it when everything is drawn, and `scale` before."""
+    axes.set_xlabel(x, fontsize=11)
+    axes.set_ylabel(y, fontsize=11)
+    axes.tick_params(labelsize=9.5)
+    axes.grid(alpha=0.25)
+    if len(axes.figure.axes) > 1:
+        axes.set_title(f"({axes.get_gid()})", loc="left", fontsize=11)
+    for axis, low, high in ((axes.xaxis, *axes.get_xlim()), (axes.yaxis, *axes.get_ylim())):
+        if axis.get_scale() == "log" and high / low < 50:  # else labels of minor ticks overlap or are missing
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    if legend:
+        axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
+
+
+def scale(axes: Any, x: str = "log", y: str = "log") -> None:
+    """Set the scales before curves are drawn, so that points that a logarithm cannot show are left out."""
+    axes.set_xscale(x)
+    axes.set_yscale(y)
+
+
+def _row(values: ArrayLike) -> Array:
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))

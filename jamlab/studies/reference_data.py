@@ -1,0 +1,233 @@
+"""Reference data: tables of campaigns, thinned to what figures use, kept with their origin and shipped with jamlab."""
+
+import gzip
+import json
+import zlib
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from jamlab.errors import InputError, StorageError
+from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.studies.droplet_tables import COUNTS, DAMPING, PACKING
+from jamlab.studies.ensemble_tables import (
+    COLUMNS,
+    FLOW_RUN,
+    NAMES,
+    OF_BEYOND,
+    OF_FLOWS,
+    AbsentTableError,
+    EnsembleTables,
+)
+
+RECORD = "reference.json"  # origin of the tables
+TABLE_FILE = "{}.csv.gz"
+_DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
+_EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
+_FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
+_TEXT = ("model", "law", "ensemble")  # columns of words; all others are numbers or truth values
+_TRUTHS = ("converged", "onset", "prestress", "flows", "rests")
+_WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that they were measured under, apart
+    "states": ["model", "n", "seed", "ensemble"],
+    "onset": ["model", "n", "seed", "ensemble"],
+    "void_counts": ["model", "n", "seed", "ensemble"],
+    "spectra": ["n", "seed", "ensemble", "target_pressure", "law", "beta", "eta_f", "prestress"],
+    "quasistatic": ["n", "seed", "ensemble", "pressure", "prestress"],
+    "correlation": ["n", "seed", "ensemble", "pressure", "law", "beta", "eta_f", "prestress"],
+    "flow": [*_FLOW, "rate"],
+    "oscillation": [*_FLOW, "omega", "amplitude"],
+    "creep": [*_FLOW, "stress"],
+    "droplet_states": PACKING,
+    "droplet_spectra": [*PACKING, *DAMPING],
+    "droplet_modes": [*PACKING, *DAMPING],
+    "droplet_voids": PACKING,
+}
+
+
+def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
+    """Add packings to tables that are there: a packing of both is that of the new ones.
+
+    Its numbers differ in digits that were not kept, so both are compared as they are written.
+    """
+
+    def read(name: str) -> pd.DataFrame:
+        parts: list[pd.DataFrame] = []
+        for tables, absent in ((new, (InputError, AbsentTableError, KeyError)), (old, (InputError, AbsentTableError))):
+            try:
+                parts.append(getattr(tables, name))
+            except absent:
+                continue
+        if len(parts) < 2:
+            return parts[0] if parts else pd.DataFrame()
+        first, second = (_who(name, part) for part in parts)
+        shared = set(parts[0]) & set(parts[1]) | set(COUNTS)  # counts came later: nan in packings from before
+        kept = [[c for c in COLUMNS[name] if c in part and c in shared] for part in parts]
+        return pd.concat([parts[0][kept[0]], parts[1].loc[~second.isin(first), kept[1]]], ignore_index=True)
+
+    return EnsembleTables(read, old.facts | new.facts)
+
+
+def _who(name: str, table: pd.DataFrame) -> pd.MultiIndex:
+    """What tells the packings of a table apart, in digits that are kept and that every machine repeats."""
+    found = _round_floats(table[_WHO[name]])
+    if "phi" in found:
+        found["phi"] = found["phi"].round(6)
+    return pd.MultiIndex.from_frame(found.fillna(-1))
+
+
+def reference_tables() -> EnsembleTables:
+    """Tables of the reference data shipped with jamlab: those of the papers, and of flows from a campaign of their own.
+
+    Raises:
+        StorageError: the data are missing.
+    """
+    place = Path(str(resources.files("jamlab.studies")))
+    facts = read_folder(place / "reference").facts
+    for what, folder in (("flows", "reference_flows"), ("droplets of several laws", "reference_beyond")):
+        facts = facts | {
+            f"{name} of {what}": read_folder(place / folder).facts[name] for name in ("campaign", "commit")
+        }
+    return EnsembleTables(partial(_read_shipped, place), facts)
+
+
+def _read_shipped(place: Path, name: str) -> pd.DataFrame:
+    folder = "reference_flows" if name in OF_FLOWS else "reference_beyond" if name in OF_BEYOND else "reference"
+    return _read_table(place / folder, name)
+
+
+def read_folder(folder: Path) -> EnsembleTables:
+    """Read tables from a folder that `save` wrote.
+
+    Raises:
+        StorageError: no such folder; later, on use, a table that is missing, damaged, or of other rows than recorded.
+    """
+    facts = _read_record(folder)["facts"]
+    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts.items()})
+
+
+def _read_record(folder: Path) -> dict[str, Any]:
+    record = folder / RECORD
+    remedy = "give a folder of reference tables or a campaign"
+    try:
+        content = json.loads(record.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StorageError(f"{record} cannot be read ({error}): {remedy}") from None
+    if not isinstance(content, dict) or not all(isinstance(content.get(part), dict) for part in ("facts", "rows")):
+        raise StorageError(f"{record} cannot be read (it lacks facts or rows): {remedy}")
+    return content
+
+
+def _read_table(folder: Path, name: str) -> pd.DataFrame:
+    path = folder / TABLE_FILE.format(name)
+    remedy = f"make it with a campaign that measures {name}"
+    try:
+        table = pd.read_csv(path, low_memory=False)  # in parts, a column with one bad cell would be of two types
+    except FileNotFoundError as error:
+        raise AbsentTableError(f"{path} cannot be read ({error}): {remedy}") from None
+    except (OSError, ValueError, EOFError, zlib.error) as error:
+        raise StorageError(f"{path} cannot be read ({error}): {remedy}") from None
+    lacking = [column for column in _WHO[name] if column not in table]
+    if lacking:
+        raise StorageError(f"{path} has no column {', '.join(lacking)}: {remedy}")
+    for column in table:
+        cells = table[column]
+        bad = cells[_is_bad(cells)]
+        if len(bad):
+            where = f"line {bad.index[0] + 2}, column {column}: {bad.iloc[0]!r}"
+            raise StorageError(f"{path} cannot be read ({where}): {remedy}")
+    expected = _recorded_rows(_read_record(folder), name)
+    if expected not in (None, len(table)):
+        raise StorageError(f"{path} has {len(table)} rows, {expected} expected by {RECORD}: {remedy}")
+    return table
+
+
+def _is_bad(column: "pd.Series[Any]") -> "pd.Series[bool]":
+    """Cells that are not what their column holds: numbers or truth values, but for a few of words."""
+    if column.name in _TEXT or column.dtype.kind in "biuf":
+        return pd.Series(False, column.index)
+    if column.name in _TRUTHS:
+        return column.notna() & ~column.astype(str).isin(("True", "False"))
+    return column.notna() & pd.to_numeric(column, errors="coerce").isna()
+
+
+def _recorded_rows(record: dict[str, Any], name: str) -> int | None:
+    """Rows of a table when it was written; one that only an earlier record names was left as it was."""
+    if name in record["rows"]:
+        return int(record["rows"][name])
+    return _recorded_rows(record["before"], name) if "before" in record else None
+
+
+def save(
+    tables: EnsembleTables,
+    folder: Path,
+    facts: dict[str, Any],
+    campaign: str = "",
+    before: dict[str, Any] | None = None,
+    names: Sequence[str] = NAMES,
+) -> dict[str, int]:
+    """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
+
+    Args:
+        tables: of a campaign.
+        folder: created if missing; its tables are replaced.
+        facts: versions, commit and other entries for the page; kept in reference.json.
+        campaign: text of the campaign file, kept there too.
+        before: content of the reference.json that some of the packings had before, see `combine`.
+        names: of the tables to write.
+
+    Returns:
+        Name of each table -> bytes written. Tables without rows are left out.
+
+    Raises:
+        StorageError: the folder cannot be written, or a table to write is damaged.
+        InputError: no table has rows, or the folder holds one that these tables lack.
+    """
+    made: dict[str, pd.DataFrame] = {}
+    for name in names:
+        with suppress(InputError, AbsentTableError, KeyError):
+            made[name] = getattr(tables, name)
+    if not made:
+        raise InputError("no table has rows: finish some tasks of the campaign first")
+    lost = [name for name in NAMES if name not in made and (folder / TABLE_FILE.format(name)).exists()]
+    if lost and before is None:
+        raise InputError(
+            f"{folder} holds {', '.join(lost)}, which would no longer match its record: add to it with "
+            "--add, or name another folder"
+        )
+    make_folder(folder)
+    written: dict[str, int] = {}
+    rows = {name: count for name, count in (before or {"rows": {}})["rows"].items() if name in lost}
+    for name, table in made.items():
+        path = folder / TABLE_FILE.format(name)
+        kept = _round_floats(table[[c for c in COLUMNS[name] if c in table]])
+        with atomic_file(path) as temporary:
+            temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
+        written[name], rows[name] = path.stat().st_size, len(kept)
+    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
+    if before is not None:
+        content["before"] = before
+    with atomic_file(folder / RECORD) as temporary:
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    return written
+
+
+def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
+    """Round floats to significant digits."""
+    out = table.copy()
+    for name in out.select_dtypes("float").columns:
+        digits = _EXACT.get(name, _DIGITS.get(name, 6))
+        values = out[name].to_numpy(dtype=np.float64)
+        power = np.zeros_like(values)
+        some = np.isfinite(values) & (values != 0)
+        power[some] = np.floor(np.log10(np.abs(values[some]))) + 1 - digits
+        # a power of ten is exact only upwards
+        up = power < 0
+        rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
+        out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
+    return out

@@ -1,0 +1,35 @@
+"""Figures drawn once from tables in which the papers' laws hold, for several test files."""
+
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+import beyond_tables
+import flow_tables
+import paper_tables
+
+from jamlab.errors import InputError
+from jamlab.studies import gallery
+from jamlab.studies.ensemble_tables import EnsembleTables
+
+TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
+REFERENCE = Path(str(resources.files("jamlab.studies").joinpath("reference")))
+PICTURES = [name for name in gallery.FIGURES if gallery.FIGURES[name].__module__.endswith(".pictures")]
+PUBLISHED = [f"dynamics-{name}" for name in ("flow-curves", "collapse", "amplitudes")]  # figures of flow with a verdict
+
+
+@cache
+def tables():
+    made = {name: make() for name, make in TABLES.items()}
+
+    def read(name):
+        if name not in made:
+            raise InputError(f"no table {name}")
+        return made[name]
+
+    return EnsembleTables(read, {"campaign": "made up"})
+
+
+@cache
+def drawn(name):
+    return gallery.draw(name, tables())
