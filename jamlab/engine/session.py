@@ -24,7 +24,7 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
-from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
+from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.outlines import self_crossings
@@ -204,6 +204,7 @@ class Session:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
         stretch = min(stretch or steps, steps)
+        component = COMPONENT * force
         if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border, fire):
             return self.evaluate()
         if self._ranks > 1:
@@ -213,8 +214,8 @@ class Session:
         self.include(f"minimize.{style}")
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
-            self.command(f"minimize 0.0 {_text(force)} {stretch} {10 * stretch}")
-            if self._lmp.get_thermo("fmax") <= force:
+            self.command(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
+            if self._lmp.get_thermo("fmax") <= component:
                 break
         self.command("thermo 1")
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
