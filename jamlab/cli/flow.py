@@ -184,7 +184,7 @@ def _draw(found: "Flow", path: Path) -> None:
     from matplotlib.figure import Figure
 
     from jamlab.figures.picture_file import save_picture
-    from jamlab.plotting.axes import CURVES
+    from jamlab.plotting.drawable import CURVES
 
     figure = Figure(figsize=CURVES, layout="constrained")
     found.plot(figure.subplots())

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from jamlab.arrays import Array
-from jamlab.plotting.axes import LEGEND, label_axes, merged
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, label_axes
 from jamlab.plotting.palette import BLACK, BLUE, RED
 
 Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y

@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from jamlab.arrays import Array
-from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes, positive
 from jamlab.plotting.palette import COLOURS
 
 Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
@@ -37,12 +38,6 @@ def draw_modulus(
         if np.any(high > low):
             bottom = np.maximum(low, 1e-3 * mean)
             axes.fill_between(omega, bottom, high, color=look["color"], alpha=0.25, linewidth=0)
-
-
-def positive(values: Array) -> tuple[Array, str]:
-    """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
-    shown = values > 0
-    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) not above 0 left out"
 
 
 def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:
