@@ -65,7 +65,7 @@ class NonlinearModulus:
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.nonlinear_modulus(p, np.logspace(-6, 2, 41), 0.5, 1e-5).plot(label="α = 1/2")
         """
-        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+        from jamlab.plotting.curves import draw_modulus, label_modulus
 
         draw_modulus(axes, self.omega, self.storage, self.loss, **style)
         label_modulus(axes, self.unit, legend=True)
