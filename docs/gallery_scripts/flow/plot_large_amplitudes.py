@@ -16,6 +16,6 @@ for ax, amplitude in zip(axes, (1e-3, 1e-1), strict=True):
     o = jamlab.oscillate(p, omega=1.0, amplitude=amplitude, cycles=4)
     o.plot(ax)
     third = abs(o.harmonics[1] / o.harmonics[0])
-    print(
+    print(f"amplitude {amplitude:g}: G' {o.storage:.4g} k, G'' {o.loss:.4g} k, third harmonic over first {third:.2g}")
         f"amplitude {amplitude:g}: G' = {o.storage:.4g} k, G'' = {o.loss:.4g} k, third harmonic over first {third:.2g}"
     )
