@@ -17,5 +17,3 @@ for ax, amplitude in zip(axes, (1e-3, 1e-1), strict=True):
     o.plot(ax)
     third = abs(o.harmonics[1] / o.harmonics[0])
     print(f"amplitude {amplitude:g}: G' {o.storage:.4g} k, G'' {o.loss:.4g} k, third harmonic over first {third:.2g}")
-        f"amplitude {amplitude:g}: G' = {o.storage:.4g} k, G'' = {o.loss:.4g} k, third harmonic over first {third:.2g}"
-    )
