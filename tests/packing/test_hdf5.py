@@ -165,7 +165,6 @@ def test_mdanalysis_reads_box_positions_and_observables_of_each_frame(tmp_path, 
         (polygons(), "model"),
         (disks(diameters=np.ones(5)), "diameters"),
         (disks(params={"eps": 0.2}), "params['eps']"),
-        (disks(params={"eps": 0.1, "extra": 1.0}), "params['extra']"),
         (disks(params={"k": 0.1}, units="k"), "units"),
     ],
 )
