@@ -29,6 +29,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
+from jamlab.packing.force_laws import lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.outlines import self_crossings
@@ -332,8 +333,8 @@ class Session:
         packing = self._packing
         table = types(packing)
         _check_fits(packing)
-        settings: dict[str, Any] = {k: v for k, v in packing.params.items() if k != "a0"}
-        settings |= {"law": packing.units, "ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
+        settings = lammps_variables(packing)
+        settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
         if packing.model == "dp":
             settings["longest_edge"] = self._edge_limit = _edge_limit(packing)

@@ -83,7 +83,7 @@ class OverdampedSession:
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
         settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
-        settings |= {"tau": damping.tau, "background": background, "fluid": 0.0, "law": packing.units}
+        settings |= {"tau": damping.tau, "background": background, "fluid": 0.0}
         self._outlines = ""  # words for drag between outlines
         if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
             settings |= {"background": 1.0, "fluid": damping.eta_f}

@@ -20,7 +20,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
-from jamlab.protocols.random_start import place_loose
+from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance
 from jamlab.storage.verified_file import versions
 
@@ -66,7 +66,8 @@ def jam(
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         progress: called with the stage and phi after each minimisation.
-        parameters: for "dp": values that replace those of `dp.parameters`, e.g. `contact="segment"`.
+        parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
+            `contact="segment"` of droplets.
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
@@ -117,8 +118,8 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "dp" and ratio is not None:
         raise InputError(f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large")
-    if model == "sp" and parameters:
-        raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
+    if model == "sp":
+        disk_params("eps", **parameters)
 
 
 def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:
