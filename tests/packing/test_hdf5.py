@@ -257,3 +257,11 @@ def test_stored_nan_is_refused_with_file_and_frame(tmp_path):
     with pytest.raises(InputError, match=r"run\.h5, frame 1: positions\[3, 0\] is nan"):
         read(tmp_path / "run.h5")
     assert_same(read(tmp_path / "run.h5", frame=0), disks())
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a.png", "a.data"])
+def test_packings_do_not_go_into_a_file_of_another_kind(tmp_path, name):
+    for save in (disks().write, lambda path: write(path, [disks()])):
+        with pytest.raises(InputError, match=r"packings are written as HDF5; name a file that ends in \.h5"):
+            save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
