@@ -31,6 +31,7 @@ from jamlab.errors import InputError
 from jamlab.packing.hdf5 import read_all
 from jamlab.packing.packing import Packing
 from jamlab.plotting.axes import axes_for
+from jamlab.plotting.drawable import CURVES
 from jamlab.processes.progress import Progress
 from jamlab.statistics.confidence import CONFIDENCE
 
@@ -292,7 +293,7 @@ class Campaign:
             StorageError: a file is damaged.
         """
         frame = self._rows(table, sweep, converged)
-        with axes_for(ax, style) as axes:
+        with axes_for(ax, style, CURVES) as axes:
             draw_means(axes, frame, value, along, by, bins, **style)
         return axes
 

@@ -40,6 +40,7 @@ from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.packing.law_parameters import OPTIONAL
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -195,19 +196,6 @@ class Sweep(FileTable):
     def _refuse_repetition(cls, value: Any) -> Any:
         return distinct(value) if isinstance(value, list) else value
 
-    @field_validator("force_law")
-    @classmethod
-    def _check_parameters(cls, value: dict[str, Any]) -> dict[str, Any]:
-        if not value:
-            return value
-        from jamlab.protocols.random_start import droplet_params
-
-        try:
-            droplet_params(2, **value)
-        except JamlabError as error:
-            raise ValueError(str(error)) from None
-        return value
-
     @model_validator(mode="after")
     def _check_combination(self) -> "Sweep":
         protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
@@ -224,8 +212,7 @@ class Sweep(FileTable):
             self._only("sp", "prestress = false is")
         if self.ranks > 1:
             self._only("sp", f"ranks = {self.ranks} is", "", "ranks = 1")
-        if self.force_law:
-            self._only("dp", "force_law is")
+        self._check_force_law()
         self._check_observables()
         return self
 
@@ -235,6 +222,17 @@ class Sweep(FileTable):
             if other in self.model:
                 end = f" with {remedy}" if remedy else ""
                 raise ValueError(f"{what} for model {model}{units}: give {_OTHERS[other]} a separate sweep{end}")
+
+    def _check_force_law(self) -> None:
+        from jamlab.protocols.random_start import check_force_law
+
+        if of_droplets := sorted(self.force_law.keys() - OPTIONAL["sp"].keys()):
+            self._only("dp", f"{of_droplets[0]} of force_law is")
+        for model in self.model if self.force_law else ():
+            try:
+                check_force_law(model, self.force_law)
+            except JamlabError as error:
+                raise ValueError(f"force_law: {error}") from None
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():

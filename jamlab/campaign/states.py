@@ -18,6 +18,7 @@ from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.hdf5 import read_all
+from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
@@ -55,6 +56,7 @@ def _at_pressures(
     for pressure in parameters.pressures or ():
         try:
             how: dict[str, Any] = {"ensemble": parameters.ensemble, "tolerance": parameters.tolerances.max_force}
+            how |= law_changes(parameters)
             packings.append(pack(parameters.n, pressure, parameters.seed, ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
@@ -64,11 +66,17 @@ def _at_pressures(
     return packings, targets
 
 
+def law_changes(parameters: Parameters) -> dict[str, Any]:
+    """Parameters of the force law that a protocol takes by name; those of a model's deck that it cannot change stay."""
+    law = parameters.force_law
+    return dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
+
+
 def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
     packings, tolerance = [], parameters.tolerances.max_force
     for phi in parameters.phi or ():
-        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k")
+        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **law_changes(parameters))
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
             packings.append(record(session.packing(), found, protocol="quench", seed=parameters.seed, **versions()))
@@ -77,7 +85,7 @@ def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
 
 def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    law: dict[str, Any] = parameters.force_law if parameters.model == "dp" else {}
+    law = law_changes(parameters)
     effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
     onset = jam(parameters.model, parameters.n, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
     how = parameters.compress

@@ -24,6 +24,7 @@ from jamlab.campaign.observable import Observable, Size
 from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, StorageError
+from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.protocols.compression import grid
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
@@ -261,6 +262,9 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
     law.pop("law", None)  # set by the protocol
     law.pop("longest_edge", None)  # affects speed only
+    for name, (default, *_) in OPTIONAL[model].items():
+        if law.get(name) == default:
+            law.pop(name)  # tasks keep the names that they had before the law had this parameter
     search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out
     return Parameters(
