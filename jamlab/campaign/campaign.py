@@ -283,9 +283,10 @@ class Campaign:
         """
         from jamlab.campaign.table_plot import draw_means
         from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.drawable import CURVES
 
         frame = self._rows(table, sweep, converged)
-        with axes_for(ax, style) as axes:
+        with axes_for(ax, style, CURVES) as axes:
             draw_means(axes, frame, value, along, by, bins, **style)
         return axes
 

@@ -13,7 +13,8 @@ from jamlab.arrays import Array
 from jamlab.campaign.aggregate import aggregate
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
-from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE
 
 if TYPE_CHECKING:

@@ -19,9 +19,10 @@ from jamlab.checks import check_choice, check_positive, checked, checked_class, 
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnitudes, check_params
 from jamlab.packing.outlines import outlines, self_crossings
+from jamlab.plotting.drawable import CELL, drawn
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
@@ -307,32 +308,20 @@ class Packing:
 
         write(path, [self])
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("PolyCollection, such as alpha=1", CELL)
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles in their periodic cell: large ones blue, small ones pink; droplets with their rims.
 
         `jamlab.contacts(p).plot(ax)` draws the force network over it.
 
         >>> ax = jamlab.jam(n=64, seed=1).plot()
         >>> ax.figure.savefig("packing.png")
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's PolyCollection, such as alpha=1.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.packing.packing_plot import draw_particles, size_colours
-        from jamlab.plotting.axes import CELL, axes_for
         from jamlab.plotting.periodic_cell import frame_cell
 
-        with axes_for(ax, style, CELL) as axes:
-            draw_particles(axes, self, size_colours(self), **style)
-            frame_cell(axes, self.box)
-        return axes
+        draw_particles(axes, self, size_colours(self), **style)
+        frame_cell(axes, self.box)
 
     @property
     def _polygon_offsets(self) -> NDArray[np.int64]:

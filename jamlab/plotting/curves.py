@@ -1,4 +1,7 @@
-"""Draw complex moduli over frequency on logarithmic axes; what a logarithm cannot show is counted in the legend."""
+"""Curves of plain arrays: complex moduli on logarithmic axes, and points with the law fitted to them.
+
+What a logarithm cannot show is counted in the legend.
+"""
 
 from typing import Any
 
@@ -7,8 +10,43 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from jamlab.arrays import Array
-from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
-from jamlab.plotting.palette import COLOURS
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes, positive
+from jamlab.plotting.palette import BLACK, BLUE, COLOURS, RED
+
+Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
+
+
+def draw_fit(
+    axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", /, **style: Any
+) -> None:
+    """Draw a law (m,) and the points that it was fitted to.
+
+    Args:
+        axes: to draw into.
+        x, y: (m,) of the law.
+        label: of the law in the legend.
+        points: what it was fitted to, None where that is not known.
+        new: whether the axes are new, and get scales and labels.
+        x_label: of the x axis.
+        style: of the law, matplotlib's Line2D.
+    """
+    px, py, error = points
+    if new:
+        label_axes(axes, x_label, "$y$")
+        axes.set_xscale("log")
+        if np.all(y > 0) and (py is None or np.all(py > 0)) and y.max() > 3 * y.min():
+            axes.set_yscale("log")
+    if px is not None and py is not None:
+        axes.errorbar(px, py, error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label=f"{len(px)} points")
+    axes.plot(x, y, **merged(Line2D, {"color": RED, "linewidth": 1.6, "label": label}, style))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_limit(axes: Axes, limit: float) -> None:
+    """Draw a dotted line at the value that a law tends to."""
+    axes.axhline(limit, color=BLACK, linestyle=":", linewidth=1.4, label=f"limit {limit:.4g}")
+
 
 Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 
@@ -37,12 +75,6 @@ def draw_modulus(
         if np.any(high > low):
             bottom = np.maximum(low, 1e-3 * mean)
             axes.fill_between(omega, bottom, high, color=look["color"], alpha=0.25, linewidth=0)
-
-
-def positive(values: Array) -> tuple[Array, str]:
-    """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
-    shown = values > 0
-    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) not above 0 left out"
 
 
 def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:
