@@ -69,8 +69,10 @@ class Outside(NamedTuple):
 
     def __str__(self) -> str:
         limits = f"from {_short(self.low)} to {_short(self.high)}"
-        if self.low == self.high or self.high == np.inf:
-            limits = _short(self.low) + (" or more" if self.high == np.inf else " alone")
+        if self.high == np.inf:
+            limits = f"{_short(self.low)} or more"
+        elif self.low in (0.0, self.high):
+            limits = f"up to {_short(self.high)}" if self.low == 0.0 else f"{self.low} alone"
         return f"{self.name} = {_short(self.value)}, measured {limits}"
 
 
@@ -150,19 +152,24 @@ class FlowErrors:
     def outside(self, packing: Packing, flow: Flow) -> tuple[Outside, ...]:
         """What of a packing and a flow lies outside the rows of its kind; larger packings than measured do not."""
         rows = self.rows[self.rows["kind"] == flow.kind]
-        given = {"n": packing.n, "pressure": mean_overlap(packing), "beta": flow.beta}
+        power = rows[rows["alpha"].isin([STOKES, 1.0]) == (flow.alpha in (STOKES, 1.0))]
         found = [] if packing.model == "sp" else [Outside("model", packing.model, "sp", "sp")]
+        given: list[tuple[str, float, float, float]] = [("particles", packing.n, rows["n"].min(), np.inf)]
+        given += [("pressure over stiffness", mean_overlap(packing), rows["pressure"].min(), rows["pressure"].max())]
+        given += [("beta", flow.beta, *SLIDING_BETAS)]
         if flow.alpha != STOKES:
-            given["alpha"] = flow.alpha
+            given += [("alpha", flow.alpha, rows.loc[rows["alpha"] != STOKES, "alpha"].min(), rows["alpha"].max())]
         elif flow.kind == "flow":
-            found.append(Outside("drag", "Stokes", "contact damping", "contact damping"))
+            found += [Outside("drag", "Stokes", "contact damping", "contact damping")]
         if flow.kind == "flow":
-            given["drag"] = flow.drag
-        for name, value in given.items():
-            low, high = float(rows[name].min()), float(rows[name].max())
-            high = np.inf if name == "n" else high
+            given += [("linear rate (tau rate)^alpha", flow.drag, rows["drag"].min(), rows["drag"].max())]
+        else:
+            least = 0.0 if flow.alpha in (STOKES, 1.0) else power["drag"].min()
+            given += [("drag over elasticity", flow.drag, least, np.inf)]
+            given += [("strain over overlap", flow.amplitude, 0.0, power["amplitude"].max())]
+        for name, value, low, high in given:
             if not low * (1 - _DIGITS) <= value <= high * (1 + _DIGITS):
-                found.append(Outside(_NAMES.get(name, name), value, low, high))
+                found.append(Outside(name, float(value), float(low), float(high)))
         return tuple(found)
 
     def _promise_at_one(self, flow: Flow) -> float:
@@ -192,8 +199,8 @@ class FlowErrors:
             ratio = rows["error"] / self.promises(rows, at_one=True)
             ratio = ratio[ratio > 0]  # where nothing is promised it is 0
             each = [exceeded_by_few(part.to_numpy()) for _, part in ratio.groupby(rows["beta"])]
-            each = each if np.isfinite(each).all() else [exceeded_by_few(ratio.to_numpy())]
-            found[kind] = max(1.0, *each)
+            enough = bool(each) and np.isfinite(each).all()
+            found[kind] = max([1.0, *(each if enough else [exceeded_by_few(ratio.to_numpy())])])
         return found
 
     @cached_property
@@ -268,9 +275,6 @@ def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
 def law_number(damping: Damping) -> float:
     """Exponent alpha of contact drag, or `STOKES`."""
     return STOKES if isinstance(damping, StokesDrag) else damping.alpha
-
-
-_NAMES = {"n": "particles", "pressure": "pressure over stiffness", "drag": "linear rate (tau rate)^alpha"}
 
 
 def _short(value: float | str) -> str:
