@@ -202,19 +202,6 @@ class SweepTable(_Table):
                 raise ValueError("the list is empty: give at least one")
         return value
 
-    @field_validator("force_law")
-    @classmethod
-    def _check_parameters(cls, value: dict[str, Any]) -> dict[str, Any]:
-        if not value:
-            return value
-        from jamlab.protocols.random_start import droplet_params
-
-        try:
-            droplet_params(2, **value)
-        except JamlabError as error:
-            raise ValueError(str(error)) from None
-        return value
-
     @model_validator(mode="after")
     def _check_combination(self) -> "SweepTable":
         protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
@@ -236,8 +223,7 @@ class SweepTable(_Table):
             self._check_modes()
         if droplets and self.ranks > 1:
             raise ValueError(f"ranks = {self.ranks} is for model sp: give droplets a separate sweep with ranks = 1")
-        if self.force_law and "sp" in self.model:
-            raise ValueError("force_law is for model dp: give droplets a separate sweep")
+        self._check_force_law()
         laws = len(self.damping.contact) + len(self.damping.stokes)
         needs = {"spectra": "omega", "correlation": "correlation_omega"} | {name: name for name in FLOWS}
         for observable, key in needs.items():
@@ -248,6 +234,15 @@ class SweepTable(_Table):
             if getattr(self, key) is not None and observable not in self.observables:
                 raise ValueError(f"{key} is given, but observable {observable!r} is not: add it or leave {key} out")
         return self
+
+    def _check_force_law(self) -> None:
+        from jamlab.protocols.random_start import check_force_law
+
+        for model in self.model if self.force_law else ():
+            try:
+                check_force_law(model, self.force_law)
+            except JamlabError as error:
+                raise ValueError(f"force_law: {error}") from None
 
     def _check_modes(self) -> None:
         from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE

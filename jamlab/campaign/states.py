@@ -7,6 +7,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
 from jamlab.protocols.onset import jam
@@ -64,6 +65,7 @@ def _at_pressures(
     for pressure in parameters["pressures"]:
         try:
             how = {"ensemble": parameters["ensemble"], "tolerance": parameters["tolerances"]["max_force"]}
+            how |= law_changes(parameters)
             packings.append(pack(parameters["n"], pressure, parameters["seed"], ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
@@ -73,11 +75,17 @@ def _at_pressures(
     return packings, targets
 
 
+def law_changes(parameters: dict[str, Any]) -> dict[str, Any]:
+    """Parameters of the force law that a protocol takes by name; those of a model's deck that it cannot change stay."""
+    law = parameters["force_law"]
+    return dict(law) if parameters["model"] == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
+
+
 def _quenched(parameters: dict[str, Any], ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
     packings, tolerance = [], parameters["tolerances"]["max_force"]
     for phi in parameters["phi"]:
-        start = random_disks(parameters["n"], parameters["seed"], phi=phi, units="k")
+        start = random_disks(parameters["n"], parameters["seed"], phi=phi, units="k", **law_changes(parameters))
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
             packings.append(record(session.packing(), found, protocol="quench", seed=parameters["seed"], **versions()))
@@ -86,10 +94,9 @@ def _quenched(parameters: dict[str, Any], ranks: int) -> list[Packing]:
 
 def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    law = parameters["force_law"] if parameters["model"] == "dp" else {}
     tolerance = parameters["tolerances"]["max_force"]
     how = {"ensemble": parameters["ensemble"], "tolerance": tolerance, "ranks": ranks}
-    onset = jam(parameters["model"], parameters["n"], parameters["seed"], **how, **law)
+    onset = jam(parameters["model"], parameters["n"], parameters["seed"], **how, **law_changes(parameters))
     if "compress" not in parameters:
         return [onset]
     sweep = dict(parameters["compress"])

@@ -20,6 +20,7 @@ from jamlab.campaign.file_tables import CampaignTable, SweepTable
 from jamlab.campaign.flow_file import FLOWS
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
@@ -136,6 +137,9 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
     law.pop("law", None)  # set by the protocol
     law.pop("longest_edge", None)  # affects speed only
+    for name, (default, *_) in OPTIONAL[model].items():
+        if law.get(name) == default:
+            law.pop(name)  # tasks keep the names that they had before the law had this parameter
     search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out
     parameters: dict[str, Any] = {

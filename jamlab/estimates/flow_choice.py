@@ -33,10 +33,11 @@ from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.flow.shear_run import TRANSIENT
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import equivalent_time, modulus_at_strain
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 

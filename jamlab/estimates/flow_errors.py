@@ -19,8 +19,9 @@ from jamlab.arrays import Array
 from jamlab.estimates.quantiles import exceeded_by_few
 from jamlab.estimates.table_file import read_table
 from jamlab.mechanics.stiffness import stress
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
@@ -37,6 +38,7 @@ COLUMNS = ("kind", "part", "seed", "n", "pressure", "alpha", "drag", "amplitude"
 _CONDITION = ["alpha", "drag", "amplitude"]
 _SHORT_BLOCKS = 1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those of the table, over 3
 _FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
+_SPRINGS = 2.0  # exponent of the repulsion of all disks of the table
 _DIGITS = 1e-4  # relative: the table has five digits
 
 
@@ -72,7 +74,7 @@ class Outside(NamedTuple):
         if self.high == np.inf:
             limits = f"{_short(self.low)} or more"
         elif self.low in (0.0, self.high):
-            limits = f"up to {_short(self.high)}" if self.low == 0.0 else f"{self.low} alone"
+            limits = f"up to {_short(self.high)}" if self.low == 0.0 else f"{_short(self.low)} alone"
         return f"{self.name} = {_short(self.value)}, measured {limits}"
 
 
@@ -154,6 +156,8 @@ class FlowErrors:
         rows = self.rows[self.rows["kind"] == flow.kind]
         power = rows[rows["alpha"].isin([STOKES, 1.0]) == (flow.alpha in (STOKES, 1.0))]
         found = [] if packing.model == "sp" else [Outside("model", packing.model, "sp", "sp")]
+        if (exponent := float(packing.params.get("exponent", _SPRINGS))) != _SPRINGS:
+            found += [Outside("exponent", exponent, _SPRINGS, _SPRINGS)]
         given: list[tuple[str, float, float, float]] = [("particles", packing.n, rows["n"].min(), np.inf)]
         given += [("pressure over stiffness", mean_overlap(packing), rows["pressure"].min(), rows["pressure"].max())]
         given += [("beta", flow.beta, *SLIDING_BETAS)]

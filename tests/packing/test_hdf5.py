@@ -42,7 +42,7 @@ def sweep(make):
 
 def assert_same_bits(a, b):
     if isinstance(a, dict):
-        assert type(b) is dict and a.keys() == b.keys()
+        assert isinstance(b, dict) and a.keys() == b.keys()
         for key in a:
             assert_same_bits(a[key], b[key])
     elif isinstance(a, np.ndarray):

@@ -1,0 +1,77 @@
+"""The blind trial of `jamlab.estimate`: random requests against ensembles unknown to its table. pytest -m benchmark -s.
+
+`blind_trial.csv` holds 200 requests, drawn after table and rules were frozen. The truth is the mean over the 100 droplet
+packings of the reference data; packings of a request are drawn from `pool.csv.gz`, of other seeds and half-way between
+the packing fractions of the table, where interpolation is worst, or, of droplets from the start, from one half of the
+reference data. JAMLAB_SEED draws new requests, a minute of one core; JAMLAB_POOL is where a pool is measured anew, in
+half an hour.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from jamlab.estimates.ensemble_way import default_way
+from jamlab.estimates.model_choice import errors_of, expected_error, list_records
+from jamlab.estimates.quantiles import between
+from jamlab.estimates.way_errors import QUANTUM
+from jamlab.estimates.way_table import read_ways
+from jamlab.studies.least_model.estimate_table import make_table
+from jamlab.studies.least_model.trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups, summarize
+from jamlab.studies.reference_data import reference_tables
+
+FOLDER = Path(__file__).parent
+
+pytestmark = pytest.mark.benchmark
+
+
+def show(answers):
+    """Print the summary of a trial."""
+    print()
+    for name, value in summarize(answers).items():
+        print(f"{value:8.3f}  {name}")
+
+
+def pool():
+    given = os.environ.get("JAMLAB_POOL")
+    if given is None:
+        return read_ways(FOLDER / "pool.csv.gz")
+    return make_table(Path(given), POOL_SEEDS, groups=pool_groups, levels=POOL_LEVELS)
+
+
+def test_intervals_of_the_stored_trial_hold():
+    answers = pd.read_csv(FOLDER / "blind_trial.csv")
+    show(answers)
+    assert len(answers) == 200 and (answers["reached"] <= answers["error"]).all()
+    assert 0.93 <= holds(answers).mean() <= 0.97
+
+
+@pytest.mark.skipif("JAMLAB_SEED" not in os.environ, reason="JAMLAB_SEED draws the requests")
+def test_intervals_of_a_new_trial_hold(tmp_path):
+    answers = blind_trial(pool(), reference_tables(), 200, int(os.environ["JAMLAB_SEED"]))
+    answers.to_csv(tmp_path / "blind_trial.csv", index=False, float_format="%.6g", lineterminator="\n")
+    show(answers)
+    assert 0.90 <= holds(answers).mean() <= 0.99
+
+
+def test_errors_that_a_choice_expects_are_kept_by_packings_unknown_to_its_table():
+    """One packing, corrected, against default droplets on the same disks, half-way between the levels of the table."""
+    unknown, known, default = pool(), read_ways(), default_way(64)
+    kept = []
+    for record in list_records(known):
+        if record.way == default or record.way not in unknown:
+            continue
+        for name in ("z", "a", "void_sides"):
+            quantum = QUANTUM.get(name, 0.0) / 64
+            table = errors_of(record, known[default], name)
+            new = errors_of(unknown[record.way], unknown[default], name)
+            for rho, errors in zip(POOL_LEVELS, new, strict=True):
+                mean = between(record.levels, [each.mean() for each in table], rho)
+                far = between(record.levels, [expected_error(each, 64, 64, quantum) for each in table], rho)
+                kept.append((name, np.abs(errors - mean) <= far + abs(mean) / 3))
+    shares = {name: np.concatenate([k for n, k in kept if n == name]).mean() for name in ("z", "a", "void_sides")}
+    print(shares)
+    assert min(shares.values()) >= 0.93
