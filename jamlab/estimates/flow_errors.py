@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,7 +26,7 @@ from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
 CALIBRATE = "calibrate"  # part of the table: a few packings at every condition of a grid
-MANY = "many"  # part: many packings, of linear drag, at strains at which few rearrange
+MANY = "many"  # part: many packings under linear drag, at strains at which few rearrange
 CHECK = "check"  # part: other packings at random conditions, which promises are held against
 SLIDING = "sliding"  # part: packings at random conditions where sliding is damped less and more than approach
 SLIDING_CHECK = "sliding check"  # part: others, which promises at such beta are held against
@@ -87,11 +87,11 @@ class FlowErrors:
     def promise(self, flow: Flow) -> float:
         """Relative error that the simpler model keeps in 95 % of new packings; infinite where nothing was measured.
 
-        At each condition of a grid the median error counts, times the ratio to it that few runs exceed, of all drags
-        at one amplitude together; on lines between conditions, and as its least where drag or strain are less than in
-        the table and errors tend to a limit. One packing in twenty rearranges early, which a few packings do not show:
-        G* is not promised better than the error that 95 % of many stayed below. At another beta all of this is wider,
-        see `sliding_factor`.
+        At a condition with enough runs it is the error that few of them exceed. Elsewhere the median counts, times the
+        ratio to it that few runs exceed, of all drags at one amplitude together. Between conditions it lies on lines;
+        where drag or strain are less than in the table, and errors tend to a limit, it is that of the least. One
+        packing in twenty rearranges early, which a few do not show: no G* is promised better than that under linear
+        drag, of which there are many. At another beta all of this is wider, see `sliding_factor`.
         """
         factor = self.sliding_factor(flow.kind, flow.beta)
         return factor * self._promise_at_one(flow) if np.isfinite(factor) else np.inf
@@ -105,17 +105,6 @@ class FlowErrors:
         if beta == 1.0:
             return 1.0
         return self._factors[kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else np.inf
-
-    def rearranging(self, flow: Flow) -> float:
-        """Error of a linear spectrum that 95 % of many packings stayed below, those that rearranged among them.
-
-        Between drags and strains of a grid, and that of the nearest end beyond; infinite if the table has too few.
-        """
-        drags, amplitudes, errors = self._many
-        if not np.isfinite(errors).all() or not errors.size:
-            return np.inf
-        at_drag = [np.interp(np.log(flow.drag), drags, column) for column in errors.T]
-        return float(np.exp(np.interp(np.log(flow.amplitude), amplitudes, at_drag)))
 
     def kept(self, part: str = CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
         """How many checks, on other packings at random conditions, stayed below the error promised; and of how many.
@@ -193,7 +182,9 @@ class FlowErrors:
             return np.inf
         found = [np.interp(y, amplitudes, [np.interp(x, drags, each) for each in grid.T]) for grid in upper]
         promised = max(float(np.interp(alpha, alphas, np.exp(found))), LEAST_ERROR)  # linear in 1 - alpha
-        return promised if flow.kind == "flow" else max(promised, self.rearranging(flow))
+        if flow.kind == "flow" or alpha == 1.0:
+            return promised
+        return max(promised, self._promise_at_one(flow._replace(alpha=1.0)))
 
     @cached_property
     def _factors(self) -> dict[str, float]:
@@ -208,16 +199,8 @@ class FlowErrors:
         return found
 
     @cached_property
-    def _many(self) -> tuple[Array, Array, Array]:
-        """ln drags, ln amplitudes, and ln of the error that few of many packings exceed; it grows with strain."""
-        rows = self.rows[self.rows["part"] == MANY]
-        found = rows.groupby(["drag", "amplitude"])["error"].agg(exceeded_by_few).unstack("amplitude")
-        axes = np.log(found.index.to_numpy()), np.log(found.columns.to_numpy())
-        return *axes, np.maximum.accumulate(np.log(np.maximum(found.to_numpy(), _FLOOR)), axis=1)
-
-    @cached_property
     def _grids(self) -> dict[tuple[str, bool], tuple[list[Array], Array]]:
-        rows = self.rows[self.rows["part"] == CALIBRATE]
+        rows = self.rows[self.rows["part"].isin([CALIBRATE, MANY])]
         rows = rows[(rows["kind"] != "flow") | (rows["alpha"] < 1.0)]  # linear drag beside itself has no error
         stokes = rows["alpha"] == STOKES
         return {
@@ -229,17 +212,23 @@ class FlowErrors:
 
 def _upper_errors(rows: pd.DataFrame) -> tuple[list[Array], Array]:
     """Axes (alpha, ln drag, ln amplitude) of some rows, and on them the logarithm of the error that is promised."""
-    error = rows["error"].clip(lower=_FLOOR)
-    median = error.groupby([rows[name] for name in _CONDITION]).transform("median")
+    error, places = rows["error"].clip(lower=_FLOOR), [rows[name] for name in _CONDITION]
+    median = error.groupby(places).transform("median")
     alike = [rows["alpha"].isin([STOKES, 1.0]), rows["amplitude"]]  # power laws together, and drags
-    factor = (error / median).groupby(alike).transform(lambda ratio: exceeded_by_few(ratio.to_numpy()))
-    promised = (median * factor).groupby([rows[name] for name in _CONDITION]).first()
-    grid = promised.map(np.log).unstack("amplitude")
+    pooled = median * _quantile((error / median).groupby(alike))
+    own = _quantile(error.groupby(places))
+    promised = own.where(np.isfinite(own), pooled).groupby(places).first().map(np.log).unstack("amplitude")
     alphas, drags = (np.unique(rows[name].to_numpy(dtype=np.float64)) for name in _CONDITION[:2])
-    grid = grid.reindex(pd.MultiIndex.from_product([alphas, drags])).bfill(axis=1)  # errors grow with amplitude
+    every = pd.MultiIndex.from_product([alphas, drags])
+    grid = promised.reindex(every).bfill(axis=1).cummax(axis=1)  # errors grow with amplitude
     amplitudes = np.log(grid.columns.to_numpy(dtype=np.float64))
     upper = grid.fillna(np.inf).to_numpy().reshape(len(alphas), len(drags), len(amplitudes))
     return [alphas, np.log(drags), amplitudes], upper
+
+
+def _quantile(errors: Any) -> Any:
+    """What few of a group exceed, for each of its rows."""
+    return errors.transform(lambda group: exceeded_by_few(group.to_numpy()))
 
 
 def read_errors(path: Path | None = None) -> FlowErrors:

@@ -1,10 +1,10 @@
-"""The blind trial of `jamlab.estimate`: random requests against ensembles unknown to its table. pytest -m benchmark -s.
+"""The blind trial of `jamlab.estimate`: random requests against packings unknown to its table: -m benchmark -s.
 
-`blind_trial.csv` holds 200 requests, drawn after table and rules were frozen. The truth is the mean over the 100 droplet
-packings of the reference data; packings of a request are drawn from `pool.csv.gz`, of other seeds and half-way between
-the packing fractions of the table, where interpolation is worst, or, of droplets from the start, from one half of the
-reference data. JAMLAB_SEED draws new requests, a minute of one core; JAMLAB_POOL is where a pool is measured anew, in
-half an hour.
+`blind_trial.csv` holds 200 requests, drawn after table and rules were frozen. The truth is the mean over the 100
+droplet packings of the reference data; packings of a request are drawn from `pool.csv.gz`, of other seeds and half-way
+between the packing fractions of the table, where interpolation is worst, or, of droplets from the start, from one half
+of the reference data. JAMLAB_SEED draws new requests, a minute of one core; JAMLAB_POOL is where a pool is measured
+anew, in half an hour.
 """
 
 import os

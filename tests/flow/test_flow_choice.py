@@ -221,7 +221,7 @@ def made(*runs):
     return FlowErrors(pd.DataFrame(rows, columns=list(COLUMNS)))
 
 
-def calibrated(errors, many=(1e-3,) * 39):
+def calibrated(errors, many=()):
     return [(CALIBRATE, 1.0, error) for error in errors] + [(MANY, 1.0, error) for error in many]
 
 
@@ -229,19 +229,17 @@ def test_a_promise_is_the_upper_end_of_what_was_measured():
     """Equal errors promise just these, else the largest of 20 packings, the second of 39; of few, nothing."""
     assert made(*calibrated([0.1] * 20)).promise(AT) == pytest.approx(0.1)
     assert made(*calibrated(np.linspace(0.01, 0.2, 20))).promise(AT) == pytest.approx(0.2)
-    assert made(*calibrated(np.linspace(0.01, 0.39, 39))).promise(AT) == pytest.approx(0.38)
-    assert made(*calibrated([0.1] * 18)).promise(AT) == made(*calibrated([])).promise(AT) == np.inf
+    assert made(*calibrated(np.linspace(0.01, 0.19, 19), np.linspace(0.2, 0.39, 20))).promise(AT) == pytest.approx(0.38)
+    assert made(*calibrated([0.1] * 18)).promise(AT) == np.inf
     assert made(*calibrated([1e-7] * 20)).promise(AT) == 0.01
-    assert made(*calibrated([0.1] * 20, (0.2,) * 38 + (0.9,))).promise(AT) == pytest.approx(0.2)
-    assert made(*calibrated([0.1] * 20, (0.2,) * 18)).promise(AT) == np.inf
     table = shipped_errors()
     assert table.promise(AT._replace(alpha=0.3)) == table.promise(AT._replace(alpha=0.5, drag=1e-3)) == np.inf
     calm, wild = (table.promise(AT._replace(amplitude=x)) for x in (1e-3, 3.0))
     assert calm < 0.05 < 0.5 < wild and len(table.rows) > 2000
-    grid = np.array(
-        [[table.rearranging(AT._replace(drag=d, amplitude=x)) for x in np.geomspace(1e-3, 1, 12)] for d in (3e-3, 3)]
-    )
-    assert (np.diff(grid, axis=1) >= 0).all() and grid[0, 0] < 0.05 < 0.3 < grid[0, -1]
+    grid = [[table.promise(AT._replace(drag=d, amplitude=x)) for x in np.geomspace(1e-3, 3, 12)] for d in (3e-3, 3)]
+    assert (np.diff(grid, axis=1) >= 0).all() and grid[0][0] < 0.05 < 0.3 < grid[0][8]
+    early = AT._replace(drag=0.01, amplitude=0.1)
+    assert table.promise(early._replace(alpha=0.0)) >= table.promise(early) > 0.1
 
 
 def test_the_factor_of_other_damping_is_what_few_runs_exceed():

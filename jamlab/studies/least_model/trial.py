@@ -1,15 +1,11 @@
 """Check the intervals of `jamlab.estimate`: random requests, answered from packings that its table does not know.
 
-A blind trial holds answers against the droplets of the reference data, each packing interpolated between its states to
-the packing fraction of the request. Packings of a request are drawn from a pool, a table of other seeds and other
-packing fractions, or from one half of the reference packings, whose other half is the truth then; what neither has is
-made. A calibration needs no packings: in each trial those of the table are the world, and the table that the plan sees
-is drawn from it.
+Answers are held against the droplets of the reference data, each packing interpolated between its states to the packing
+fraction of the request. Packings of a request are drawn from a pool, a table of other seeds and other packing
+fractions, or from one half of the reference packings, whose other half is the truth then.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
-from functools import partial
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +13,10 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import StorageError
-from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, EnsemblePlan, plan_mean, reference_way
+from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, plan_mean, reference_way
 from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, free_shape
-from jamlab.estimates.estimate import make_one
 from jamlab.estimates.sampling import Make, sample
-from jamlab.estimates.way_errors import deviations, scatter
+from jamlab.estimates.way_errors import scatter
 from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import STANDARD_ERRORS
@@ -31,7 +26,6 @@ from jamlab.studies.least_model.estimate_table import FEW_VERTICES, LOOSE
 POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
 POOL_SEEDS = range(60_001, 60_151)
 ERRORS = (0.3, 1.5)  # asked for, in units of the scatter of droplets: some 40 to 4 packings
-_FIRST_SEED = 500_000
 
 
 class Answer(NamedTuple):
@@ -43,7 +37,6 @@ class Answer(NamedTuple):
         way, packings, expected, seconds: how it was met, and the cost, planned and seen.
         value, reached: estimate, and half the width of its interval.
         truth, truth_error, truth_packings: mean of the reference, its standard error, and over how many it is.
-        source: of the packings: "pool", "reference" or "made".
     """
 
     request: int
@@ -59,7 +52,6 @@ class Answer(NamedTuple):
     truth: float
     truth_error: float
     truth_packings: int
-    source: str
 
 
 def pool_groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
@@ -84,7 +76,8 @@ def blind_trial(
         progress: called before each.
     """
     rng = np.random.default_rng(seed)
-    droplets, levels = read_ways()[reference_way()], next(iter(pool.values())).levels
+    table = {way: record for way, record in read_ways().items() if way in pool or way == reference_way()}
+    droplets, levels = table[reference_way()], next(iter(pool.values())).levels
     rows = []
     for k in range(count):
         progress(k / count, f"request {k}")
@@ -92,49 +85,18 @@ def blind_trial(
         rho = float(rng.choice(levels))
         deviation = scatter(droplets, quantity, rho).deviation
         error = float(f"{deviation * np.exp(rng.uniform(*np.log(ERRORS))):.2g}")
-        plan = plan_mean(quantity, None if quantity == ONSET else rho, error)
+        plan = plan_mean(quantity, None if quantity == ONSET else rho, error, table=table)
         values = rng.permutation(droplets_at(truth, quantity, rho))
-        source = "pool" if plan.way in pool else "made"
-        make: Make
         if plan.way == reference_way():
-            source, drawn, values = "reference", values[::2], values[1::2]
+            drawn, values = values[::2], values[1::2]
             make = _draw(drawn, np.full(len(drawn), plan.scatter.seconds), rng)
-        elif source == "pool":
-            make = _draw(*_column(pool[plan.way], quantity, rho), rng)
         else:
-            make = partial(_make, plan, iter(range(_FIRST_SEED + 1000 * k, _FIRST_SEED + 1000 * (k + 1))))
+            make = _draw(*_column(pool[plan.way], quantity, rho), rng)
         found, _ = sample(plan, error, make)
         value = float(np.mean(found.good)) + plan.correction
         true = (float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
         cost = (len(found.good), plan.seconds, found.seconds)
-        rows.append(Answer(k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true, source))
-    return pd.DataFrame(rows)
-
-
-def calibrate(world: Ways, trials: int, seed: int = 1) -> pd.DataFrame:
-    """Ask for means in worlds drawn from a table, at its levels: columns as of `blind_trial`, the truth is exact.
-
-    The table that a plan sees, and the packings that it then asks for, are drawn with replacement from those of the
-    world. What an interval should cover is all in it but what lies between levels.
-    """
-    rng = np.random.default_rng(seed)
-    droplets, names = world[reference_way()], list(ENSEMBLE_QUANTITIES)
-    rows = []
-    for number in range(trials):
-        quantity = names[number % len(names)]
-        k = 0 if quantity == ONSET else int(rng.integers(1, len(droplets.levels)))  # at 0.84 two thirds are loose
-        rho = float(droplets.levels[k])
-        error = float(deviations(droplets, quantity)[k] * np.exp(rng.uniform(*np.log(ERRORS))))
-        seen = {way: _drawn(record, rng) for way, record in world.items()}
-        plan = plan_mean(quantity, None if quantity == ONSET else rho, error, table=seen)
-        values, seconds = _column(world[plan.way], quantity, rho)
-        found, _ = sample(plan, error, _draw(values, seconds, rng, replacement=True))
-        value = float(np.mean(found.good)) + plan.correction
-        truth = float(np.nanmean(droplets.values[quantity][:, k]))
-        cost = (len(found.good), plan.seconds, found.seconds)
-        rows.append(
-            Answer(number, quantity, rho, error, str(plan.way), *cost, value, found.error, truth, 0.0, 0, "world")
-        )
+        rows.append(Answer(k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true))
     return pd.DataFrame(rows)
 
 
@@ -188,25 +150,12 @@ def _column(record: WayRecord, quantity: str, rho: float) -> tuple[Array, Array]
     return record.values[quantity][:, k], record.seconds[:, k]
 
 
-def _draw(values: Array, seconds: Array, rng: np.random.Generator, *, replacement: bool = False) -> Make:
+def _draw(values: Array, seconds: Array, rng: np.random.Generator) -> Make:
     order = iter(rng.permutation(len(values)).tolist())
 
     def make(count: int) -> list[tuple[float, float]]:
-        if replacement:
-            drawn = rng.integers(len(values), size=count).tolist()
-        elif len(drawn := [k for k, _ in zip(order, range(count), strict=False)]) < count:
+        if len(drawn := list(itertools.islice(order, count))) < count:
             raise StorageError(f"the pool has {len(values)} packings of this way, too few: measure more seeds")
         return [(float(values[k]), float(seconds[k])) for k in drawn]
 
     return make
-
-
-def _make(plan: EnsemblePlan, seeds: Iterator[int], count: int) -> list[tuple[float, float]]:
-    one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
-    return [one(seed) for _, seed in zip(range(count), seeds, strict=False)]
-
-
-def _drawn(record: WayRecord, rng: np.random.Generator) -> WayRecord:
-    chosen = rng.integers(len(record.seeds), size=len(record.seeds))
-    values: Mapping[str, Array] = {name: column[chosen] for name, column in record.values.items()}
-    return replace(record, seeds=record.seeds[chosen], values=dict(values), seconds=record.seconds[chosen])
