@@ -183,7 +183,7 @@ def _write_rows(found: "Flow", path: Path) -> None:
 def _draw(found: "Flow", path: Path) -> None:
     from matplotlib.figure import Figure
 
-    from jamlab.figures.picture_file import save_picture
+    from jamlab.figures.html_page import save_picture
     from jamlab.plotting.drawable import CURVES
 
     figure = Figure(figsize=CURVES, layout="constrained")

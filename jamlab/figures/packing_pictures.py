@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_particles, home_moves, periodic_moves, size_colours
+from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
 from jamlab.plotting.drawable import label_axes
-from jamlab.plotting.modulus_curves import draw_modulus, draw_slopes, label_modulus
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE, RATTLER, ordered_colours
 from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra

@@ -92,7 +92,7 @@ class ComplexModulus:
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).plot(label="p = 0.001")
         """
-        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+        from jamlab.plotting.curves import draw_modulus, label_modulus
 
         draw_modulus(axes, self.omega, self.storage, self.loss, **style)
         label_modulus(axes, self.unit, legend=True)

@@ -19,11 +19,12 @@ from scipy.special import gamma
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping, drag_stiffness
+from jamlab.rheology.damping import ContactDamping
 
 if TYPE_CHECKING:
     pass
@@ -65,7 +66,7 @@ class NonlinearModulus:
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.nonlinear_modulus(p, np.logspace(-6, 2, 41), 0.5, 1e-5).plot(label="α = 1/2")
         """
-        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+        from jamlab.plotting.curves import draw_modulus, label_modulus
 
         draw_modulus(axes, self.omega, self.storage, self.loss, **style)
         label_modulus(axes, self.unit, legend=True)

@@ -75,7 +75,7 @@ class HerschelBulkley:
         >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
         >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
         """
-        from jamlab.plotting.fitted_curves import draw_fit
+        from jamlab.plotting.curves import draw_fit
 
         rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
         label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"

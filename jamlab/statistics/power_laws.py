@@ -74,8 +74,8 @@ class PowerLaw:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.curves import draw_fit
         from jamlab.plotting.drawable import CURVES
-        from jamlab.plotting.fitted_curves import draw_fit
 
         terms = [f"{c:.3g} $x^{{{e:.3g}}}$" for c, e in zip(self.coefficients, self.exponents, strict=True)]
         x = np.geomspace(self.low, self.high, 200)
@@ -248,8 +248,8 @@ class FiniteSize:
             InputError: it was made by hand without values, `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
+        from jamlab.plotting.curves import draw_fit, draw_limit
         from jamlab.plotting.drawable import CURVES
-        from jamlab.plotting.fitted_curves import draw_fit, draw_limit
 
         if self.n is None:
             raise InputError("this FiniteSize holds no values to draw: use that of finite_size(n, y)")

@@ -10,8 +10,7 @@ import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
 from jamlab.figures.explorer.write_page import explorer_assets
-from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
-from jamlab.figures.picture_file import save_picture
+from jamlab.figures.html_page import Section, TextTable, save_picture, save_png, write_csv, write_report
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
