@@ -216,15 +216,6 @@ class Sweep(FileTable):
         self._check_observables()
         return self
 
-    def _check_force_law(self) -> None:
-        from jamlab.protocols.random_start import check_force_law
-
-        for model in self.model if self.force_law else ():
-            try:
-                check_force_law(model, self.force_law)
-            except JamlabError as error:
-                raise ValueError(f"force_law: {error}") from None
-
     def _only(self, model: str, what: str, units: str = "", remedy: str = "") -> None:
         """Refuse what is for one model only where the sweep has the other."""
         for other in {"sp", "dp"} - {model}:
