@@ -166,6 +166,7 @@ class Session:
         self._stale = True
 
     def _hold(self, packing: Packing) -> None:
+        _check_fits(packing)
         self._scales = self._given_scales or natural_scales(packing)
         self._packing = self._scales.to_natural(packing)
 
@@ -332,7 +333,6 @@ class Session:
     def _build(self) -> None:
         packing = self._packing
         table = types(packing)
-        _check_fits(packing)
         settings = lammps_variables(packing)
         settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
@@ -427,6 +427,26 @@ def _longest_edge(packing: Packing) -> float:
 def _check_fits(packing: Packing) -> None:
     if packing.n < 2:
         raise InputError(f"a packing of {packing.n} particle has no contacts: n must be at least 2")
+    if packing.model == "dp":
+        _check_edges(packing)
+
+
+def _check_edges(packing: Packing) -> None:
+    """Refuse an edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
+    rows = np.arange(-2, 3)
+    lean = np.round(rows * packing.box[1, 0] / packing.box[0, 0])
+    numbers = np.array([[i - k, j] for j, k in zip(rows, lean, strict=True) for i in rows if i - k or j])
+    images = numbers @ packing.box
+    edges = packing.edges
+    if _longest_edge(packing) < 0.5 * np.hypot(*images.T).min():
+        return
+    nearest = np.hypot(*(edges[:, None] + images[None]).transpose(2, 0, 1)).min(axis=1)
+    if (wrong := np.flatnonzero(nearest <= np.hypot(*edges.T))).size:
+        raise EngineError(
+            f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
+            f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
+            "another image of its end: use a larger box, such as two periods of it, or more vertices per polygon"
+        )
 
 
 @contextmanager
