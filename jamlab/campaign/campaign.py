@@ -129,7 +129,7 @@ class Campaign:
         """
 
         chosen = longest_first(batches(self.content, only))
-        where = Workers(workers, scheduler, slurm, self.content.slurm)
+        where = Workers(workers, scheduler, slurm, self.content.slurm, folder=self.folder.path)
         self.folder.prepare()
         with self.folder.lock():
             self.folder.keep_copy(self.file)
@@ -173,9 +173,8 @@ class Campaign:
             part = [batch for batch in chosen if batch.ranks == ranks]
             if task_names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
                 continue
-            there = replace(where, ranks=ranks)
-            with there.client() as client:
-                more = drive_rounds(client, self.folder, part, tell, there.expected, stored, self._modules())
+            with replace(where, ranks=ranks).crew() as crew:
+                more = drive_rounds(crew, self.folder, part, tell=tell, stored=stored, modules=self._modules())
             ran = replace(ran, finished=ran.finished + more.finished, failed=ran.failed + more.failed)
         return ran
 

@@ -40,6 +40,7 @@ from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.packing.law_parameters import OPTIONAL
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -215,21 +216,23 @@ class Sweep(FileTable):
         self._check_observables()
         return self
 
-    def _check_force_law(self) -> None:
-        from jamlab.protocols.random_start import check_force_law
-
-        for model in self.model if self.force_law else ():
-            try:
-                check_force_law(model, self.force_law)
-            except JamlabError as error:
-                raise ValueError(f"force_law: {error}") from None
-
     def _only(self, model: str, what: str, units: str = "", remedy: str = "") -> None:
         """Refuse what is for one model only where the sweep has the other."""
         for other in {"sp", "dp"} - {model}:
             if other in self.model:
                 end = f" with {remedy}" if remedy else ""
                 raise ValueError(f"{what} for model {model}{units}: give {_OTHERS[other]} a separate sweep{end}")
+
+    def _check_force_law(self) -> None:
+        from jamlab.protocols.random_start import check_force_law
+
+        if of_droplets := sorted(self.force_law.keys() - OPTIONAL["sp"].keys()):
+            self._only("dp", f"{of_droplets[0]} of force_law is")
+        for model in self.model if self.force_law else ():
+            try:
+                check_force_law(model, self.force_law)
+            except JamlabError as error:
+                raise ValueError(f"force_law: {error}") from None
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
