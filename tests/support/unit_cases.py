@@ -296,7 +296,6 @@ NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
     "geometry_figure": "a picture on axes in the units of the packing",
     "universe": "coordinates as they are",
-    "plan_flow": "seconds of a trial run",
 }
 
 
