@@ -156,13 +156,13 @@ class CampaignFolder:
             file.flush()
             yield
 
-    def keep_copy(self, campaign_file: Path) -> None:
-        """Copy the campaign file into the folder, where `open_campaign(folder)` finds it."""
+    def keep_copy(self, text: str) -> None:
+        """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
         copy = self.path / COPY
         self.check_target(copy)
         check_target(copy)
+        content = text.encode()
         with _changing(copy):
-            content = campaign_file.read_bytes()
             known = copy.read_bytes() if copy.exists() else None
         if content != known:
             with atomic_file(copy) as temporary:

@@ -146,13 +146,25 @@ def run(
     if as_json:
         print_json({"finished": ran.finished, "failed": ran.failed, "repaired": ran.repaired})
         raise typer.Exit(1 if ran.failed else 0)
-    out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+    if ran.finished or ran.failed or ran.repaired:
+        out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+    else:
+        print_note(_describe_nothing_left(campaign, only))
     if ran.failed:
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
         raise typer.Exit(1)
 
 
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
+    """Say that a run had nothing to do, and what would give it something."""
+    chosen = [sweep for sweep in campaign.status().sweeps if not only or sweep.sweep in only]
+    finished, failed = sum(s.finished for s in chosen), sum(s.failed for s in chosen)
+    failures = f", {failed} failed before (--retry-failed runs them again)" if failed else ""
+    remedy = "" if failed else "; more seeds, sizes or observables in the file give it more to do"
+    return f"nothing left to run: {finished} tasks are finished in {campaign.folder.path}{failures}{remedy}"
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 import pytest
+from campaigns import written
 from commands import call
 
 from jamlab.campaign.file import CampaignTable
@@ -30,11 +31,44 @@ def test_command_line(full, tmp_path):
     assert "CPU time" in said("status", full.file, "--verify")
     assert json.loads(said("plan", full.file, "--only", "up", "--json"))["tasks"] == 0
     assert "0 tasks left" in said("plan", full.file)
-    assert "0 tasks finished, 0 failed" in said("resume", full.file)
+    line = said("resume", full.file)
+    assert line.startswith("nothing left to run: 6 tasks are finished in") and "more seeds" in line
     assert said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip() == str(
         tmp_path / "t/onset.csv"
     )
     assert said("merge", full.file, full.folder.path, "--out", tmp_path / "m").startswith("6 copied")
+
+
+def test_commands_stand_in_the_order_of_their_use(tmp_path):
+    words = call(tmp_path, "campaign", "--help").stdout.split("Commands")[1].split("\n")
+    named = [line.split()[0] for line in words if line.startswith("  ") and not line.startswith("   ")]
+    assert named == ["new", "plan", "run", "resume", "status", "page", "merge", "export"]
+
+
+def test_a_page_goes_to_out_and_tasks_are_in_folder(tmp_path):
+    """As every other command writes its result to --out; a folder there is named."""
+    written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True)
+    assert call(tmp_path, "campaign", "run", "c.toml", "--workers", "1", "--out", "elsewhere").exit_code == 0
+    done = call(tmp_path, "campaign", "page", "c.toml", "--out", "page.html", "--folder", "elsewhere")
+    assert done.exit_code == 0, done.stderr
+    assert "1 of 1" in (tmp_path / "page.html").read_text()
+    wrong = call(tmp_path, "campaign", "page", "c.toml", "--out", "elsewhere")
+    assert wrong.exit_code == 1 and "name the HTML file to write, and the tasks with --folder elsewhere" in wrong.stderr
+
+
+def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
+    path = written(tmp_path / "c.toml", seeds=5)
+    other = written(tmp_path / "d.toml", seeds=8).read_text()
+    path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "more"))
+    found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
+    assert found["tasks"] == 8 and [line["left"] for line in found["sweeps"]] == [5, 3]
+
+
+def test_a_failed_export_leaves_no_folder(tmp_path):
+    written(tmp_path / "c.toml")
+    for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ()):
+        call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
+        assert not (tmp_path / "tables").exists()
 
 
 def test_workers_that_cannot_be_had(tmp_path):
