@@ -197,7 +197,7 @@ def test_merge_takes_what_is_whole_and_missing(full, tmp_path):
 
 def test_export(full, tmp_path):
     files = export(full, tmp_path / "csv")
-    others = {"flow", "oscillation", "creep", "modes"}  # which it does not measure
+    others = {"flow", "oscillation", "creep", "modes", "order"}  # which it does not measure
     assert sorted(file.stem for file in files) == sorted(set(TABLES) - others)
     back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
     np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])
