@@ -150,7 +150,7 @@ class Sweep(FileTable):
             that are stored. "module:function" is a function of your own in a module beside the campaign file: it
             takes a `Packing` and returns a number, column `function` of "states", or a dict of numbers, whose keys
             are columns. Only its name enters the names of tasks: rename it when it changes.
-        force_law: parameters of droplets that replace the defaults.
+        force_law: parameters that replace the defaults; `exponent` of disks, any of droplets.
         tolerances: see `Tolerances`.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
             so many cores. Pays from about 10 000 disks.

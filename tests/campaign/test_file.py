@@ -60,7 +60,7 @@ from jamlab.errors import InputError
         ({"ranks": 0}, r"ranks = 0: must be 1 or more"),
         ({"ranks": 2.5}, r"ranks = 2.5: must be a whole number"),
         ({"model": "dp", "ranks": 2}, r"ranks = 2 is for model sp: .*ranks = 1"),
-        ({"force_law": {"gamma": 0.1}}, r"force_law is for model dp"),
+        ({"force_law": {"gamma": 0.1}}, r"model sp has no parameter"),
         ({"observables": ["void"]}, r"observables\[1\] = 'void': use one of"),
         ({"observables": ["spectra"]}, r"'spectra' needs omega"),
         ({"omega": [1.0]}, r"omega is given, but observable 'spectra' is not"),
