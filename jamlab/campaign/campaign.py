@@ -23,7 +23,7 @@ from jamlab.campaign.plan import Estimate, longest_first, plan
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.status import Status, count_tasks, wanted_batches
 from jamlab.campaign.table_plot import draw_means
-from jamlab.campaign.tables import aggregate, table
+from jamlab.campaign.tables import aggregate, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import Workers
 from jamlab.checks import checked
@@ -218,6 +218,7 @@ class Campaign:
         table: str = "states",
         sweep: str | None = None,
         converged: bool = True,
+        at: dict[str, float] | None = None,
         along: str | None = None,
         bins: ArrayLike | None = None,
         statistic: str = "mean",
@@ -233,8 +234,9 @@ class Campaign:
                 d_phi = phi - onset_phi.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
+            at: column and value, such as {"rho": 0.92}: of each packing take one state, see `at`.
             along: a further column, cut into bins.
-            bins: edges of these bins, ascending.
+            bins: edges of these bins, ascending; by default one for each value of few, or twelve that span them.
             statistic: "mean" or "median" over packings.
             confidence: level of the intervals.
             resamples: number of bootstrap samples.
@@ -243,10 +245,43 @@ class Campaign:
             InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
-        frame = self._rows(table, sweep, converged)
+        frame = self._rows(table, sweep, converged) if at is None else self.at(table, sweep, converged, **at)
         return aggregate(
             frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
         )
+
+    @checked
+    def at(
+        self, table: str = "states", sweep: str | None = None, converged: bool = True, /, **where: float
+    ) -> pd.DataFrame:
+        r"""Take one state of each packing: the nearest to a value of one column, and within 0.5 % of it.
+
+        >>> from pathlib import Path
+        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
+        >>> campaign = jamlab.open_campaign("small.toml")
+        >>> campaign.run(workers=1).finished
+        4
+        >>> campaign.at(rho=0.9)["rho"].round(4).tolist()
+        [0.9, 0.9, 0.9, 0.9]
+
+        Args:
+            table: to take rows from; of a table with several rows for each state all of them.
+            sweep: take the tasks of this sweep only.
+            converged: leave out rows that did not converge.
+            where: the column and the value.
+
+        Returns:
+            Rows of the table; packings without a state there have none.
+
+        Raises:
+            InputError: other than one column is given, there is no such column, or no packing has a state there.
+            StorageError: a file is damaged.
+        """
+        if len(where) != 1:
+            raise InputError(f"at {where}: give one column with its value, such as rho=0.92")
+        ((column, value),) = where.items()
+        return states_at(self._rows(table, sweep, converged), column, value)
 
     @checked
     def plot(

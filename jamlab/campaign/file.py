@@ -40,7 +40,6 @@ from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
-from jamlab.packing.law_parameters import OPTIONAL
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -241,8 +240,6 @@ class Sweep(FileTable):
     def _check_force_law(self) -> None:
         from jamlab.protocols.random_start import check_force_law
 
-        if of_droplets := sorted(self.force_law.keys() - OPTIONAL["sp"].keys()):
-            self._only("dp", f"{of_droplets[0]} of force_law is")
         for model in self.model if self.force_law else ():
             try:
                 check_force_law(model, self.force_law)
