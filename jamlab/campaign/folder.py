@@ -133,6 +133,9 @@ class CampaignFolder:
             with _changing(self.path / part):
                 for file in (self.path / part).glob(".jamlab-*.tmp"):
                     file.unlink(missing_ok=True)
+        with _changing(self.path):
+            for file in self.path.glob(".dask-jobqueue.worker.*"):  # certificates of a driver that was killed
+                file.unlink(missing_ok=True)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
