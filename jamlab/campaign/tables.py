@@ -192,18 +192,14 @@ def aggregate(
     confidence: float = CONFIDENCE,
     resamples: int = 1000,
 ) -> "pd.DataFrame":
-    """Average the values of each group of rows, with intervals over packings.
+    """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`.
 
     Args:
         frame: rows with columns model, n and seed, which identify a packing.
-        values: columns to average; rows whose value is not finite are left out.
-        by: columns whose values define the groups; what agrees to five digits is one value. It is given to all of its
-            digits if all rows have the same, such as a frequency, and to five if not, such as a pressure that was met.
-        along: a further column to cut into bins.
-        bins: edges for it, ascending; by default those of `choose_bins`.
-        statistic: "mean" or "median", over packings.
-        confidence: level of the bootstrap intervals.
-        resamples: number of ensembles drawn; `jamlab.statistics.bootstrap` has the rule for the seed.
+        values: rows whose value is not finite are left out.
+        by: what agrees to five digits is one value. It is given to all of its digits if all rows have the same, such as
+            a frequency, and to five if not, such as a pressure that was met.
+        along, bins, statistic, confidence, resamples: see there; `jamlab.statistics.bootstrap` has the rule for seeds.
 
     Returns:
         One row per group: `by`, the mean of `along`, `packings`, their number, and for each value `<value>`,

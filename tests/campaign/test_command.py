@@ -65,6 +65,7 @@ def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
     path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "more"))
     found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
     assert found["tasks"] == 8 and [line["left"] for line in found["sweeps"]] == [5, 3]
+    assert json.loads(call(tmp_path, "campaign", "status", "c.toml", "--json").stdout)["tasks"] == 8
 
 
 def test_droplets_cost_by_their_vertices(tmp_path):
