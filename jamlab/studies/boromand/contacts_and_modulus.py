@@ -203,7 +203,10 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
                 words["cause"] = f"it is {write_by(dict(zip(measured, every, strict=True)), '.2f')}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
-            words["contradiction"] = conventions.contradiction_of_single_exponent(2 if column == "g" else 1)
+            if column == "g":
+                words["calibrated"] = conventions.TABLE_TARGET
+            else:
+                words["contradiction"] = conventions.contradiction_of_single_exponent(1)
             words["shown_by"] = "boromand-6 c and f, dashed"
         out.claim(text, found, paper, how=how, **words)
     how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"

@@ -14,6 +14,7 @@ from jamlab.studies.claims import write_list
 from jamlab.studies.conventions import (
     DISTANCES,
     FRACTIONS,
+    SHAPE_TARGET,
     TWO_OVERLAPS,
     at,
     contradiction_of_confluence,
@@ -130,8 +131,9 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
         lost, curve = (ensemble(states, "dp", n, "d_rho", column, DISTANCES[:18]) for column in ("lost", "shape"))
         area = lost.interval(lambda x, y: 1 - at(0.13, x, y))
         shape = curve.interval(lambda x, y: at(published.CONFLUENCE, x, y))
-    out.claim("A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how)
-    out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, how=f"N = {n}")
+    out.claim("A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how, calibrated=SHAPE_TARGET)
+    words = {"how": f"N = {n}", "calibrated": SHAPE_TARGET}
+    out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, **words)
 
 
 def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
