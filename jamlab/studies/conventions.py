@@ -164,19 +164,3 @@ def contradiction_of_confluence() -> str:
         f"its P_3 = 1 for rho > {published.TRIANGLES_FROM} (fig 8) is z = 6 there by Euler's relation: no contacts are"
         " missing that could go as 1 - rho"
     )
-
-
-def sides_and_contacts() -> tuple[float, float]:
-    """Find the mean number of sides of voids of the paper's shares, and the z that it asks for by Euler's relation."""
-    shares = {side: share.value for side, share in published.VOID_SHARES.items()}
-    sides = sum(side * share for side, share in shares.items()) / sum(shares.values())
-    return sides, 2 * sides / (sides - 2)
-
-
-def contradiction_of_voids() -> str:
-    """Fig 8: mean number of sides of voids follows from z by Euler's relation."""
-    sides, z = sides_and_contacts()
-    return (
-        f"its four shares make {sides:.2f} sides on average, z = {z:.2f} by Euler's relation: not the z_J of states at"
-        " onset"
-    )
