@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -103,10 +103,14 @@ class Claim:
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval is narrow enough to have disagreed; that of a bound must lie on one side of it."""
+        """Whether the interval and the systematic error are narrow enough to have disagreed.
+
+        That of a bound must lie on one side of it.
+        """
+        more = self.systematic or 0.0
         if self.relation != "=":
-            return not self.low < self.paper < self.high
-        return 0.5 * (self.high - self.low) <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
+            return not self.low - more < self.paper < self.high + more
+        return 0.5 * (self.high - self.low) + more <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
 
     @property
     def verdict(self) -> Verdict:
@@ -118,7 +122,9 @@ class Claim:
         if self.calibrated:
             return Verdict.CALIBRATED
         if not self.meets:
-            return Verdict.DIFFERS
+            more = self.systematic or 0.0
+            wide = replace(self, low=self.low - more, high=self.high + more)
+            return Verdict.UNDECIDED if more and wide.meets else Verdict.DIFFERS
         return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
 
     @property
@@ -138,8 +144,16 @@ class Claim:
             Verdict.DIFFERS: (self.cause or "no cause has been measured in these data") + shown,
             Verdict.INCONSISTENT: self.contradiction + shown,
             Verdict.CALIBRATED: f"{'meets it; ' if self.meets else 'misses it; '}{self.calibrated}{shown}",
-            Verdict.UNDECIDED: f"half the interval is {0.5 * (self.high - self.low):.2g}: it takes more packings",
+            Verdict.UNDECIDED: self._width,
         }[self.verdict]
+
+    @property
+    def _width(self) -> str:
+        """Why the number decides nothing."""
+        half = f"half the interval is {0.5 * (self.high - self.low):.2g}"
+        if self.systematic:
+            return f"{half}, and its definition moves it by {self.systematic:.2g}: {self.cause}"
+        return f"{half}: it takes more packings"
 
     @property
     def text(self) -> str:
@@ -166,19 +180,27 @@ class Claim:
 
 
 def claim(
-    figure: str, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+    figure: str,
+    quantity: str,
+    found: Interval | None,
+    paper: Published,
+    kind: Kind = Kind.MEASURED,
+    systematic: float | None = None,
+    /,
+    **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one.
 
     Args:
         kind: that of a number with the word `calibrated` is a fit target.
+        systematic: see `Claim`.
         words: how, cause, shown_by, contradiction and calibrated of `Claim`, and where, if another place than that of
             the published number says it.
     """
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
-    return Claim(figure, quantity, *number, kind=kind, **{"where": paper.where} | words)  # type: ignore[arg-type]
+    return Claim(figure, quantity, *number, kind=kind, systematic=systematic, **{"where": paper.where} | words)  # type: ignore[arg-type]
 
 
 # numbers as text, for captions and reasons ----------------------------------------------------------------------------

@@ -125,29 +125,16 @@ def contradiction_of_disks(d_rho: float = 0.1) -> str:
     )
 
 
-def gap_of_models(rho: float = published.MODELS_PART.value) -> float:
-    """Find by how much z of row DP(ρ) of table 1 exceeds that of row SP(ρ)."""
-    one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
-    return other - one
-
-
-def contradiction_of_models(rho: float = published.MODELS_PART.value) -> str:
-    """Table 1: rows SP(ρ) and DP(ρ) differ where the text says that the models still agree."""
-    differ = f"{gap_of_models(rho):.2f} in z at rho = {rho:g}"
-    return f"rows SP(ρ) and DP(ρ) of table 1 differ by {differ}, where its text has them equal"
-
-
-def exponent_of_table(number: int) -> float:
-    """Find the single exponent of the fit DP(ρ) of table 1 (z) or 2 (G) by least squares, as of our data."""
-    table = published.TABLE_1["DP(ρ)"][2:] if number == 1 else published.TABLE_2["DP(ρ)"]
+def exponent_of_contacts() -> float:
+    """Find the single exponent of the fit DP(ρ) of table 1 by least squares, as of our data."""
     x = even_places("dp", "d_rho")
-    return fit_exponent(x, published.table_law(table, x))
+    return fit_exponent(x, published.table_law(published.TABLE_1["DP(ρ)"][2:], x))
 
 
-def contradiction_of_single_exponent(number: int) -> str:
-    """Text: one exponent of 0.8; the fits of tables 1 and 2 to the same data rise otherwise."""
-    slope = exponent_of_table(number)
-    return f"the fit of table {number} to the same data rises with an exponent of {slope:.2f}, not 0.8"
+def contradiction_of_single_exponent() -> str:
+    """Text: one exponent of 0.8; the fit of table 1 to the same data rises otherwise."""
+    slope = exponent_of_contacts()
+    return f"the fit of table 1 to the same data rises with an exponent of {slope:.2f}, not 0.8"
 
 
 def contradiction_of_counting(n: int) -> str:
@@ -155,12 +142,4 @@ def contradiction_of_counting(n: int) -> str:
     return (
         f"N_c = 2N' - 1 of its own section 1 makes z_J = 4 - 2/N' = {4 - 2 / n:.3f} at N = {n}, the size of its fits;"
         f" {SUBTRACTED} is N' = {2 / (4 - SUBTRACTED):.0f}"
-    )
-
-
-def contradiction_of_confluence() -> str:
-    """Fig 8: where all voids have three sides z is 6 by Euler's relation; fig 9 has contacts missing up to rho = 1."""
-    return (
-        f"its P_3 = 1 for rho > {published.TRIANGLES_FROM} (fig 8) is z = 6 there by Euler's relation: no contacts are"
-        " missing that could go as 1 - rho"
     )

@@ -83,10 +83,17 @@ class Drawing:
     rows: list[pd.DataFrame] = field(default_factory=list)
 
     def claim(
-        self, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+        self,
+        quantity: str,
+        found: Interval | None,
+        paper: Published,
+        kind: Kind = Kind.MEASURED,
+        systematic: float | None = None,
+        /,
+        **words: str,
     ) -> Claim:
         """Add a claim, see `jamlab.studies.claims.claim`."""
-        self.claims.append(claim(self.name, quantity, found, paper, kind, **words))
+        self.claims.append(claim(self.name, quantity, found, paper, kind, systematic, **words))
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:

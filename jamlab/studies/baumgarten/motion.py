@@ -224,4 +224,4 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
     out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, **words)
     if not prestress:
         how = f"{range_fitted}, of eta_0/N^{paper.value:g}"
-        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)
+        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL[law], how=how)

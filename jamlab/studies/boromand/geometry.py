@@ -17,7 +17,6 @@ from jamlab.studies.conventions import (
     SHAPE_TARGET,
     TWO_OVERLAPS,
     at,
-    contradiction_of_confluence,
     eq_11,
     fit_prefactor,
     select_below_confluence,
@@ -164,7 +163,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how = None, "no dp packings"
+    slope, how, cause = None, "no dp packings", ""
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -174,15 +173,14 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
-            how = "; ".join(filter(None, (f"N = {n}, rho > 0.9", _keep_confluence(out, states))))
+            how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
             slope = _approach_to_unity(states, n).interval(_near_unity)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
     )
-    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "shown_by": "boromand-8 a"}
-    contradiction = contradiction_of_confluence()
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, contradiction=contradiction, **words)
+    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, **words)
     out.caption = (
         "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
         "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
