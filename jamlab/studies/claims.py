@@ -128,6 +128,11 @@ class Claim:
         return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
 
     @property
+    def counted(self) -> bool:
+        """Whether the number is a test of its own: neither an identity nor a duplicate."""
+        return self.kind not in (Kind.IDENTITY, Kind.DUPLICATE)
+
+    @property
     def agrees(self) -> bool:
         """Whether the verdict is `Verdict.AGREES`."""
         return self.verdict is Verdict.AGREES
@@ -233,8 +238,8 @@ def write_by(values: Mapping[Any, Any], form: str, of: str = "N") -> str:
 
 
 def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
-    """Count the claims of each verdict, in the order of `Verdict`."""
-    found = Counter(c.verdict for c in claims)
+    """Count the claims of each verdict, in the order of `Verdict`, without identities and duplicates."""
+    found = Counter(c.verdict for c in claims if c.counted)
     return {verdict: found[verdict] for verdict in Verdict}
 
 
@@ -242,7 +247,9 @@ def first_line(claims: Sequence[Claim]) -> str:
     """Write how many numbers of the papers agree, differ, and so on."""
     theirs = _of_papers(claims)
     numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(theirs).items() if number)
-    return f"{len(theirs)} numbers of both papers: {numbers}."
+    tests = sum(c.counted for c in theirs)
+    more = f"; not counted: {len(theirs) - tests} identities and duplicates" if tests < len(theirs) else ""
+    return f"{tests} numbers of both papers: {numbers}{more}."
 
 
 def summary(claims: Sequence[Claim]) -> list[str]:

@@ -150,7 +150,7 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onse
     out.keep("A of 3-sided voids, DP", shapes, rho=later)
     falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
     cause = f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}"
-    words = {"how": how, "cause": cause, "shown_by": "boromand-8 b"}
+    words = {"how": how, "cause": cause, "shown_by": "boromand-8 b, beyond-droplet-voids"}
     out.claim("A of 3-sided voids, rho > 0.97, DP", _pool(dense, _triangle_shape), published.PLATEAU_SHAPE, **words)
 
 
