@@ -139,7 +139,7 @@ class Claim:
 
     @property
     def reason(self) -> str:
-        """What stands behind the verdict; "" where ours agrees."""
+        """Write what stands behind the verdict; "" where ours agrees."""
         shown = f" ({self.shown_by})" if self.shown_by else ""
         if self.verdict is Verdict.MISSING:
             why = "no interval: fewer than five packings, or most of their resamples have no such value"
@@ -154,7 +154,7 @@ class Claim:
 
     @property
     def _width(self) -> str:
-        """Why the number decides nothing."""
+        """Write why the number decides nothing."""
         half = f"half the interval is {0.5 * (self.high - self.low):.2g}"
         if self.systematic:
             return f"{half}, and its definition moves it by {self.systematic:.2g}: {self.cause}"
@@ -162,12 +162,12 @@ class Claim:
 
     @property
     def text(self) -> str:
-        """The verdict and what stands behind it."""
+        """Write the verdict and what stands behind it."""
         return f"{self.verdict}: {self.reason}" if self.reason else str(self.verdict)
 
     @property
     def line(self) -> str:
-        """One line for the terminal."""
+        """Write one line for the terminal."""
         return (
             f"{self.figure}: {self.quantity} = {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], "
             f"paper {self.paper_text}: {self.text}"
@@ -175,12 +175,12 @@ class Claim:
 
     @property
     def paper_text(self) -> str:
-        """The paper's value as text."""
+        """Write the paper's value as text."""
         sign = "" if self.relation == "=" else f"{self.relation} "
         return f"{sign}{self.paper:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
 
     def row(self) -> dict[str, Any]:
-        """Plain values for CSV and JSON."""
+        """List plain values for CSV and JSON."""
         return asdict(self) | {"verdict": str(self.verdict), "kind": str(self.kind), "reason": self.reason}
 
 

@@ -1,4 +1,4 @@
-"""Conventions of Boromand et al.: how they measure where others might not, and where they contradict themselves.
+"""Measure as Boromand et al. do, where others might not, and compute where they contradict themselves.
 
 Each stands here once, with its name, for all figures.
 """
@@ -33,12 +33,12 @@ STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolat
 
 
 def even_places(model: str, by: str) -> Array:
-    """Distances from onset at which [B] fits, evenly spaced."""
+    """List the distances from onset at which [B] fits, evenly spaced."""
     return np.arange(LOWEST[model], HIGHEST[by] + 0.5 * STEP, STEP)
 
 
 def even_curve(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
-    """A column over the distance to onset at evenly spaced places; "excess contacts" are z - 3.97."""
+    """Arrange a column over the distance to onset at evenly spaced places; "excess contacts" are z - 3.97."""
     model, by = SERIES[series]
     if column == "excess contacts":
         e = ensemble(states, model, n, by, "z", even_places(model, by))
@@ -47,7 +47,7 @@ def even_curve(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemb
 
 
 def fit_coefficients(x: Array, y: Array, exponents: tuple[float, ...]) -> Array:
-    """Coefficients of y = sum of c_k x^e_k, eqs 13 and 14, by least squares of absolute residuals."""
+    """Fit the coefficients of y = sum of c_k x^e_k, eqs 13 and 14, by least squares of absolute residuals."""
     kept = np.isfinite(x + y)
     if kept.sum() <= len(exponents):
         return np.full(len(exponents), np.nan)
@@ -55,7 +55,7 @@ def fit_coefficients(x: Array, y: Array, exponents: tuple[float, ...]) -> Array:
 
 
 def fit_exponent(x: Array, y: Array) -> float:
-    """Exponent of y ~ x^e by a straight line through logarithms; nan where y is not positive everywhere."""
+    """Fit the exponent of y ~ x^e by a straight line through logarithms; nan where y is not positive everywhere."""
     kept = np.isfinite(x + y)
     if kept.sum() < 3 or (y[kept] <= 0).any():
         return float("nan")
@@ -63,7 +63,7 @@ def fit_exponent(x: Array, y: Array) -> float:
 
 
 def at(place: float, x: Array, y: ArrayLike) -> float:
-    """A curve at one x; nan beyond its ends."""
+    """Interpolate a curve at one x; nan beyond its ends."""
     kept = np.isfinite(x) & np.isfinite(y)
     if not kept.any():
         return float("nan")
@@ -74,7 +74,7 @@ def at(place: float, x: Array, y: ArrayLike) -> float:
 
 
 def eq_11(d_phi: ArrayLike) -> Array:
-    """drho over C, [B] eq 11."""
+    """Compute drho over C, [B] eq 11."""
     d = np.asarray(d_phi, dtype=np.float64)
     return np.asarray(d - d**1.5)
 
@@ -101,7 +101,7 @@ def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
 
 
 def matched_sizes(states: pd.DataFrame) -> list[int]:
-    """Every N of which there are enough packings of both models, ascending."""
+    """List every N of which there are enough packings of both models, ascending."""
     return sorted(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")))
 
 

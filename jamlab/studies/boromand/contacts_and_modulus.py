@@ -70,7 +70,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 
 
 def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
-    """The sizes nearest to the paper's least and largest; none without packings."""
+    """Pick the sizes nearest to the paper's least and largest; none without packings."""
     if not has(states, model):
         return []
     return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
@@ -221,7 +221,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
 
 
 def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
-    """Places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
+    """Cut a curve to places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
     return conventions.even_curve(states, series, n, column).between(DISTANT, np.inf)
 
 

@@ -136,7 +136,7 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
 
 
 def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
-    """6 - z of droplets over 1 - rho, up to z = 6."""
+    """Arrange 6 - z of droplets over 1 - rho, up to z = 6."""
     near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
     return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
 

@@ -161,13 +161,13 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
 
 
 def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
-    """The paper's curve at a distance of 0.1, with half a unit of the last digit of both coefficients as margin."""
+    """Take the paper's curve at a distance of 0.1; margin: half a unit of the last digit of both coefficients."""
     margin = last_digit * (TENTH**0.5 + TENTH)
     return published.Published(published.table_law(paper, TENTH), margin, where="[B] sec 3, tables 1 and 2")
 
 
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
-    """First coefficient of the mean curve of the one size in these states."""
+    """Fit the first coefficient of the mean curve of the one size in these states."""
     x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
     return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
 

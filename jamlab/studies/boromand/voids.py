@@ -84,14 +84,14 @@ def _divide(above: Array, below: Array) -> Array:
 
 
 def _share(cube: Array, sides: tuple[int, ...]) -> Array:
-    """P_l (bins, sides): share of the voids that have l sides."""
+    """Compute P_l (bins, sides), the share of the voids that have l sides."""
     voids = cube[..., 0].sum(axis=0)
     total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
     return _divide(voids[:, list(sides)], total)
 
 
 def _means(cube: Array) -> Array:
-    """Means (bins, 2): shape factor of voids with three sides, area of all."""
+    """Compute means (bins, 2): shape factor of voids with three sides, area of all."""
     total = cube.sum(axis=0)
     return np.column_stack(
         [_divide(total[:, 3, 2], total[:, 3, 0]), _divide(total[..., 1].sum(1), total[..., 0].sum(1))]
@@ -155,17 +155,17 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onse
 
 
 def _pool(cube: Array, statistic: Statistic) -> Interval | None:
-    """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
+    """Compute a statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
     if not cube.shape[1]:
         return None
     return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))))
 
 
 def _triangle_share(total: Array) -> float:
-    """P_3."""
+    """Compute P_3, the share of voids with three sides."""
     return float(_divide(total[3, 0], total[:, 0].sum()))
 
 
 def _triangle_shape(total: Array) -> float:
-    """Mean shape factor of voids with three sides."""
+    """Compute the mean shape factor of voids with three sides."""
     return float(_divide(total[3, 2], total[3, 0]))
