@@ -116,7 +116,7 @@ def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Ar
 
 
 def correlations(part: pd.DataFrame) -> Array:
-    """Arrange distance and C (packings, bins, 2); bins are counted in steps of each packing, as boxes differ a little."""
+    """Arrange distance and C (packings, bins, 2); bins count steps of each packing, as boxes differ a little."""
     step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
     numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
     wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
