@@ -51,6 +51,7 @@ def draw(
 def _part(group: Group, part: str) -> Array:
     """Choose a part of G*; its critical part is left when the static modulus and the fluid's own loss are taken off."""
     return {
+        "G'": group.storage,
         "G''": group.loss,
         "G' - G_0": group.storage - group.g0[:, None],
         "G'' - eta_F omega": group.loss - group.omega,  # of eta_F = 1
@@ -90,12 +91,23 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         found = bootstrap([_part(group, part)], partial(_slope, w, a, b)) if enough else None
         words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
         words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
-        out.claim(text, found, paper, **words)
+        moved = _without_subtraction(out, text, group, found, a, b) if part == "G' - G_0" else None
+        out.claim(text, found, paper, Kind.MEASURED, moved, **words)
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
         "Displacement fields: baumgarten-1-fields."
     )
     return out
+
+
+def _without_subtraction(
+    out: Drawing, text: str, group: Group, found: Interval | None, low: float, high: float
+) -> float | None:
+    """Keep the slope of G' itself; how far it lies from that of G' - G_0, as neither need be a power in the window."""
+    if found is None:
+        return None
+    whole: float = out.keep(f"{text}, G_0 left in", _slope(group.omega, low, high, [group.storage]))
+    return abs(whole - float(found.value))
 
 
 def _at_every_pressure(out: Drawing, text: str, groups: dict[float, Group], part: str) -> str:
@@ -337,7 +349,8 @@ def _claim_delta(out: Drawing, text: str, groups: dict[float, Group], part: str)
     found = bootstrap([_part(groups[p], part)], partial(_slope, groups[p].omega, low, HIGHEST))
     words = {"how": f"{len(groups[p].g0)} packings, p = {p:g}, {low:.2g} < omega < {HIGHEST:g}", "shown_by": out.name}
     words["cause"] = _at_every_pressure(out, text, groups, part)
-    out.claim(text, found, published.DELTA, **words)
+    moved = _without_subtraction(out, text, groups[p], found, low, HIGHEST) if part == "G' - G_0" else None
+    out.claim(text, found, published.DELTA, Kind.MEASURED, moved, **words)
 
 
 def _static_exponents(out: Drawing, table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:
