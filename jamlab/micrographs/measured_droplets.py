@@ -32,7 +32,7 @@ class Micrograph:
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film.
+        areas: (n,) with half of each film; of labels and rings up to their edges.
         shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
@@ -42,7 +42,7 @@ class Micrograph:
         voids: sides, areas and centres of the voids, and P_l.
         sizes: sizes with a verdict: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
-        bright: droplets are brighter than the ground.
+        contrast: how droplets were told from the ground: "bright", "dark", "ring" or "labels".
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
@@ -75,7 +75,7 @@ class Micrograph:
     voids: PictureVoids
     sizes: SizeDistribution
     cut: int
-    bright: bool
+    contrast: str
     blur: float
     noise: float
     light: float
