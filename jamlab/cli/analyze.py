@@ -38,6 +38,10 @@ def analyze(
     dark: Annotated[bool | None, typer.Option("--dark/--bright", help="Old name of --contrast.", hidden=True)] = None,
     periodic: Annotated[bool, typer.Option("--periodic", help="Picture: one period of a rendered packing.")] = False,
     overlay: Annotated[Path | None, typer.Option(help="Picture: PNG of outlines, numbers, contacts and voids.")] = None,
+    packing: Annotated[
+        Path | None, typer.Option(help="Picture: HDF5 file of its droplets as a relaxed periodic packing.")
+    ] = None,
+    model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
     csv: Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -46,10 +50,12 @@ def analyze(
         if dark is not None:
             contrast = "dark" if dark else "bright"
         how = {"pixel": pixel, "film": film, "periodic": periodic, "contrast": contrast, "channel": channel}
-        _analyze_picture(file, labels, overlay, csv, as_json, how)
+        _analyze_picture(file, labels, overlay, csv, as_json, how, (packing, model))
         return
-    if overlay is not None or csv is not None or labels is not None:
-        raise InputError(f"--overlay, --csv and --labels are for pictures ({', '.join(PICTURES)}); {file.name} is none")
+    if any(path is not None for path in (overlay, csv, labels, packing)):
+        raise InputError(
+            f"--overlay, --csv, --labels and --packing are for pictures ({', '.join(PICTURES)}); {file.name} is none"
+        )
     from jamlab.trajectories.files import read_all
 
     packings = read_all(file)
@@ -58,12 +64,19 @@ def analyze(
 
 
 def _analyze_picture(
-    file: Path, labels: Path | None, overlay: Path | None, csv: Path | None, as_json: bool, how: dict[str, Any]
+    file: Path,
+    labels: Path | None,
+    overlay: Path | None,
+    csv: Path | None,
+    as_json: bool,
+    how: dict[str, Any],
+    wanted: tuple[Path | None, str],
 ) -> None:
     from jamlab.cli.picture_table import print_micrograph, write_droplets
     from jamlab.micrographs.micrograph import micrograph
 
-    for path in (overlay, csv):
+    packing, model = wanted
+    for path in (overlay, csv, packing):
         if path is not None:
             check_target(path, file)
             expect_output(path)
@@ -72,6 +85,8 @@ def _analyze_picture(
         found.draw(overlay)
     if csv is not None:
         write_droplets(found, csv)
+    if packing is not None:
+        found.packing(model).write(packing)
     print_micrograph(file.name, found, as_json)
 
 
