@@ -7,10 +7,10 @@ that the machine does not matter. JAMLAB_SEEDS: how many packings, by default 3.
 import os
 
 import pytest
-
-from jamlab.studies.cost.curve_points import price
 from jamlab.studies.cost.topic import measure_trials, shipped_trials
 from jamlab.studies.cost.topics import TOPICS
+
+from jamlab.studies.cost.curve_points import price
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine
 WORSE = 3.0  # factor over the 90 % quantile of the error that ships

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from jamlab.studies.chart_page import Chart, write_charts
 from matplotlib.figure import Figure
 
 from jamlab.figures.html_page import TextTable
-from jamlab.studies.chart_page import Chart, write_charts
 
 
 def draw(name):

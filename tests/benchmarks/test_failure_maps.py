@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from jamlab.studies.failure.boundary import default_distance
+from jamlab.studies.failure.map_figure import failure_figure, tick_text
+from jamlab.studies.failure.maps import MAPS, shipped_map
+from jamlab.studies.failure.page import MAP_CHARTS, counts, stability
 
 import jamlab
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli, spectra
-from jamlab.studies.failure.boundary import default_distance
 from jamlab.studies.failure.map import Axis, Map, log_axis, shares, summary
-from jamlab.studies.failure.map_figure import failure_figure, tick_text
-from jamlab.studies.failure.maps import MAPS, shipped_map
-from jamlab.studies.failure.page import MAP_CHARTS, counts, stability
 from jamlab.studies.failure.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other

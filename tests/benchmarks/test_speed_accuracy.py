@@ -9,6 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from commands import call
+from jamlab.studies.cost.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
+from jamlab.studies.cost.topic import COLUMNS, Trial, measure_trials, shipped_trials
+from jamlab.studies.cost.topics import TOPICS
+from jamlab.studies.failure.page import MAP_CHARTS
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
@@ -18,10 +22,6 @@ from jamlab.studies.cost.curve_points import CUT, Point, dominated, points_of, p
 from jamlab.studies.cost.ensemble_means import limit_of_size
 from jamlab.studies.cost.packing_fractions import TOPIC as FRACTIONS
 from jamlab.studies.cost.packing_fractions import covered
-from jamlab.studies.cost.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
-from jamlab.studies.cost.topic import COLUMNS, Trial, measure_trials, shipped_trials
-from jamlab.studies.cost.topics import TOPICS
-from jamlab.studies.failure.page import MAP_CHARTS
 from jamlab.studies.other_codes.compare import jolted_minimum
 from jamlab.studies.other_codes.lammps_peer import Lammps
 

@@ -3,12 +3,12 @@
 import paper_tables
 import pytest
 from commands import call
+from jamlab.studies.chart_page import Chart, write_charts
 from matplotlib.figure import Figure
 
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
-from jamlab.studies.chart_page import Chart, write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.example_packings import example_sections
 

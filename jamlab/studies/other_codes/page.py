@@ -1,18 +1,34 @@
-"""Write the comparison with other codes as tables, CSV, JSON and one HTML page."""
+"""The comparison with other codes as a study: tables, CSV, JSON and one HTML page."""
 
 import json
 import platform
-from collections.abc import Sequence
-from dataclasses import asdict, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
+from typing import Any, ClassVar, TypeVar
 
 import pandas as pd
 
-from jamlab.figures.html_page import Section, TextTable, write_csv, write_report
-from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.storage.verified_file import versions
-from jamlab.studies.other_codes.analysis import AnalysisRow
-from jamlab.studies.other_codes.compare import Row, summary
+from jamlab.figures.html_page import TextTable, write_csv
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.storage.atomic_file import atomic_file
+from jamlab.studies.other_codes.analysis import AnalysisRow, compare_analysis
+from jamlab.studies.other_codes.compare import Row, compare, jolted_minimum, summary
+from jamlab.studies.page import Page, write_page
+from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.table import MeasuredTable, Task
+
+T = TypeVar("T", Row, AnalysisRow)
+
+_LEAD = (
+    "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
+    "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
+)
+
+
+def _columns() -> list[str]:
+    return list(dict.fromkeys(field.name for kind in (Row, AnalysisRow) for field in fields(kind)))
 
 
 def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
@@ -45,25 +61,70 @@ def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: i
     ]
 
 
+@dataclass(frozen=True)
+class Comparison(TableStudy):
+    """The same packings of disks in other codes, as a study: one task for each size.
+
+    Attributes:
+        sizes: numbers of disks, even.
+        seed, phi: see `jamlab.studies.other_codes.compare.compare`.
+    """
+
+    name: str = "comparison"
+    title: str = "jamlab beside other codes"
+    sizes: Sequence[int] = (64, 128)
+    seed: int = 1
+    phi: float = 0.88
+    kind: ClassVar[str] = "comparison"
+    columns: ClassVar[Sequence[str]] = ("n", *_columns())
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Seed and packing fraction."""
+        return {"title": self.title, "seed": self.seed, "phi": self.phi}
+
+    def tasks(self) -> Mapping[str, Task]:
+        """One task for each size."""
+        return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
+
+    def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[AnalysisRow]]:
+        """Compare one packing of n disks in all codes, and its minimum in those that measure."""
+        rows = compare(n, self.seed, self.phi, progress=progress)
+        return rows, compare_analysis(jolted_minimum(n, self.seed, self.phi)[1])
+
+    def _measure(self, n: int) -> list[dict[str, Any]]:
+        rows, analysis = self.measure(n)
+        return [{"n": n, **row} for kind in summary(rows, analysis).values() for row in kind]
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Show four tables for each size."""
+        tables = []
+        for n, part in table.rows.groupby("n"):
+            codes = part["quantity"].fillna("") == ""
+            tables += comparison_tables(_as(Row, part[codes]), _as(AnalysisRow, part[~codes]), int(str(n)), self.phi)
+        return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
+
+
+def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
+    """Rows of a table as objects; what is missing is None."""
+    names = {field.name for field in fields(kind)}
+    plain = rows.astype(object).where(rows.notna() & (rows != ""), None).to_dict("records")
+    return [kind(**{str(k): v for k, v in row.items() if k in names and v is not None}) for row in plain]
+
+
 def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:
     """Write comparison.csv, analysis.csv, comparison.json with both, and index.html.
 
     Raises:
         StorageError: the folder cannot be written.
     """
-    make_folder(folder)
-    write_csv(folder / "comparison.csv", pd.DataFrame([asdict(row) for row in rows]))
+    shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame([asdict(row) for row in rows]))
+    facts = notes(rows, analysis) | {"machine": platform.machine()}
+    page = Page("index", "jamlab beside other codes", lambda claims: _LEAD, each=True)
+    write_page(folder, page, {"comparison": f"{n} disks, phi = {phi:g}"}, lambda name: shown, facts)
     write_csv(folder / "analysis.csv", pd.DataFrame([asdict(row) for row in analysis]))
     with atomic_file(folder / "comparison.json") as temporary:
         temporary.write_text(json.dumps(summary(rows, analysis)) + "\n")
-    facts = notes(rows, analysis) | {"machine": platform.machine(), **versions()}
-    lead = (
-        "Every code gets the same coordinates of disks (Boromand et al. eq 5) in double precision, then a start inside "
-        "one basin. Cold: with set-up and compiling; warm: the shortest of the runs that follow."
-    )
-    tables = comparison_tables(rows, analysis, n, phi)
-    sections = [Section(table.heading, tables=[replace(table, heading="")]) for table in tables]
-    write_report(folder / "index.html", "jamlab beside other codes", lead, sections, facts)
 
 
 def notes(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, str]:
