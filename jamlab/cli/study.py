@@ -67,9 +67,7 @@ def draw(
 
     chosen = {each.name: each for each in _chosen(names)}
     if source is not None and source.resolve() == out.resolve():
-        raise InputError(
-            f"--out {out}: pictures must not lie among results: name another folder"
-        )
+        raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
     expect_output(out)
     report = write_page(
         out,
@@ -92,9 +90,7 @@ def draw(
 @study.command("add", epilog="Example: jamlab study add my_study.py")
 def add(
     source: Annotated[Path, typer.Argument(help="Python file with a study, or a campaign whose packings to add.")],
-    out: Annotated[Path, typer.Option(help="Of a campaign: folder of tables to add to.")] = Path(
-        "jamlab-tables"
-    ),
+    out: Annotated[Path, typer.Option(help="Of a campaign: folder of tables to add to.")] = Path("jamlab-tables"),
     commit: Annotated[str, typer.Option(help="Of a campaign: commit to record.")] = "unknown",
     only: Annotated[list[str] | None, typer.Option(help="Of a campaign: a table to write; default: all.")] = None,
 ) -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 METHODS = ("auto", "dense", "direct", "reduced")
 
-_SMALL = 256  # displacements up to which the dense solver is the quickest (benchmark_rheology)
+_SMALL = 256  # displacements up to which the dense solver is the quickest (jamlab study run spectrum)
 _CHECKS_PER_DECADE = (
     1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
 )

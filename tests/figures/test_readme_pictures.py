@@ -6,10 +6,10 @@ pytest tests/figures/test_readme_pictures.py --mpl-generate-path=.github
 from pathlib import Path
 
 import pytest
-from jamlab.studies.failure.map import failure_figure
-from jamlab.studies.registry import CHARTS, MAPS
 
 from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.failure.map import failure_figure
+from jamlab.studies.registry import CHARTS, MAPS
 
 ROOT = Path(__file__).parents[2]
 

@@ -2,8 +2,8 @@
 Cost against error
 ==================
 
-What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors, shades
-10 to 90 % of the packings, a ring is what jamlab does by default. The data ship with jamlab; ``jamlab chart
+What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors,
+shades 10 to 90 % of the packings, a ring is what jamlab does by default. The data ship with jamlab; ``jamlab chart
 speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
 """
 

@@ -76,7 +76,7 @@ class Comparison(TableStudy):
     seed: int = 1
     phi: float = 0.88
     kind: ClassVar[str] = "comparison"
-    columns: ClassVar[Sequence[str]] = ("n", *_columns())
+    columns: ClassVar[Sequence[str]] = ("n", "part", *_columns())
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -94,22 +94,25 @@ class Comparison(TableStudy):
 
     def _measure(self, n: int) -> list[dict[str, Any]]:
         rows, analysis = self.measure(n)
-        return [{"n": n, **row} for kind in summary(rows, analysis).values() for row in kind]
+        return [{"n": n, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
 
     def show(self, table: MeasuredTable) -> Shown:
         """Show four tables for each size."""
         tables = []
         for n, part in table.rows.groupby("n"):
-            codes = part["quantity"].fillna("") == ""
-            tables += comparison_tables(_as(Row, part[codes]), _as(AnalysisRow, part[~codes]), int(str(n)), self.phi)
+            rows, analysis = _as(Row, part[part["part"] == "rows"]), _as(AnalysisRow, part[part["part"] == "analysis"])
+            tables += comparison_tables(rows, analysis, int(str(n)), self.phi)
         return Shown(None, f"{_LEAD} {table.made}.", tables, table.rows)
 
 
 def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
-    """Rows of a table as objects; what is missing is None."""
-    names = {field.name for field in fields(kind)}
-    plain = rows.astype(object).where(rows.notna() & (rows != ""), None).to_dict("records")
-    return [kind(**{str(k): v for k, v in row.items() if k in names and v is not None}) for row in plain]
+    """Rows of a table as objects; what is missing is None, or "" of words."""
+    found = []
+    for row in rows.astype(str).to_dict("records"):
+        held = {field.name: (row[field.name], field.type) for field in fields(kind) if row.get(field.name)}
+        numbers = {name: float(value) if form == float | None else value for name, (value, form) in held.items()}
+        found.append(kind(**numbers))
+    return found
 
 
 def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:

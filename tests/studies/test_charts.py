@@ -4,26 +4,25 @@ import json
 import time
 from dataclasses import asdict, replace
 from itertools import combinations, islice
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from commands import call
-from jamlab.studies.cost.page import TOPIC_CHARTS, defaults_off_the_front, speed_accuracy
-from jamlab.studies.cost.topic import COLUMNS, Trial, measure_trials, shipped_trials
-from jamlab.studies.cost.topics import TOPICS
-from jamlab.studies.failure.page import MAP_CHARTS
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import jamlab
+from jamlab.rheology.reduced_model import SETTINGS
 from jamlab.studies.cost import droplet_vertices, onset_search, peer_descents
+from jamlab.studies.cost.chart import COLUMNS, Trial, defaults_off_the_front, write_charts
 from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.curve_points import CUT, Point, dominated, points_of, price
+from jamlab.studies.cost.curve_points import Point, dominated, points_of, price
 from jamlab.studies.cost.ensemble_means import limit_of_size
-from jamlab.studies.cost.packing_fractions import TOPIC as FRACTIONS
 from jamlab.studies.cost.packing_fractions import covered
 from jamlab.studies.other_codes.compare import jolted_minimum
 from jamlab.studies.other_codes.lammps_peer import Lammps
+from jamlab.studies.registry import CHARTS, studies
 
 
 def point(method, seconds, error, panel="a", floor=0.0, **rest):
@@ -52,12 +51,15 @@ def test_beaten_points_and_their_price():
 
 def test_what_the_reference_cannot_tell_is_not_ranked():
     """Below a loose floor nothing is beaten, has a price or is called exact; it still beats what is worse."""
-    rows = [("p", "m", f"{k}", float(k), e, 1e-3, k == 4, "") for k, e in ((1, 1e-1), (2, 5e-4), (3, 1e-2), (4, 8e-4))]
+    rows = [
+        ("p", "m", f"{k}", float(k), e, 1e-3, k == 4, "", False)
+        for k, e in ((1, 1e-1), (2, 5e-4), (3, 1e-2), (4, 8e-4))
+    ]
     table = pd.DataFrame(rows, columns=COLUMNS)
     loose = points_of(table, better=1.0)
     assert [p.ranked for p in loose] == [True, False, True, False]
     assert dominated(loose).tolist() == [False, False, True, False] and price(loose[3], loose) == 1.0
-    assert defaults_off_the_front({"spectrum": loose}) == []
+    assert defaults_off_the_front(CHARTS, {"spectrum": loose}) == []
     assert all(p.ranked for p in points_of(table)) and dominated(points_of(table)).any()
     axes = curve_figure("title", "error", loose).axes[0]
     assert "exact" not in [text.get_text() for text in axes.get_yticklabels()]
@@ -83,7 +85,7 @@ def test_limits_that_references_are_carried_to():
 def test_a_mean_is_known_as_its_least_known_difference():
     """Steps that agree in all packings share the error of those that do not: the next packing may differ."""
     off = {"0.1": [1e-2, -3e-2, 5e-2, 0.0], "0.01": [1e-8, 1e-8, 1e-8, 1e-8]}
-    rows = [("one", "m", s, 1.0, e, 1e-8, False, "") for s, errors in off.items() for e in errors]
+    rows = [("one", "m", s, 1.0, e, 1e-8, False, "", False) for s, errors in off.items() for e in errors]
     means = [p for p in onset_search.points(pd.DataFrame(rows, columns=COLUMNS)) if p.panel != "one"]
     assert [p.floor for p in means] == pytest.approx(2 * [np.std(off["0.1"], ddof=1) / 2])
     assert [p.ranked for p in means] == [True, False] and means[0].error == pytest.approx(
@@ -102,8 +104,8 @@ def test_lammps_keeps_its_bound_of_steps():
 
 def test_means_and_bands_over_packings():
     errors = [-1e-3, 2e-3, -3e-3, 4e-3, np.nan]
-    rows = [("p", "m", "1", 0.1 * k, e, 1e-9, False, "note" if k == 4 else "") for k, e in enumerate(errors)]
-    found = points_of(pd.DataFrame([*rows, ("p", "m", "2", 1.0, 0.0, 3e-9, True, "")], columns=COLUMNS))
+    rows = [("p", "m", "1", 0.1 * k, e, 1e-9, False, "note" if k == 4 else "", False) for k, e in enumerate(errors)]
+    found = points_of(pd.DataFrame([*rows, ("p", "m", "2", 1.0, 0.0, 3e-9, True, "", False)], columns=COLUMNS))
     assert [p.setting for p in found] == ["1", "2"]
     assert (found[0].error, found[0].packings, found[0].failed) == (pytest.approx(2.5e-3), 4, 1)
     assert found[0].low == pytest.approx(1.3e-3) and found[0].high == pytest.approx(3.7e-3)
@@ -112,9 +114,10 @@ def test_means_and_bands_over_packings():
 
 
 def test_points_of_runs_that_were_cut_short_say_so():
-    rows = [("p", "m", "1", 1.0, 1e-3, 0.0, False, note) for note in ("set-up", f"{CUT} 1 s", "")]
+    notes = {"set-up": False, "after 1 s": True, "": False}
+    rows = [("p", "m", "1", 1.0, 1e-3, 0.0, False, note, cut) for note, cut in notes.items()]
     (found,) = points_of(pd.DataFrame(rows, columns=COLUMNS))
-    assert (found.cut, found.note) == (1, f"{CUT} 1 s")
+    assert (found.cut, found.note) == (1, "after 1 s")
     axes = curve_figure("title", "error", [found, point("whole", 2.0, 1e-3, panel="p")]).axes[0]
     assert [line.get_fillstyle() for line in axes.lines if line.get_marker() in "os"] == ["left", "full"]
 
@@ -139,7 +142,7 @@ def test_figure_breaks_its_axis_for_what_is_exact():
 
 @pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
 def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
-    figure = curve_figure("title", "error", TOPICS[name].points(shipped_trials(name).rows))
+    figure = curve_figure("title", "error", CHARTS[name].points())
     FigureCanvasAgg(figure).draw()
     for axes in figure.axes:
         boxes = [text.get_window_extent() for text in axes.texts]
@@ -150,29 +153,43 @@ def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
         assert not any(a.overlaps(b) for a, b in combinations(boxes, 2)), axes.get_title()
 
 
-@pytest.mark.parametrize("name", TOPICS)
+@pytest.mark.parametrize("name", CHARTS)
 def test_what_ships(name):
     """Twenty packings, a default that gives numbers, and a reference better than what is compared with it."""
-    table = shipped_trials(name)
-    assert set(COLUMNS) <= set(table.rows.columns) and table.provenance["facts"]["title"] == TOPICS[name].title
+    chart = CHARTS[name]
+    table = chart.table()
+    assert set(COLUMNS) <= set(table.rows.columns) and table.provenance["facts"]["title"] == chart.title
     assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
-    assert table.tasks == set(map(str, TOPICS[name].seeds))
-    points = TOPICS[name].points(table.rows)
+    assert table.tasks == set(chart.tasks()) and chart.plan(Path("none")).seconds == pytest.approx(table.seconds)
+    points = chart.points()
     fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
     assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
     assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
     assert all(p.low <= p.high and p.seconds > 0 for p in points if p.drawn)
+    assert bool(table.rows["cut"].any()) == (name == "other-codes")
 
 
 def test_one_packing_measured_anew_agrees_with_what_ships():
     """Numbers do not hang on the machine: the same errors of the same packing; costs in the same order."""
-    before = shipped_trials("packing-fraction").rows
+    chart = CHARTS["packing-fraction"]
+    before = chart.table().rows
     before = before[(before["task"] == "1") & (before["panel"] == "φ = 0.86")].reset_index(drop=True)
-    now = pd.DataFrame(map(asdict, islice(FRACTIONS.measure(1), len(before))))
+    now = pd.DataFrame(map(asdict, islice(chart.measure(1), len(before))))
     assert now[["panel", "method", "setting"]].equals(before[["panel", "method", "setting"]])
     np.testing.assert_allclose(now["error"], before["error"], rtol=1e-5, atol=1e-14)
     cost = now[now["method"] == "random points"].groupby("setting")["seconds"].mean()
     assert cost["100000"] > 10 * cost["1000"]
+
+
+def test_settings_of_the_reduced_model_are_those_that_are_given():
+    """A loose tolerance takes fewer shifts, and errs by more than the tight default."""
+    p = jamlab.pack(n=64, pressure=1e-2, seed=1)
+    omega = np.geomspace(1e-6, 1e2, 17)
+    exact = jamlab.complex_modulus(p, omega, method="dense")
+    ways = (replace(SETTINGS, tolerance=0.1, quiet=1, steps=1), SETTINGS)
+    found = [jamlab.complex_modulus(p, omega, method="reduced", settings=way) for way in ways]
+    loose, usual = (np.abs(s.loss / exact.loss - 1).max() for s in found)
+    assert usual < 1e-6 < loose
 
 
 def test_charts_from_shipped_data_and_their_command(tmp_path):
@@ -190,16 +207,14 @@ def test_charts_from_shipped_data_and_their_command(tmp_path):
     assert not (tmp_path / "d").exists()
 
 
-def test_curves_and_maps_share_a_folder(tmp_path):
-    """Their files are named alike, so no name may stand for both; one plan lists all."""
+def test_one_plan_lists_all_charts_and_maps(tmp_path):
     done = call(tmp_path, "chart", "all", "--plan", "--out", "c")
     assert done.exit_code == 0, done.stderr
-    names = [*TOPIC_CHARTS.charts, *MAP_CHARTS.charts]
-    assert len(set(names)) == len(names)
-    assert set(names) <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
+    names = {name for name, study in studies().items() if study.kind in ("topic", "map")}
+    assert len(names) == 38 and names <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
 
 
-def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_measuring_goes_on_where_it_stopped(tmp_path):
     """The plan counts what is left; what is there is drawn and not measured again."""
     done = []
 
@@ -207,16 +222,16 @@ def test_measuring_goes_on_where_it_stopped(tmp_path, monkeypatch):
         done.append(seed)
         return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k) for k in (1, 2)]
 
-    monkeypatch.setitem(TOPICS, "spectrum", replace(TOPICS["spectrum"], measure=measure, seeds=range(1, 4)))
-    assert TOPIC_CHARTS.plan(tmp_path, ["spectrum"])[0][:2] == ["spectrum", "3"]
-    measure_trials(tmp_path / "spectrum.csv", TOPICS["spectrum"], [2])
-    assert TOPIC_CHARTS.plan(tmp_path, ["spectrum"])[0][1] == "2" and done == [
-        2,
-        2,
-    ]  # the first one twice, to load libraries
+    chart = replace(CHARTS["spectrum"], measure=measure, seeds=range(1, 4))
+    assert chart.plan(tmp_path).left == 3
+    replace(chart, seeds=[2]).run(tmp_path)
+    assert chart.plan(tmp_path).left == 2 and done == [2, 2]  # the first one twice, to load libraries
     told = []
-    found = speed_accuracy(tmp_path, ["spectrum"], measure=True, progress=told.append)["spectrum"]
-    assert told == ["spectrum: packing 1 of 3", "spectrum: packing 3 of 3", "spectrum"] and done[2:] == [1, 1, 3]
+    found = write_charts(
+        tmp_path, {"spectrum": chart}, measure=True, progress=lambda share, text: told.append((round(share, 2), text))
+    )["spectrum"]
+    assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
+    assert done[2:] == [1, 1, 3]
     assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]
     assert [p.error for p in found] == pytest.approx([0.1, 0.01])
 
@@ -239,12 +254,14 @@ def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch)
 
     monkeypatch.setattr(peer_descents, "_LIMIT", 0.025)
     met, cut, same = peer_descents._runs(prepare, start)
-    assert not met.note and CUT in cut.note and same is cut
+    assert not (met.note or met.cut) and cut.cut and "0.025 s" in cut.note and same is cut
     assert 0.0125 < cut.seconds < 0.05 and 60 < given[-1] <= 125
     assert np.abs(cut.positions - minimum.positions).max() < np.abs(met.positions - minimum.positions).max()
 
 
 def test_defaults_off_the_front_are_named_with_their_price():
     rows = [replace(point("m", 1.0, 1.0), default=True), point("better", 0.5, 0.5)]
-    assert [row[:2] + row[4:5] for row in defaults_off_the_front({"spectrum": rows})] == [["spectrum: a", "m", "2.0"]]
-    assert defaults_off_the_front({"spectrum": rows[:1]}) == []
+    assert [row[:2] + row[4:5] for row in defaults_off_the_front(CHARTS, {"spectrum": rows})] == [
+        ["spectrum: a", "m", "2.0"]
+    ]
+    assert defaults_off_the_front(CHARTS, {"spectrum": rows[:1]}) == []

@@ -1,4 +1,4 @@
-"""Maps of failure: a cell of each on both sides of its boundary, and wrong states that no check may let through."""
+"""Stability maps: a cell of each on both sides of its boundary, and wrong states that no check may let through."""
 
 from dataclasses import replace
 from functools import partial
@@ -7,17 +7,25 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from jamlab.studies.failure.boundary import default_distance
-from jamlab.studies.failure.map_figure import failure_figure, tick_text
-from jamlab.studies.failure.maps import MAPS, shipped_map
-from jamlab.studies.failure.page import MAP_CHARTS, counts, stability
 
 import jamlab
 from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli, spectra
-from jamlab.studies.failure.map import Axis, Map, log_axis, shares, summary
+from jamlab.studies.failure.map import (
+    Axis,
+    Map,
+    counts,
+    default_distance,
+    failure_figure,
+    log_axis,
+    shares,
+    summary,
+    tick_text,
+    write_maps,
+)
 from jamlab.studies.failure.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
+from jamlab.studies.registry import MAPS
 
 CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
     "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
@@ -224,7 +232,7 @@ def synthetic():
         return Trial("stalled" if x > (5 if seed % 2 else 50) * y else "converged", "note", 0.5, 1.0)
 
     x, y = log_axis("x", 1e-2, 1e4, 1.0, count=13), Axis("y", (0.1, 1.0, 10.0), 1.0)
-    return Map("t", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", lambda start: 30 * start[0], "limit")
+    return Map("t", "title", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", lambda start: 30 * start[0], "limit")
 
 
 def measured(chart):
@@ -257,7 +265,7 @@ def test_a_default_between_two_rows_is_as_near_as_the_nearer_boundary():
     assert distance.where == "y = 0.1" and 0.5 <= distance.boundary <= 5
     assert distance.limit == pytest.approx(15) and "a factor 50 below the limit drawn, 15" in str(distance)
     assert default_distance(replace(between, y=replace(chart.y, default=None)), table).limit == pytest.approx(3)
-    droplets = default_distance(MAPS["droplet-timestep"], shipped_map("droplet-timestep").rows)
+    droplets = default_distance(MAPS["droplet-timestep"], MAPS["droplet-timestep"].table().rows)
     assert droplets.far < 1.1 and droplets.limit == pytest.approx(0.107, abs=1e-3)
 
 
@@ -289,7 +297,7 @@ def test_a_boundary_is_where_failure_lasts(failed, boundary, apart):
 
 def test_the_default_of_flow_lies_below_its_boundary():
     """One of two runs stalled at a smaller tolerance, all that are smaller still work."""
-    distance = default_distance(MAPS["flow-tolerance"], shipped_map("flow-tolerance").rows)
+    distance = default_distance(MAPS["flow-tolerance"], MAPS["flow-tolerance"].table().rows)
     assert distance.default < 0.1 < distance.boundary and distance.scattered == 1
 
 
@@ -324,7 +332,7 @@ def test_a_figure_of_a_map():
 def test_what_ships_is_complete_and_holds_no_silent_wrong_number():
     runs = 0
     for name, chart in MAPS.items():
-        table = shipped_map(name)
+        table = MAPS[name].table()
         assert len(table.rows) == len(chart.x.values) * len(chart.y.values) >= 144, name
         assert table.rows[SILENT].sum() == 0, name
         assert (table.rows["runs"] == table.provenance["facts"]["seeds"]).all(), name
@@ -336,7 +344,7 @@ def test_what_ships_is_complete_and_holds_no_silent_wrong_number():
 @pytest.mark.parametrize("page", ["README.md", "docs/explanation/accuracy.md"])
 def test_counts_in_the_documentation(page):
     text = " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
-    tables = {name: shipped_map(name).rows for name in MAPS}
+    tables = {name: MAPS[name].table().rows for name in MAPS}
     runs = sum(int(table["runs"].sum()) for table in tables.values())
     known, unknown = 0, 0
     for name, table in tables.items():
@@ -358,7 +366,7 @@ def test_counts_in_the_documentation(page):
 
 def test_starts_up_to_what_is_taken():
     """Tolerances and rates beyond what `shear` takes are all that is refused."""
-    flow = shipped_map("flow-tolerance").rows
+    flow = MAPS["flow-tolerance"].table().rows
     beyond = (flow["x"] > LARGEST_TOLERANCE) | (flow["y"] > LARGEST_RATE)
     assert ((flow["refused"] > 0) == beyond).all()
 
@@ -369,7 +377,7 @@ def test_starts_up_to_what_is_taken():
 def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
     chart = replace(MAPS[name], x=replace(MAPS[name].x, values=(x,)))
     (now,) = chart.rows(y)
-    shipped = shipped_map(name).rows
+    shipped = MAPS[name].table().rows
     (before,) = shipped[np.isclose(shipped["x"], x, atol=0) & np.isclose(shipped["y"], y)].to_dict("records")
     for key in ("runs", "converged", "stalled", "refused"):
         assert now[key] == before[key]
@@ -377,23 +385,20 @@ def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
 
 
 def test_a_page_of_shipped_maps(tmp_path):
-    found = stability(tmp_path, ["moved"])
-    assert counts(found)[0][:3] == ["moved", "144", "864"]
+    moved = {"moved": MAPS["moved"]}
+    found = write_maps(tmp_path, moved)
+    assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
     page = (tmp_path / "stability.html").read_text()
     assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()
     assert pd.read_csv(tmp_path / "stability.csv")["map"].unique().tolist() == ["moved"]
-    assert MAP_CHARTS.plan(tmp_path, ["moved"])[0][:2] == ["moved", "12"]
-    with pytest.raises(jamlab.InputError, match="weather"):
-        stability(tmp_path, ["weather"])
+    assert MAPS["moved"].plan(tmp_path).left == 12
 
 
 @pytest.mark.slow
-def test_a_map_is_measured_and_goes_on(tmp_path, monkeypatch):
-    small = replace(MAPS["moved"], y=replace(MAPS["moved"].y, values=(1e-2, 0.05)), seeds=2)
-    monkeypatch.setitem(MAPS, "moved", small)
+def test_a_map_is_measured_and_goes_on(tmp_path):
+    moved = MAPS["moved"]
+    small = {"moved": replace(moved, y=replace(moved.y, values=(1e-2, 0.05)), seeds=2)}
     said = []
-    stability(tmp_path, ["moved"], measure=True, progress=said.append)
-    assert [text for text in said if "row" in text] == ["moved: row 1 of 2", "moved: row 2 of 2"]
-    said.clear()
-    stability(tmp_path, ["moved"], measure=True, progress=said.append)
-    assert not [text for text in said if "row" in text]
+    for _ in range(2):
+        write_maps(tmp_path, small, measure=True, progress=lambda share, text: said.append(text))
+    assert said == ["moved: row 1 of 2", "moved: row 2 of 2", "moved", "moved"]

@@ -6,12 +6,13 @@ from commands import call
 
 import jamlab
 from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
-from jamlab.studies.other_codes.compare import compare, jolted_minimum
+from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
 from jamlab.studies.other_codes.lammps_peer import Lammps
 from jamlab.studies.other_codes.numpy_disks import all_pairs
-from jamlab.studies.other_codes.page import comparison_tables
+from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison
 from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters
 from jamlab.studies.other_codes.recipes import write_recipe
+from jamlab.studies.table import measure_table
 
 
 class Absent(Peer):
@@ -85,6 +86,20 @@ def test_libraries_of_analysis_see_the_backbone():
     assert set(found) == set(HERE)
     assert found.pop("shear modulus") == pytest.approx(1e-3) and not any(found.values())
     assert absent == AnalysisRow("itself", note="not installed: pip install 'jamlab[peers]'")
+
+
+def test_the_study_shows_what_its_table_holds(rows, tmp_path):
+    """Rows that went through a file give the same tables; the page of `jamlab compare` has them too."""
+    study = Comparison(sizes=(32,))
+    analysis = [AnalysisRow("itself", "1.0", "energy", 1e-3), AnalysisRow("not there", note="not installed")]
+    plain = [{"n": 32, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
+    table = measure_table(study.file(tmp_path), study.columns, {"N = 32": lambda: plain}, study.facts)
+    assert [t.rows for t in study.show(table).tables] == [t.rows for t in comparison_tables(rows, analysis, 32, 0.88)]
+    write_comparison(tmp_path / "out", rows, analysis, 32, 0.88)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        *("comparison.csv", "analysis.csv", "comparison.json", "index.html")
+    }
+    assert "not installed" in (tmp_path / "out" / "index.html").read_text()
 
 
 def test_numpy_disks_at_an_analytic_point():

@@ -132,7 +132,7 @@ def test_more_rows_than_recorded(tmp_path):
     text = path.read_text(encoding="utf-8")
     last = text.splitlines(keepends=True)[-1]
     path.write_text(text + last, encoding="utf-8")
-    with pytest.raises(jamlab.StorageError, match=r"t\.csv holds 3 rows of task 'seed 2', 2 expected: .*--measure"):
+    with pytest.raises(jamlab.StorageError, match=r"t\.csv holds 3 rows of task 'seed 2', 2 expected: .*study run"):
         read_table(path)
     done = []
     assert measure_table(path, COLUMNS, tasks(1, 2, done=done), {}).rows["seed"].tolist() == [1, 1, 2, 2]
@@ -141,6 +141,23 @@ def test_more_rows_than_recorded(tmp_path):
     for use in (read_table, done_tasks, lambda path: measure_table(path, COLUMNS, tasks(1, 2), {})):
         with pytest.raises(jamlab.StorageError, match="rows of task 'seed 3', which its first line does not name"):
             use(path)
+
+
+@pytest.mark.parametrize("name", ["t.csv.gz", "t.csv.xz"])
+def test_packed_tables_go_on_too_and_are_written_alike_every_time(tmp_path, name):
+    told = []
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        path = tmp_path / folder / name
+        measure_table(path, COLUMNS, {"seed 7": list}, {}, progress=lambda *step: told.append(step))
+        first = path.read_bytes()
+        assert first[:2] in (b"\x1f\x8b", b"\xfd7") and first == (tmp_path / "a" / name).read_bytes()
+    found = measure_table(path, COLUMNS, tasks(7, 1, 2), {}, progress=lambda *step: told.append(step))
+    assert found.rows["seed"].tolist() == [1, 1, 2, 2] and found.tasks == {"seed 7", "seed 1", "seed 2"}
+    assert told == [(0.0, "seed 7")] * 2 + [(1 / 3, "seed 1"), (2 / 3, "seed 2")]
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(jamlab.StorageError, match=f"cannot read .*{name}"):
+        read_table(path)
 
 
 def test_other_measurements_are_not_gone_on_with(tmp_path):
@@ -166,4 +183,4 @@ def test_files_that_are_no_tables(tmp_path, text):
     with pytest.raises(jamlab.StorageError, match="2 is not known"):
         read_table(path)
     with pytest.raises(jamlab.StorageError, match="ships no table 'weather'"):
-        shipped_table("jamlab.studies.cost", "weather")
+        shipped_table("weather")

@@ -1,16 +1,16 @@
 """Every default against the others of its chart, measured anew on a few packings, beside what ships.
 
-pytest -m benchmark -s tests/benchmarks/benchmark_defaults.py, some minutes; costs count as ratios within one chart, so
+pytest -m benchmark -s tests/studies/benchmark_defaults.py, some minutes; costs count as ratios within one chart, so
 that the machine does not matter. JAMLAB_SEEDS: how many packings, by default 3.
 """
 
 import os
+from dataclasses import replace
 
 import pytest
-from jamlab.studies.cost.topic import measure_trials, shipped_trials
-from jamlab.studies.cost.topics import TOPICS
 
 from jamlab.studies.cost.curve_points import price
+from jamlab.studies.registry import CHARTS
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine
 WORSE = 3.0  # factor over the 90 % quantile of the error that ships
@@ -21,13 +21,14 @@ def defaults(points):
 
 
 @pytest.mark.benchmark
-@pytest.mark.parametrize("name", [name for name in TOPICS if name != "ensemble-means"])
+@pytest.mark.parametrize("name", [name for name in CHARTS if name != "ensemble-means"])
 def test_defaults_stay_where_they_are(name, tmp_path):
-    topic = TOPICS[name]
-    seeds = topic.seeds[: int(os.environ.get("JAMLAB_SEEDS", "3"))]
-    now = topic.points(measure_trials(tmp_path / "now.csv", topic, seeds).rows)
-    shipped_rows = shipped_trials(name).rows
-    before = topic.points(shipped_rows[shipped_rows["task"].isin(list(map(str, seeds)))])  # the same packings
+    chart = CHARTS[name]
+    few = replace(chart, seeds=chart.seeds[: int(os.environ.get("JAMLAB_SEEDS", "3"))])
+    few.run(tmp_path)
+    now = few.points(tmp_path)
+    shipped_rows = chart.table().rows
+    before = chart.average(shipped_rows[shipped_rows["task"].isin(few.tasks())])  # the same packings
     shipped, found = defaults(before), defaults(now)
     assert found.keys() == shipped.keys()
     for key, point in found.items():
