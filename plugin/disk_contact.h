@@ -13,8 +13,9 @@ struct DiskContact {
   int i, j;             // local or ghost index
   double nx, ny;        // unit vector from i to j
   double distance;      // of the centers
-  double stiffness;     // k
-  double force;         // elastic, k times the overlap, a push
+  double stiffness;     // second derivative of the energy
+  double force;         // elastic, a push
+  double energy;
   double arm_i, arm_j;  // from the center to where the surfaces slide
   double share;         // 1, or 1/2 of a contact that two ranks see
 };

@@ -223,7 +223,7 @@ FlowSums DiskDrag::add_up(const Motions &u, double rate)
     sums.viscous += part * x * c.ny;
     sums.xx += part * (x - c.force * c.nx) * c.nx;
     sums.yy += part * (y - c.force * c.ny) * c.ny;
-    sums.energy += c.share * 0.5 * c.force * c.force / c.stiffness;
+    sums.energy += c.share * c.energy;
     sums.dissipation += c.share * (push * approach + rub * slide);
     sums.contacts += c.share;
   }
@@ -245,7 +245,8 @@ double DiskDrag::least_relaxation_time() const
 {
   double least = HUGE_VAL;
   for (std::size_t k = 0; k < contacts.size(); k++)
-    least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
+    if (contacts[k].stiffness > 0.0)    // rounds to 0 where disks that stiffen barely touch
+      least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
   return law.alpha * std::min(least, flow_relaxation);
 }
 

@@ -21,6 +21,25 @@
 using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style disk/drag";
+static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
+
+namespace LAMMPS_NS {
+
+// of two disks that overlap: E = K overlap^exponent and its derivatives
+
+struct Repulsion {
+  double overlap, energy, force, stiffness;
+
+  Repulsion(double K, double overlap, double exponent) : overlap(overlap)
+  {
+    const double stiffer = exponent == 2.0 ? K : K * pow(overlap, exponent - 2.0);
+    energy = stiffer * overlap * overlap;
+    force = exponent * stiffer * overlap;
+    stiffness = exponent * (exponent - 1.0) * stiffer;
+  }
+};
+
+}    // namespace LAMMPS_NS
 
 /* ---------------------------------------------------------------------- */
 
@@ -64,16 +83,17 @@ void PairDiskDrag::compute(int eflag, int vflag)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
                    atom->tag[i], atom->tag[j]);
 
-      const double r = sqrt(rsq), overlap = s - r, K = factor * strength[type[i]][type[j]];
-      const double push = K * overlap, fpair = 2.0 * push / r;
+      const double r = sqrt(rsq);
+      const Repulsion push(factor * strength[type[i]][type[j]], s - r, exponent);
+      const double fpair = push.force / r;
       f[i][0] += dx * fpair;
       f[i][1] += dy * fpair;
       if (newton_pair || j < nlocal) {
         f[j][0] -= dx * fpair;
         f[j][1] -= dy * fpair;
       }
-      if (evflag) ev_tally(i, j, nlocal, newton_pair, push * overlap, 0.0, fpair, dx, dy, 0.0);
-      remember(i, j, -dx, -dy, r, K, overlap);
+      if (evflag) ev_tally(i, j, nlocal, newton_pair, push.energy, 0.0, fpair, dx, dy, 0.0);
+      remember(i, j, -dx, -dy, r, push);
     }
   }
   if (vflag_fdotr) virial_fdotr_compute();
@@ -81,12 +101,12 @@ void PairDiskDrag::compute(int eflag, int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-void PairDiskDrag::remember(int i, int j, double dx, double dy, double r, double K, double overlap)
+void PairDiskDrag::remember(int i, int j, double dx, double dy, double r, const Repulsion &push)
 {
   const int *const type = atom->type;
-  const double back = law.arms_to_contact ? 0.5 * overlap : 0.0;
+  const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  touching.push_back({i, j, dx / r, dy / r, r, 2.0 * K, 2.0 * K * overlap, 0.5 * reach[type[i]][type[i]] - back,
+  touching.push_back({i, j, dx / r, dy / r, r, push.stiffness, push.force, push.energy, 0.5 * reach[type[i]][type[i]] - back,
                       0.5 * reach[type[j]][type[j]] - back, share});
 }
 
@@ -104,25 +124,28 @@ void PairDiskDrag::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style disk/drag tau beta [alpha value] [arms radius|contact]
+   pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value]
 ------------------------------------------------------------------------- */
 
 void PairDiskDrag::settings(int narg, char **arg)
 {
-  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact]", WHO);
+  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value]", WHO);
 
   law = DragLaw();
+  exponent = 2.0;
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
   law.beta = utils::numeric(FLERR, arg[1], false, lmp);
   for (int k = 2; k < narg; k += 2) {
     if (strcmp(arg[k], "alpha") == 0)
       law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "exponent") == 0)
+      exponent = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "radius") == 0)
       law.arms_to_contact = false;
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
       law.arms_to_contact = true;
     else
-      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact", WHO, arg[k], arg[k + 1]);
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value", WHO, arg[k], arg[k + 1]);
   }
 
   if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
@@ -131,15 +154,17 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
     error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
                WHO, law.alpha, LEAST_ALPHA);
+  if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
+    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
 }
 
 /* ----------------------------------------------------------------------
-   pair_coeff i j K s, as of harmonic/cut
+   pair_coeff i j K s, as of harmonic/cut where the exponent is 2
 ------------------------------------------------------------------------- */
 
 void PairDiskDrag::coeff(int narg, char **arg)
 {
-  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^2", WHO);
+  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
@@ -218,14 +243,19 @@ void PairDiskDrag::read_restart(FILE *fp)
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
   fwrite(&law, sizeof(DragLaw), 1, fp);
+  fwrite(&exponent, sizeof(double), 1, fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  if (comm->me == 0) utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
+  if (comm->me == 0) {
+    utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &exponent, sizeof(double), 1, fp, nullptr, error);
+  }
   MPI_Bcast(&law, sizeof(DragLaw), MPI_BYTE, 0, world);
+  MPI_Bcast(&exponent, 1, MPI_DOUBLE, 0, world);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -250,9 +280,9 @@ double PairDiskDrag::single(int, int, int itype, int jtype, double rsq, double, 
   const double r = sqrt(rsq), overlap = reach[itype][jtype] - r;
   fforce = 0.0;
   if (overlap <= 0.0) return 0.0;
-  const double push = factor * strength[itype][jtype] * overlap;
-  fforce = 2.0 * push / r;
-  return push * overlap;
+  const Repulsion push(factor * strength[itype][jtype], overlap, exponent);
+  fforce = push.force / r;
+  return push.energy;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -12,7 +12,7 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel as in pair_style harmonic/cut, E = K (s - r)^2, and remember who touches whom.
+/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who touches whom.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 
 class PairDiskDrag : public Pair {
@@ -39,11 +39,12 @@ class PairDiskDrag : public Pair {
 
  private:
   DragLaw law;
+  double exponent = 2.0;
   double **strength, **reach;    // K and s of two types
   std::vector<DiskContact> touching;
 
   void allocate();
-  void remember(int i, int j, double dx, double dy, double r, double strength, double overlap);
+  void remember(int i, int j, double dx, double dy, double r, const struct Repulsion &push);
 };
 
 }    // namespace LAMMPS_NS

@@ -34,21 +34,18 @@ from jamlab.studies.boromand import pictures as boromand_pictures
 from jamlab.studies.boromand import power_laws as boromand_power_laws
 from jamlab.studies.boromand import tables as boromand_tables
 from jamlab.studies.boromand import voids as boromand_voids
-from jamlab.studies.claims import Claim
+from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
 from jamlab.studies.dynamics import amplitudes as dynamics_amplitudes
 from jamlab.studies.dynamics import collapse as dynamics_collapse
-from jamlab.studies.dynamics import droplets as dynamics_droplets
 from jamlab.studies.dynamics import equivalent_damping as dynamics_equivalent_damping
 from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
 from jamlab.studies.dynamics import power_law as dynamics_power_law
-from jamlab.studies.dynamics import startup as dynamics_startup
 from jamlab.studies.dynamics import yielding as dynamics_yield
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.page import Failure, Page, Written, write_files, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.study import CampaignStudy, Shown
-from jamlab.studies.summary import SUMMARY, first_line, summary
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": boromand_pictures.figure_1,
@@ -75,12 +72,12 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-8": baumgarten_motion.figure_8,
     "dynamics-flow-curves": dynamics_flow_curves.flow_curves,
     "dynamics-collapse": dynamics_collapse.flow_collapse,
-    "dynamics-overshoot": dynamics_startup.overshoot,
+    "dynamics-overshoot": dynamics_yield.overshoot,
     "dynamics-yield": dynamics_yield.yield_stress,
     "dynamics-amplitudes": dynamics_amplitudes.amplitude_sweeps,
     "dynamics-power-law": dynamics_power_law.power_law_collapse,
     "dynamics-equivalent-damping": dynamics_equivalent_damping.equivalent_damping,
-    "dynamics-droplets": dynamics_droplets.droplets_beside_disks,
+    "dynamics-droplets": dynamics_flow_curves.droplets_beside_disks,
     "beyond-droplet-spectra": beyond_droplet_spectra.droplet_spectra,
     "beyond-droplet-modes": beyond_droplet_modes.droplet_modes,
     "beyond-droplet-contacts": beyond_droplet_contacts.droplet_contacts,
@@ -138,7 +135,7 @@ def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes | None]:
 
 
 def _shown(drawing: Drawing) -> Shown:
-    return Shown(drawing.figure, drawing.caption, (), drawing.table, drawing.claims)
+    return Shown(drawing.figure, drawing.caption, (), drawing.table, drawing.claims, drawing.numbers)
 
 
 def _draw_shown(name: str, tables: EnsembleTables) -> Shown:

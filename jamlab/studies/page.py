@@ -1,7 +1,7 @@
 """Write studies as files: a picture and the numbers of each, and one self-contained HTML page of all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -66,6 +66,11 @@ class Written:
     def claims(self) -> Sequence[Claim]:
         """Numbers of a paper beside ours."""
         return self.shown.claims
+
+    @property
+    def numbers(self) -> Mapping[str, Mapping[str, float]]:
+        """Further numbers."""
+        return self.shown.numbers
 
 
 @dataclass(frozen=True)
@@ -178,7 +183,7 @@ def _draw_and_write(
     except JamlabError as error:
         return str(error)
     _, png = write_files(name, shown, folder, each=each)
-    return Shown(None, shown.caption, shown.tables, shown.rows, shown.claims), png
+    return replace(shown, figure=None), png
 
 
 def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> tuple[list[Path], bytes | None]:

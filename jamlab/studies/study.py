@@ -10,7 +10,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
-from jamlab.campaign.worker import Outcome
 from jamlab.errors import StorageError
 from jamlab.figures.html_page import TextTable
 from jamlab.processes.progress import Progress, no_progress
@@ -29,6 +28,7 @@ class Shown:
         tables: text for the reader, below the picture.
         rows: the numbers behind it, for the CSV file.
         claims: numbers of a paper beside ours.
+        numbers: further ones, each with value and ends of its interval, by name.
     """
 
     figure: Figure | None = None
@@ -36,6 +36,7 @@ class Shown:
     tables: Sequence[TextTable] = ()
     rows: pd.DataFrame = field(default_factory=pd.DataFrame)
     claims: Sequence[Claim] = ()
+    numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -185,12 +186,4 @@ class CampaignStudy(Study):
     def run(self, folder: Path, progress: Progress = no_progress, *, workers: int | None = None) -> None:
         """Run what is left of the campaign, by default on all cores; `jamlab campaign` has more choices."""
         make_folder(folder)
-        campaign = self.campaign(folder)
-        left, done = campaign.status().left, 0
-
-        def tell(outcome: Outcome) -> None:
-            nonlocal done
-            done += 1
-            progress(done / left, f"{self.name}: {outcome.state} {outcome.line}")
-
-        campaign.run(workers, progress=tell)
+        self.campaign(folder).run(workers, progress=progress)

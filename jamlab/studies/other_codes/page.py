@@ -110,8 +110,8 @@ def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
     found = []
     for row in rows.astype(str).to_dict("records"):
         held = {field.name: (row[field.name], field.type) for field in fields(kind) if row.get(field.name)}
-        numbers = {name: float(value) if form == float | None else value for name, (value, form) in held.items()}
-        found.append(kind(**numbers))
+        content: dict[str, Any] = {n: float(v) if form == float | None else v for n, (v, form) in held.items()}
+        found.append(kind(**content))
     return found
 
 
