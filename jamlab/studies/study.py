@@ -149,6 +149,8 @@ class TableStudy(Study):
     def plan(self, folder: Path) -> Plan:
         """Count the tasks that a folder of results does not hold."""
         left = set(self.tasks()) - done_tasks(self.file(folder))
+        if not left:
+            return Plan(self.name, 0, 0.0)
         try:
             took = self.table().rows.groupby("task")["took"].first()
         except StorageError:

@@ -12,13 +12,15 @@ import json
 import lzma
 import os
 import subprocess
+import time
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -26,12 +28,12 @@ from jamlab.errors import StorageError
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import versions
-from jamlab.studies.cpu_time import one_core
 
 SCHEMA = "jamlab-measured"
 _FIRST = ("task", "took")  # columns of every table
 _TEXT = ("task", "setting", "note")  # columns that are words even where all of them look like numbers
 
+Result = TypeVar("Result")
 Row = Mapping[str, Any]
 Task = Callable[[], Iterable[Row]]
 
@@ -151,6 +153,38 @@ def measure_table(
         writer.add(name, _cpu_time() - began, rows)
     writer.save()
     return read_table(path)
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Pin this process, with the threads of every library in it, to one core."""
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {sorted(allowed)[os.getpid() % len(allowed)]})  # runs side by side take different cores
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
+    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
+
+    On one core this equals the wall time on a machine without other load.
+
+    Args:
+        run: the function.
+        runs: upper limit.
+        budget: s after which no new run begins.
+    """
+    best, spent = float("inf"), 0.0
+    for _ in range(runs):
+        began = time.process_time()
+        result = run()
+        took = time.process_time() - began
+        best, spent = min(best, took), spent + took
+        if spent > budget:
+            break
+    return best, result
 
 
 def _cpu_time() -> float:

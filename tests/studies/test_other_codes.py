@@ -8,10 +8,8 @@ import jamlab
 from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
 from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
 from jamlab.studies.other_codes.lammps_peer import Lammps
-from jamlab.studies.other_codes.numpy_disks import all_pairs
-from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison
-from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters
-from jamlab.studies.other_codes.recipes import write_recipe
+from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison, write_recipe
+from jamlab.studies.other_codes.peer import Analyst, Peer, all_pairs, mean_diameters
 from jamlab.studies.table import measure_table
 
 

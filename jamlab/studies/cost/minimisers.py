@@ -13,7 +13,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.table import shortest
 
 _SETTINGS = {  # name -> LAMMPS commands; the time step is that of jamlab's FIRE, LAMMPS' own is meant for other units
     "fire, jamlab": ("timestep 0.1", "min_style fire", "min_modify norm max dmax 0.1 tmax 4"),

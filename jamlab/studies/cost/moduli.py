@@ -18,7 +18,7 @@ from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.table import shortest
 
 _N, _DROPLETS = 64, 8
 _PRESSURES = (1e-2, 1e-4)

@@ -11,7 +11,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import relax
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.table import shortest
 
 _PHI = (0.86, 1.0, 1.2)
 _N = 64

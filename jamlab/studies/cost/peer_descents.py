@@ -21,9 +21,9 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cpu_time import shortest
 from jamlab.studies.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
 from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
+from jamlab.studies.table import shortest
 
 
 class Run(NamedTuple):

@@ -27,10 +27,9 @@ from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.studies.cpu_time import one_core, shortest
 from jamlab.studies.example_packings import example_file
 from jamlab.studies.study import Shown, TableStudy
-from jamlab.studies.table import MeasuredTable, Task
+from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 PRESSURE = 1e-3  # k, of disks packed from random starts

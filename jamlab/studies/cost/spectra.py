@@ -20,7 +20,7 @@ from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.reduced_model import SETTINGS
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.table import shortest
 
 _SIZES = (64, 256)
 _PRESSURE = 1e-3

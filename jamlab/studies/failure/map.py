@@ -96,7 +96,7 @@ class Map(TableStudy):
     """A map before it is measured.
 
     Attributes:
-        x, y: conditions: x the dial of a method, y what it works on.
+        x, y: conditions: x a parameter of a method, y what it works on.
         seeds: runs at every pair.
         prepare: function of y and seed: where the runs of a row start.
         attempt: function of what is prepared and x: one run.
@@ -263,7 +263,7 @@ def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
     if axis.default is None:
         return None
     lines = list(range(len(failed))) if other.default is None else _around(other)
-    works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the dial fail
+    works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the parameter fail
     name = "y" if axis is chart.x else "x"
     boundaries = {k: _boundary(axis, axis.default, failed[k]) for k in works}
     found = [

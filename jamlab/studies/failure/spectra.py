@@ -22,7 +22,7 @@ _N = 12
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A packing, and how its G* is found; what is None is the dial."""
+    """A packing, and how its G* is found; what is None is the condition x."""
 
     packing: Packing
     method: str

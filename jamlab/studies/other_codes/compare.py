@@ -19,15 +19,13 @@ from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.studies.cpu_time import one_core, shortest
 from jamlab.studies.other_codes.analysis import AnalysisRow
-from jamlab.studies.other_codes.ase_peer import ASE
-from jamlab.studies.other_codes.jax_md_peer import JaxMD
-from jamlab.studies.other_codes.jaxdem_peer import JaxDEM
+from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
 from jamlab.studies.other_codes.lammps_peer import Lammps
-from jamlab.studies.other_codes.numpy_disks import all_pairs
+from jamlab.studies.other_codes.matscipy_peer import ASE
 from jamlab.studies.other_codes.openmm_peer import OpenMM
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point
+from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, all_pairs
+from jamlab.studies.table import one_core, shortest
 
 PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 

@@ -1,20 +1,26 @@
-"""The comparison with other codes as a study: tables, CSV, JSON and one HTML page."""
+"""The comparison with other codes as a study: tables, CSV, JSON and one HTML page; recipes for codes without wheels."""
 
 import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import partial
+from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
+import numpy as np
 import pandas as pd
 
+from jamlab.checks import check_choice
+from jamlab.engine.session import evaluate
 from jamlab.figures.html_page import TextTable, write_csv
+from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.studies.other_codes.analysis import AnalysisRow, compare_analysis
 from jamlab.studies.other_codes.compare import Row, compare, jolted_minimum, summary
+from jamlab.studies.other_codes.peer import mean_diameters
 from jamlab.studies.page import Page, write_page
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task
@@ -139,3 +145,41 @@ def _text(value: object, form: str) -> str:
     if value is None:
         return "-"
     return f"{value:{form}}" if form else str(value)
+
+
+RECIPES = {
+    "hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels",
+}
+
+
+def write_recipe(name: str, folder: Path, packing: Packing) -> str:
+    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them.
+
+    The file holds positions (n, 2), diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these
+    positions. The script prints how far the other code is from them, then minimises.
+
+    Raises:
+        InputError: there is no such recipe, or the other code cannot take the packing.
+        StorageError: the folder cannot be written.
+    """
+    check_choice("recipe", name, RECIPES)
+    species, s = mean_diameters(packing)
+    here = evaluate(packing)
+    make_folder(folder)
+    with atomic_file(folder / "packing.npz") as temporary, temporary.open("wb") as file:
+        np.savez(
+            file,
+            positions=packing.positions,
+            species=species,
+            s=s,
+            sides=np.diag(packing.box),
+            eps=float(packing.params["eps"]),
+            energy=here.energy,
+            forces=here.forces,
+            stress=here.stress,
+        )
+    script = f"{name}_check.py"
+    text = resources.files("jamlab.studies.other_codes").joinpath(f"{script}.txt").read_text(encoding="utf-8")
+    with atomic_file(folder / script) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return f"{RECIPES[name]}\ncd {folder} && python {script}"
