@@ -68,13 +68,22 @@ class OverdampedSession:
         damping: `ContactDamping` or `StokesDrag`.
         tolerance: relative error of velocities that a step may make; the residual of the solver follows.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1.
+        residual: of the solver of velocities, over the driving force; by default `solver_residual`.
 
     Raises:
         InputError: a value out of range.
         EngineError: see `Session`.
     """
 
-    def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+    def __init__(
+        self,
+        packing: Packing,
+        damping: Damping,
+        tolerance: float,
+        background: float,
+        *,
+        residual: float | None = None,
+    ) -> None:
         check_flowing(damping, tolerance, background)
         self._damping, self._tolerance = damping, tolerance
         self._before: FlowState | None = None
@@ -82,7 +91,7 @@ class OverdampedSession:
         self._driven = False
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
-        settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
+        settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
         settings |= {"tau": damping.tau, "background": background, "fluid": 0.0}
         self._outlines = ""  # words for drag between outlines
         if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
