@@ -180,12 +180,18 @@ void FixOverdamped::make_solver()
 {
   GhostExchange &exchange = *this;
   settings.fluid = fluid * area();
-  const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
-  droplets = !disks;
-  if (disks)
-    solver = std::make_unique<DiskDrag>(world, exchange, settings, *disks);
-  else
+  const auto *const style = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  droplets = !style;
+  if (droplets) {
+    disks = nullptr;
     solver = std::make_unique<DropletDrag>(lmp, exchange, settings, droplet_law, *virial, *energy);
+    return;
+  }
+  auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom->tag);
+  if (disks) drag->take_over(*disks);    // of the run before
+  disks = drag.get();
+  solver = std::move(drag);
+  length_unit = style->mean_diameter();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -46,7 +46,7 @@ PairDiskDrag::~PairDiskDrag()
 void PairDiskDrag::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  touching.clear();
+  found.clear();
 
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
@@ -59,12 +59,15 @@ void PairDiskDrag::compute(int eflag, int vflag)
       const int j = neighbors[jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
       const double s = reach[type[i]][type[j]];
-      if (rsq >= s * s || factor == 0.0) continue;
+      if (factor == 0.0) continue;
+      const double K = factor * strength[type[i]][type[j]];
+      remember(i, j, -dx, -dy, K);
+      if (rsq >= s * s) continue;
       if (rsq == 0.0)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
                    atom->tag[i], atom->tag[j]);
 
-      const double r = sqrt(rsq), overlap = s - r, K = factor * strength[type[i]][type[j]];
+      const double r = sqrt(rsq), overlap = s - r;
       const double push = K * overlap, fpair = 2.0 * push / r;
       f[i][0] += dx * fpair;
       f[i][1] += dy * fpair;
@@ -73,7 +76,6 @@ void PairDiskDrag::compute(int eflag, int vflag)
         f[j][1] -= dy * fpair;
       }
       if (evflag) ev_tally(i, j, nlocal, newton_pair, push * overlap, 0.0, fpair, dx, dy, 0.0);
-      remember(i, j, -dx, -dy, r, K, overlap);
     }
   }
   if (vflag_fdotr) virial_fdotr_compute();
@@ -81,13 +83,21 @@ void PairDiskDrag::compute(int eflag, int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-void PairDiskDrag::remember(int i, int j, double dx, double dy, double r, double K, double overlap)
+void PairDiskDrag::remember(int i, int j, double x, double y, double K)
 {
-  const int *const type = atom->type;
-  const double back = law.arms_to_contact ? 0.5 * overlap : 0.0;
+  const int a = atom->type[i], b = atom->type[j];
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  touching.push_back({i, j, dx / r, dy / r, r, 2.0 * K, 2.0 * K * overlap, 0.5 * reach[type[i]][type[i]] - back,
-                      0.5 * reach[type[j]][type[j]] - back, share});
+  found.push_back({i, j, x, y, reach[a][b], 2.0 * K, 0.5 * reach[a][a], 0.5 * reach[b][b], share});
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairDiskDrag::mean_diameter() const
+{
+  double total = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) total += reach[atom->type[i]][atom->type[i]];
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
+  return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -269,5 +279,5 @@ void *PairDiskDrag::extract(const char *str, int &dim)
 
 double PairDiskDrag::memory_usage()
 {
-  return Pair::memory_usage() + touching.capacity() * sizeof(DiskContact);
+  return Pair::memory_usage() + found.capacity() * sizeof(DiskPair);
 }

@@ -12,7 +12,7 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel as in pair_style harmonic/cut, E = K (s - r)^2, and remember who touches whom.
+/* Disks that repel as in pair_style harmonic/cut, E = K (s - r)^2, and remember who is near to whom.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 
 class PairDiskDrag : public Pair {
@@ -34,16 +34,17 @@ class PairDiskDrag : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  const std::vector<DiskContact> &contacts() const { return touching; }    // of the last force evaluation
+  const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
   const DragLaw &drag() const { return law; }
+  double mean_diameter() const;
 
  private:
   DragLaw law;
   double **strength, **reach;    // K and s of two types
-  std::vector<DiskContact> touching;
+  std::vector<DiskPair> found;
 
   void allocate();
-  void remember(int i, int j, double dx, double dy, double r, double strength, double overlap);
+  void remember(int i, int j, double x, double y, double strength);
 };
 
 }    // namespace LAMMPS_NS

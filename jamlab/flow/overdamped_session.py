@@ -21,7 +21,7 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping, StokesDrag
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_SOFTEST, _STIFFEST = 1e-3, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
