@@ -30,6 +30,7 @@ class DiskDrag : public DragSolver {
     double base;     // part of it that stands in the matrix; the rest is the force `held` along the slip
     double held;
     int tried;    // states that do not fit at this instant, as bits
+    bool free;    // slips without an answer in its approach, as a disk on one contact: no force keeps its gap
   };
   struct Change {    // of a pair whose state does not fit at the end of a step
     tagint first, second;
@@ -56,6 +57,7 @@ class DiskDrag : public DragSolver {
   Revision revise(const Motions &u, double rate, double least_speed);
   void try_states(int combination);    // of all edges, counted as digits to base 3
   double misfit(const Motions &u, double rate) const;    // of the states of edges, as a part of their velocities
+  bool close_rubbing();               // all of them, where no solution is found; false: there are none
   void forget_settled();              // edges whose gap tells their state
   void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
   bool rubs() const { return rubbing > 0; }
@@ -103,7 +105,7 @@ class DiskDrag : public DragSolver {
   bool hold(Motions &force, Motions &u, Load &, Result &) override;
   double push_along_slip(std::size_t edge, Motions &force) const;
   void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &);
-  static bool solve_dense(std::vector<double> &matrix, std::vector<double> &right);
+  static void solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free);
   double rounding() const override;
   static void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide);
 };

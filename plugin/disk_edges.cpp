@@ -9,12 +9,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 using namespace LAMMPS_NS;
 
 static constexpr double BASE = 0.5;             // part of the drag that keeps the matrix well conditioned
 static constexpr double ANSWER = 1e-3;          // residual of an answer, over the force that is answered
-static constexpr double MOVES = 1e-9;           // approach over the velocity of a contact that is none
+static constexpr double MOVES = 10.0;           // residuals; approach over the velocity of a contact that is more
+static constexpr double SINGULAR = 1e-4;        // pivot over the largest one that determines nothing
+static constexpr double ANSWERS = 1e-4;         // approach over slip of an answer: a disk on one contact has none
 
 /* ---------------------------------------------------------------------- */
 
@@ -28,7 +31,7 @@ void DiskDrag::expect(const Change &change)
       return;
     }
   const int before = change.state == OPEN ? CLOSED : OPEN;
-  edged.push_back({change.first, change.second, change.state, BASE, BASE, 0.0, 1 << before});
+  edged.push_back({change.first, change.second, change.state, BASE, BASE, 0.0, 1 << before, false});
 }
 
 /* ---------------------------------------------------------------------- */
@@ -63,10 +66,11 @@ DiskDrag::Revision DiskDrag::revise(const Motions &u, double rate, double least_
     const double speed = sqrt(s.approach * s.approach + law.beta * s.slide * s.slide);
     const double off = edge.state == CLOSED ? s.approach : -s.approach;
     int first, second;    // states to be tried next
-    if (edge.state == RUBBING && (edge.theta < 0.0 || edge.theta > 1.0)) {
-      first = edge.theta < 0.0 ? OPEN : CLOSED;
-      second = edge.theta < 0.0 ? CLOSED : OPEN;
-    } else if (edge.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > least_speed && off > MOVES * speed) {
+    if (edge.state == RUBBING && (edge.free || edge.theta < 0.0 || edge.theta > 1.0)) {
+      const bool parts = !edge.free && edge.theta < 0.0;
+      first = parts ? OPEN : CLOSED;
+      second = parts ? CLOSED : OPEN;
+    } else if (edge.state != RUBBING && law.beta > 0.0 && law.tau > 0.0 && speed > least_speed && off > MOVES * settings.tolerance * speed) {
       first = edge.state == CLOSED ? OPEN : CLOSED;
       second = RUBBING;
     } else
@@ -86,10 +90,25 @@ DiskDrag::Revision DiskDrag::revise(const Motions &u, double rate, double least_
 
 /* ---------------------------------------------------------------------- */
 
+bool DiskDrag::close_rubbing()
+{
+  if (rubbing == 0) return false;
+  for (Edge &edge : edged) {
+    if (edge.state != RUBBING) continue;
+    edge.tried = 1 << RUBBING;
+    set_state(edge, CLOSED);
+  }
+  find_contacts();
+  return true;
+}
+
+/* ---------------------------------------------------------------------- */
+
 void DiskDrag::set_state(Edge &edge, int state)
 {
   edge.state = state;
   edge.held = 0.0;
+  edge.free = false;
   edge.base = edge.theta = BASE;
 }
 
@@ -182,6 +201,7 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
     rate_answers.assign(m, 0.0);
   }
   std::vector<double> matrix(m * m), right(m);
+  std::vector<bool> free(m, false);    // that slip without an answer in their approach
   const std::vector<Slip> slips = edge_slips(u, load.rate);
   std::vector<Motions> pushes(m);
   std::vector<double> moments(m, 0.0);
@@ -189,7 +209,7 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
   for (std::size_t a = 0; a < m; a++) {
     const Slip &s = slips[rubs[a]];
     right[a] = s.approach + closing * s.gap;
-    enough = enough && fabs(right[a]) <= settings.tolerance * (fabs(s.slide) + fabs(closing * s.gap));
+    enough = enough && (edged[rubs[a]].free || fabs(right[a]) <= settings.tolerance * (fabs(s.slide) + fabs(closing * s.gap)));
   }
   if (enough && result.converged) {
     update_thetas(rubs, slips);
@@ -215,8 +235,15 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
     }
     const std::vector<Slip> answer = edge_slips(answers[a], rate_answers[a]);
     for (std::size_t b = 0; b < m; b++) matrix[b * m + a] = answer[rubs[b]].approach;
+    free[a] = fabs(answer[rubs[a]].approach) <= ANSWERS * fabs(answer[rubs[a]].slide);
   }
-  if (!solve_dense(matrix, right)) return false;
+  for (std::size_t a = 0; a < m; a++) {
+    if (!free[a]) continue;
+    for (std::size_t b = 0; b < m; b++) matrix[a * m + b] = a == b ? 1.0 : 0.0;
+    right[a] = 0.0;
+  }
+  solve_dense(matrix, right, free);
+  for (std::size_t a = 0; a < m; a++) edged[rubs[a]].free = free[a];
   for (std::size_t a = 0; a < m; a++) {
     const double q = -right[a];
     edged[rubs[a]].held += q;
@@ -250,28 +277,42 @@ void DiskDrag::update_thetas(const std::vector<std::size_t> &rubs, const std::ve
 }
 
 /* ----------------------------------------------------------------------
-   m unknowns by elimination with pivots; false: singular
+   m unknowns by elimination with pivots; those that the others leave undetermined are 0 and free
 ------------------------------------------------------------------------- */
 
-bool DiskDrag::solve_dense(std::vector<double> &matrix, std::vector<double> &right)
+void DiskDrag::solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free)
 {
   const std::size_t m = right.size();
-  for (std::size_t n = 0; n < m; n++) {
-    std::size_t best = n;
-    for (std::size_t k = n + 1; k < m; k++)
-      if (fabs(matrix[k * m + n]) > fabs(matrix[best * m + n])) best = k;
-    if (matrix[best * m + n] == 0.0) return false;
-    for (std::size_t k = 0; k < m; k++) std::swap(matrix[n * m + k], matrix[best * m + k]);
-    std::swap(right[n], right[best]);
-    for (std::size_t k = n + 1; k < m; k++) {
-      const double factor = matrix[k * m + n] / matrix[n * m + n];
-      for (std::size_t l = n; l < m; l++) matrix[k * m + l] -= factor * matrix[n * m + l];
-      right[k] -= factor * right[n];
+  std::vector<std::size_t> rows(m), columns(m);
+  std::iota(rows.begin(), rows.end(), 0);
+  std::iota(columns.begin(), columns.end(), 0);
+  const auto at = [&](std::size_t k, std::size_t l) -> double & { return matrix[rows[k] * m + columns[l]]; };
+  double largest = 0.0;
+  std::size_t rank = 0;
+  for (; rank < m; rank++) {
+    std::size_t row = rank, column = rank;
+    for (std::size_t k = rank; k < m; k++)
+      for (std::size_t l = rank; l < m; l++)
+        if (fabs(at(k, l)) > fabs(at(row, column))) {
+          row = k;
+          column = l;
+        }
+    largest = std::max(largest, fabs(at(row, column)));
+    if (!(fabs(at(row, column)) > SINGULAR * largest)) break;
+    std::swap(rows[rank], rows[row]);
+    std::swap(columns[rank], columns[column]);
+    for (std::size_t k = rank + 1; k < m; k++) {
+      const double factor = at(k, rank) / at(rank, rank);
+      for (std::size_t l = rank; l < m; l++) at(k, l) -= factor * at(rank, l);
+      right[rows[k]] -= factor * right[rows[rank]];
     }
   }
-  for (std::size_t n = m; n-- > 0;) {
-    for (std::size_t k = n + 1; k < m; k++) right[n] -= matrix[n * m + k] * right[k];
-    right[n] /= matrix[n * m + n];
+  std::vector<double> found(m, 0.0);
+  for (std::size_t n = rank; n-- > 0;) {
+    double sum = right[rows[n]];
+    for (std::size_t l = n + 1; l < rank; l++) sum -= at(n, l) * found[columns[l]];
+    found[columns[n]] = sum / at(n, n);
   }
-  return true;
+  for (std::size_t n = rank; n < m; n++) free[columns[n]] = free[rows[n]] = true;
+  right = found;
 }

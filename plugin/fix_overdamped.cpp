@@ -9,7 +9,9 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "modify.h"
 #include "neighbor.h"
+#include "output.h"
 #include "timer.h"
 #include "update.h"
 
@@ -65,6 +67,8 @@ double FixOverdamped::typical_rate() const
 
 void FixOverdamped::setup(int /*vflag*/)
 {
+  if (last_timestep >= 0 && last_timestep != update->ntimestep) forget_velocities();
+  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // no mass, no kinetic energy or pressure
   if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
   if (!droplets) {
     start_disks();
@@ -81,6 +85,16 @@ void FixOverdamped::setup(int /*vflag*/)
   }
   if (state.step == 0.0) state.step = DROPLET_FIRST * longest_step();
   set_time_step(up_to_end(std::min(state.step, longest_step())));
+}
+
+/* ----------------------------------------------------------------------
+   something else has moved the particles since, such as a minimisation
+------------------------------------------------------------------------- */
+
+void FixOverdamped::forget_velocities()
+{
+  for (Motions *each : {&now, &before, &moved, &moved_before}) std::fill(each->begin(), each->end(), Motion());
+  state.step = state.last_step = state.step_before = 0.0;
 }
 
 /* ----------------------------------------------------------------------
@@ -174,6 +188,7 @@ void FixOverdamped::final_integrate()
 
 void FixOverdamped::post_run()
 {
+  last_timestep = update->ntimestep;
   if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
 }
 
@@ -207,11 +222,12 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
   if (droplets)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still "
-               "too long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+    error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are "
+               "still too long: give a background drag, such as 1e-2, or a larger one", WHO, FLOW_SLIPS, state.time, state.strain,
                state.last_step);
-  error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
-             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
+  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
+             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, FLOW_SINGULAR,
+             state.time,
              state.strain, result.residual, result.iterations);
 }
 
@@ -287,9 +303,9 @@ double FixOverdamped::longest_step() const
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
+    error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
-               "rate", WHO, state.time, state.strain, state.rate, fastest, least);
+               "rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least);
   return least;
 }
 
@@ -310,4 +326,5 @@ void FixOverdamped::set_time_step(double dt)
 {
   update->update_time();
   update->dt = dt;
+  output->reset_dt();    // of dumps that are written at given times
 }

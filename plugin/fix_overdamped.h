@@ -21,6 +21,10 @@ namespace LAMMPS_NS {
    them, and vertices without contact may have no drag at all: theirs are backward differences of second
    order, linearised where their prediction ends. */
 
+// Codes in the messages of flows that have no answer, by which Python tells them from wrong settings
+inline constexpr char FLOW_SINGULAR[] = "[flow-singular]", FLOW_STUCK[] = "[flow-stuck]", FLOW_SLIPS[] = "[flow-slips]",
+                      FLOW_CROSSES[] = "[flow-crosses]";
+
 class FixOverdamped : public Fix, private GhostExchange {
  public:
   FixOverdamped(class LAMMPS *, int, char **);
@@ -69,6 +73,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double length_unit = 1.0;     // mean diameter of disks
   double approached = 0.0;      // by two disks at most, since neighbors were found
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
+  bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
   Motions now, before;        // velocities: of this step, and, of droplets, of the last one
   Motions moved, moved_before;    // droplets: beside the affine flow, in the last two steps
   Motions pushes;             // on every atom, but for the drag
@@ -94,6 +99,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   struct Plan {     // the next step of disks: part `time` of a whole one
     double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0;
     Motions moved, ahead;
+    std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;
 
   FlowSums sums;
@@ -102,10 +108,11 @@ class FixOverdamped : public Fix, private GhostExchange {
 
   void read_arguments(int narg, char **arg);
   void read_droplet_law(char **arg);
-  static constexpr char STEPS_LEAD_NOWHERE[] = "steps lead nowhere", NEARLY_SINGULAR[] = "drag nearly singular",
-                        SLIPS[] = "droplets slip";    // what tells errors of a flow from those of its settings
   double number(const char *keyword, const char *text) const;
   void check() const;
+  void check_forces() const;
+  void find_computes();
+  void forget_velocities();
 
   void make_solver();
   DragSolver::Result find_velocities(bool forces = true);
@@ -129,7 +136,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   double farthest_correction(const Motions &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
-  void refuse(const DragSolver::Result &) const;
+  [[noreturn]] void refuse(const DragSolver::Result &) const;
   void remove_drift();
   void add_up();
   void lean(double strain);

@@ -28,7 +28,8 @@ static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
 static constexpr double TRUST = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
                                             // no drag would grow from step to step
-static constexpr double SPREAD = 30.0;      // disks that move by as much as one contact does that drags wrongly
+static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
+static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
 static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in a step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
@@ -74,8 +75,9 @@ void FixOverdamped::start_disks()
   const double least = sums.speed > 0.0 ? tolerance * sums.speed / SPREAD : 0.0;
   DiskDrag::Revision revision = DiskDrag::CHANGED;
   while (revision == DiskDrag::CHANGED) {
-    if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
-    revision = disks->revise(now, state.rate, least);
+    const DragSolver::Result result = find_velocities();
+    if (!result.converged && !disks->close_rubbing()) refuse(result);
+    revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
   }
   if (revision == DiskDrag::CYCLES) find_states();
   disks->forget_settled();
@@ -179,23 +181,23 @@ double FixOverdamped::try_stages(double step)
 
 void FixOverdamped::plan_disks()
 {
-  const double longest = longest_step(), speeds = all_speeds(), relaxation = longest;
+  const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   double next;
   while (true) {
     step = up_to_end(std::min(step, longest));
-    const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(tolerance * speeds / off) : GROWTH;
+    const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
     if (factor >= SAFETY) break;
-    if (step < STUCK * relaxation)
-      error->all(FLERR, "{}: [{}] at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
-                 "background drag, such as 1e-2 k tau, or lower the rate", WHO, STEPS_LEAD_NOWHERE, state.time,
+    if (step < STUCK * longest)
+      error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
+                 "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
                  state.strain, state.rate, step);
     step = next;
   }
   plan.next_step = std::max(next, std::min(state.step, longest) > step ? state.step : 0.0);
   plan.step = step;
-  plan.time = up_to_changes(step, tolerance * speeds);
+  plan.time = up_to_changes(step, allowed);
   plan.strain = strain_after(plan.time, step);
   const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
   plan.work = plan.dissipated = 0.0;
@@ -252,8 +254,9 @@ double FixOverdamped::up_to_changes(double step, double allowed)
       (off(middle) > allowed * std::max(middle, SLACK * step) ? high : low) = middle;
     }
   }
+  plan.changes.clear();
   for (const auto &change : changes)
-    if (change.time < high) disks->expect(change);
+    if (change.time < high) plan.changes.push_back(change);
   return high;
 }
 
@@ -305,6 +308,7 @@ void FixOverdamped::move_disks()
     now[i] = {v.x + TRUST * (u.x + plan.strain * u.y - v.x), v.y + TRUST * (u.y - v.y),
               v.spin + TRUST * (u.spin - v.spin)};
   }
+  for (const auto &change : plan.changes) disks->expect(change);
   state.work += plan.work;
   state.dissipated += plan.dissipated;
   state.step = plan.next_step;
