@@ -45,7 +45,7 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 autosummary_generate = False
 
-SECTIONS = ("packings", "structure", "elasticity", "oscillation", "elsewhere")  # of the gallery
+SECTIONS = ("packings", "structure", "elasticity", "oscillation", "flow", "elsewhere")  # of the gallery
 
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "unsrt"

@@ -75,8 +75,11 @@ int DiskDrag::find_pair(const Edge &edge) const
 
 DiskContact DiskDrag::contact_of(const DiskPair &p, double x, double y) const
 {
-  const double r = hypot(x, y), overlap = p.reach - r, back = law.arms_to_contact ? 0.5 * overlap : 0.0;
-  return {p.i, p.j, x / r, y / r, r, p.stiffness, p.stiffness * overlap, p.radius_i - back, p.radius_j - back, p.share};
+  const double r = hypot(x, y);
+  const Repulsion push = pair.repulsion(p.strength, p.reach - r);
+  const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
+  return {p.i, p.j, x / r, y / r, r, push.stiffness, push.force, push.energy, p.radius_i - back, p.radius_j - back,
+          p.share};
 }
 
 /* ---------------------------------------------------------------------- */
@@ -354,7 +357,7 @@ FlowSums DiskDrag::add_up(const Motions &u, double rate)
     sums.viscous += part * x * c.ny;
     sums.xx += part * (x - c.force * c.nx) * c.nx;
     sums.yy += part * (y - c.force * c.ny) * c.ny;
-    sums.energy += c.share * 0.5 * c.force * c.force / c.stiffness;
+    sums.energy += c.share * c.energy;
     sums.dissipation += c.share * (push * approach + rub * slide);
     sums.contacts += c.share;
   }
@@ -376,7 +379,8 @@ double DiskDrag::least_relaxation_time() const
 {
   double least = HUGE_VAL;
   for (std::size_t k = 0; k < contacts.size(); k++)
-    least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
+    if (contacts[k].stiffness > 0.0)    // rounds to 0 where disks that stiffen barely touch
+      least = std::min(least, (weights[k] + settings.background / 12.0) / contacts[k].stiffness);
   return law.alpha * std::min(least, flow_relaxation);
 }
 

@@ -135,7 +135,7 @@ void DiskDrag::find_changes(const Motions &u, double rate, double time, const Mo
       (sign * gap(middle) > 0.0 ? high : low) = middle;
     }
     found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high, contact_speed(p, u, rate),
-                     law.tau > 0.0 ? 0.0 : p.stiffness / settings.background});
+                     law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
   }
 }
 

@@ -21,6 +21,7 @@
 using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Pair style disk/drag";
+static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
 
 /* ---------------------------------------------------------------------- */
 
@@ -67,15 +68,16 @@ void PairDiskDrag::compute(int eflag, int vflag)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
                    atom->tag[i], atom->tag[j]);
 
-      const double r = sqrt(rsq), overlap = s - r;
-      const double push = K * overlap, fpair = 2.0 * push / r;
+      const double r = sqrt(rsq);
+      const Repulsion push(K, s - r, exponent);
+      const double fpair = push.force / r;
       f[i][0] += dx * fpair;
       f[i][1] += dy * fpair;
       if (newton_pair || j < nlocal) {
         f[j][0] -= dx * fpair;
         f[j][1] -= dy * fpair;
       }
-      if (evflag) ev_tally(i, j, nlocal, newton_pair, push * overlap, 0.0, fpair, dx, dy, 0.0);
+      if (evflag) ev_tally(i, j, nlocal, newton_pair, push.energy, 0.0, fpair, dx, dy, 0.0);
     }
   }
   if (vflag_fdotr) virial_fdotr_compute();
@@ -87,7 +89,7 @@ void PairDiskDrag::remember(int i, int j, double x, double y, double K)
 {
   const int a = atom->type[i], b = atom->type[j];
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  found.push_back({i, j, x, y, reach[a][b], 2.0 * K, 0.5 * reach[a][a], 0.5 * reach[b][b], share});
+  found.push_back({i, j, x, y, reach[a][b], K, 0.5 * reach[a][a], 0.5 * reach[b][b], share});
 }
 
 /* ---------------------------------------------------------------------- */
@@ -114,25 +116,28 @@ void PairDiskDrag::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style disk/drag tau beta [alpha value] [arms radius|contact]
+   pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value]
 ------------------------------------------------------------------------- */
 
 void PairDiskDrag::settings(int narg, char **arg)
 {
-  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact]", WHO);
+  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value]", WHO);
 
   law = DragLaw();
+  exponent = 2.0;
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
   law.beta = utils::numeric(FLERR, arg[1], false, lmp);
   for (int k = 2; k < narg; k += 2) {
     if (strcmp(arg[k], "alpha") == 0)
       law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "exponent") == 0)
+      exponent = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "radius") == 0)
       law.arms_to_contact = false;
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
       law.arms_to_contact = true;
     else
-      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact", WHO, arg[k], arg[k + 1]);
+      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value", WHO, arg[k], arg[k + 1]);
   }
 
   if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
@@ -141,15 +146,17 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
     error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
                WHO, law.alpha, LEAST_ALPHA);
+  if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
+    error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
 }
 
 /* ----------------------------------------------------------------------
-   pair_coeff i j K s, as of harmonic/cut
+   pair_coeff i j K s, as of harmonic/cut where the exponent is 2
 ------------------------------------------------------------------------- */
 
 void PairDiskDrag::coeff(int narg, char **arg)
 {
-  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^2", WHO);
+  if (narg != 4) error->all(FLERR, "{} needs: pair_coeff i j K s, E = K (s - r)^exponent", WHO);
   if (!allocated) allocate();
 
   int ilo, ihi, jlo, jhi;
@@ -228,14 +235,19 @@ void PairDiskDrag::read_restart(FILE *fp)
 void PairDiskDrag::write_restart_settings(FILE *fp)
 {
   fwrite(&law, sizeof(DragLaw), 1, fp);
+  fwrite(&exponent, sizeof(double), 1, fp);
 }
 
 /* ---------------------------------------------------------------------- */
 
 void PairDiskDrag::read_restart_settings(FILE *fp)
 {
-  if (comm->me == 0) utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
+  if (comm->me == 0) {
+    utils::sfread(FLERR, &law, sizeof(DragLaw), 1, fp, nullptr, error);
+    utils::sfread(FLERR, &exponent, sizeof(double), 1, fp, nullptr, error);
+  }
   MPI_Bcast(&law, sizeof(DragLaw), MPI_BYTE, 0, world);
+  MPI_Bcast(&exponent, 1, MPI_DOUBLE, 0, world);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -260,9 +272,9 @@ double PairDiskDrag::single(int, int, int itype, int jtype, double rsq, double, 
   const double r = sqrt(rsq), overlap = reach[itype][jtype] - r;
   fforce = 0.0;
   if (overlap <= 0.0) return 0.0;
-  const double push = factor * strength[itype][jtype] * overlap;
-  fforce = 2.0 * push / r;
-  return push * overlap;
+  const Repulsion push(factor * strength[itype][jtype], overlap, exponent);
+  fforce = push.force / r;
+  return push.energy;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -12,7 +12,7 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel as in pair_style harmonic/cut, E = K (s - r)^2, and remember who is near to whom.
+/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near to whom.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 
 class PairDiskDrag : public Pair {
@@ -37,9 +37,11 @@ class PairDiskDrag : public Pair {
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
   const DragLaw &drag() const { return law; }
   double mean_diameter() const;
+  Repulsion repulsion(double strength, double overlap) const { return {strength, overlap, exponent}; }
 
  private:
   DragLaw law;
+  double exponent = 2.0;
   double **strength, **reach;    // K and s of two types
   std::vector<DiskPair> found;
 

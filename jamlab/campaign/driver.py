@@ -1,22 +1,119 @@
-"""Feed tasks to workers, a bounded number at a time; whatever dies, the files in the folder are whole."""
+"""Feed tasks to workers, a bounded number at a time; a worker carries a task from its parameters to its file.
 
+Whatever dies, the files in the folder are whole.
+"""
+
+import errno
 import itertools
+import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.standard_error import wanted_batches
-from jamlab.campaign.stored_states import StoredStates
+from jamlab.campaign.observable import Measured, measure_tables
+from jamlab.campaign.own_observables import load_function, measure_own
+from jamlab.campaign.states import StoredStates, make_states, read_stored, shared_tables
+from jamlab.campaign.status import wanted_batches
+from jamlab.campaign.tables import STATE_COLUMNS
+from jamlab.campaign.task_file import write_task_file
 from jamlab.campaign.tasks import Batch, Task
-from jamlab.campaign.worker import FAILED, FINISHED, FULL, Outcome, run_task
 from jamlab.campaign.workers import resources
 from jamlab.errors import EngineError, StorageError
+from jamlab.measure import COLUMNS, measure_all
+from jamlab.processes.cores import cores_given
+from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+FINISHED, FAILED, FULL = "finished", "failed", "full"
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for the driver
+
+
+class Outcome(NamedTuple):
+    """How a task ended.
+
+    Attributes:
+        state: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can
+            go on).
+        line: the task, and what went wrong, as text to show.
+        seconds: wall time; nan if the workers died.
+    """
+
+    state: str
+    line: str
+    seconds: float
+
+
+def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
+    """Run a task unless its file exists.
+
+    Args:
+        folder: of the campaign, the same path on every machine.
+        task: with its ranks, as many cores as it may use.
+        source: finished task whose states are those of this one.
+        modules: folders that hold modules of the user's own observables.
+    """
+    began, used = time.perf_counter(), cpu_seconds()
+
+    def end(state: str, line: str) -> Outcome:
+        return Outcome(state, line, time.perf_counter() - began)
+
+    place, label = CampaignFolder(Path(folder)), task.parameters.label
+    file = place.task_file(task.name)
+    try:
+        if not file.exists():
+            place.check_target(file)  # before the work, not after
+            check_target(file)
+            with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
+                _make_file(place, task, (began, used), source, modules)
+        return end(FINISHED, label)
+    except StorageError as error:
+        return end(FULL, str(error))
+    except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
+        if isinstance(error, OSError) and error.errno in _NO_SPACE:
+            return end(FULL, f"no space for {label}: {error}")
+        try:
+            place.record_failure(task, error)
+        except StorageError as full:
+            return end(FULL, str(full))
+        return end(FAILED, f"{label}: {error}")
+
+
+def cpu_seconds() -> float:
+    """CPU time of this process and of the ranks it waited for."""
+    return sum(os.times()[:4])
+
+
+def _make_file(
+    folder: CampaignFolder, task: Task, began: tuple[float, float], source: str | None, modules: Sequence[str]
+) -> None:
+    functions = {name: load_function(name, modules) for name in task.parameters.own}
+    stored = read_stored(folder, source) if source is not None else None
+    if stored is None:
+        states, known, before = make_states(task.parameters, task.ranks), {}, (0.0, 0.0)
+        measured = measure_all(states.packings)
+    else:
+        file, states = stored
+        shared = shared_tables(task.parameters, file.parameters)
+        known = {name: columns for name, columns in file.tables.items() if name in shared}
+        before = file.seconds, file.cpu_seconds
+        whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
+        measured = file.observables if whole else measure_all(states.packings)
+    of = Measured(states, measured["pressure"], task.parameters.tolerances)
+    tables = measure_tables(task.parameters.tables, of, known)
+    taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
+    for name in sorted(functions.keys() - known.keys()):
+        tables[name] = measure_own(name, functions[name], states.packings, taken)
+        taken |= tables[name].keys()
+    wall, cpu = before[0] + time.perf_counter() - began[0], before[1] + cpu_seconds() - began[1]
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=wall, cpu_seconds=cpu)
 
 
 @dataclass(frozen=True)
@@ -82,7 +179,7 @@ def drive(
             key = f"jamlab-{task.name}"
             under_way[key] = task
             source = stored.source(task.parameters) if stored is not None else None
-            work = (place, task.name, task.parameters, source and source.name, modules, task.ranks)
+            work = (place, task, source and source.name, modules)
             ended.add(client.submit(run_task, *work, key=key, pure=False, resources=resources(task.ranks)))
 
     fill()
@@ -127,12 +224,15 @@ def _outcome(future: "Future", folder: CampaignFolder, task: Task) -> Outcome:
         outcome: Outcome = future.result()
         return outcome
     if future.status != "error":
-        raise EngineError(f"lost the Dask scheduler during {task.label}: start it again, then `jamlab campaign resume`")
+        raise EngineError(
+            f"lost the Dask scheduler during {task.parameters.label}: start it again, then `jamlab campaign resume`"
+        )
     error = future.exception()
     if isinstance(error, KilledWorker):
-        reason = EngineError(f"{task.label}: its workers died again and again: killed, or out of memory")
+        reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
         folder.record_failure(task, reason)
         return Outcome(FAILED, str(reason), float("nan"))
     raise EngineError(
-        f"workers cannot run {task.label}: {error}; they must have the driver's jamlab and see the folder {folder.path}"
+        f"workers cannot run {task.parameters.label}: {error}; they must have the driver's jamlab and see the folder"
+        f" {folder.path}"
     ) from error

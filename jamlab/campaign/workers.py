@@ -1,24 +1,30 @@
 """Start or find Dask workers: processes on this machine, a running scheduler, or SLURM jobs; one task each at a time.
 
-Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Workers on this
-machine die with the driver, see `worker_process.py`; SLURM jobs exit when they lose their scheduler, which is part of
-the driver.
+Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. A worker on
+this machine is `python -m jamlab.campaign.workers SCHEDULER DRIVER_PID CORES`. It asks the kernel to kill it when the
+driver dies (PR_SET_PDEATHSIG), so that no orphan goes on computing, whatever killed the driver and whatever the worker
+is doing. SLURM jobs exit when they lose their scheduler, which is part of the driver.
 """
 
+import asyncio
 import contextlib
 import inspect
 import logging
+import os
 import shutil
+import signal
 import socket
 import subprocess
+import sys
 import tempfile
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from jamlab.campaign.worker_process import DEATH_TIMEOUT
-from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.errors import EngineError, InputError
+from jamlab.processes.child import child_environment, die_with
 from jamlab.processes.cores import available_cores
 
 if TYPE_CHECKING:
@@ -38,6 +44,11 @@ _KNOCK_TIMEOUT = 5.0  # s
 _SBATCH_TIMEOUT = 60.0  # s
 _RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
 _CORES = "cores"  # resource of workers that hold the cores of several ranks
+DEATH_TIMEOUT = 60  # s without a scheduler after which a worker exits; as long as a connection may take
+_LOOPBACK = "127.0.0.1"
+_LOOK = 0.1  # s between looks at the processes: short against the second that a start takes
+_EARLY = 30.0  # s of life below which a death counts as early: a start, also on a loaded machine
+_EARLY_DEATHS = 12  # in a row and per worker: twice what one task may cause before it fails
 _SLURM_DEFAULTS = {"memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
 
 
@@ -241,3 +252,76 @@ def _connect(address: str) -> "Client":
                 " start workers with `dask worker --nthreads 1 --nworkers N`"
             )
     return client
+
+
+class WorkerSupply:
+    """Keep a number of worker processes on this machine alive: a new one starts whenever one dies; a context manager.
+
+    Dask's own nannies give up when a worker dies while it starts, and need `if __name__ == "__main__":` in scripts.
+
+    Args:
+        scheduler: its address.
+        count: number of processes.
+        give_up: called when workers die as fast as they start; `failure` then holds the reason, and none is started.
+        cores: that each of them holds.
+    """
+
+    def __init__(self, scheduler: str, count: int, give_up: Callable[[], None], cores: int = 1) -> None:
+        module = "jamlab.campaign.workers"
+        self._line = [sys.executable, "-P", "-m", module, scheduler, str(os.getpid()), str(cores)]
+        self._count = count
+        self.failure: str | None = None
+        self._give_up = give_up
+        self._stop = threading.Event()
+        # the kernel ties a worker's life to the thread that started it: one thread starts them all and stays
+        self._thread = threading.Thread(target=self._keep, name="jamlab workers", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _keep(self) -> None:
+        # Ctrl-C reaches the whole process group; workers inherit this mask, and the driver ends them
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        workers = [(self._start(), time.monotonic()) for _ in range(self._count)]
+        early = 0
+        try:
+            while not self._stop.wait(_LOOK):
+                for k, (process, began) in enumerate(workers):
+                    if process.poll() is None:
+                        continue
+                    early = early + 1 if time.monotonic() - began < _EARLY else 0
+                    if early > _EARLY_DEATHS * self._count:
+                        code = process.returncode
+                        self.failure = f"workers die as soon as they start, the last with exit code {code}: see stderr"
+                        self._give_up()
+                        return
+                    workers[k] = (self._start(), time.monotonic())
+        finally:
+            for process, _ in workers:
+                process.kill()
+            for process, _ in workers:
+                process.wait()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        environment = child_environment() | {"DASK_LOGGING__DISTRIBUTED": "critical"}
+        return subprocess.Popen(self._line, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+
+
+async def _serve(scheduler: str, cores: int) -> None:
+    from distributed import Worker
+
+    # Dask would listen on every interface; this worker and its scheduler share one machine
+    options = {"host": _LOOPBACK, "dashboard_address": f"{_LOOPBACK}:0", "dashboard": False}
+    options["resources"] = {"cores": cores}
+    async with Worker(scheduler, nthreads=1, memory_limit=0, death_timeout=DEATH_TIMEOUT, **options) as worker:
+        await worker.finished()
+
+
+if __name__ == "__main__":
+    die_with(int(sys.argv[2]))
+    asyncio.run(_serve(sys.argv[1], int(sys.argv[3])))

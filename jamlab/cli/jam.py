@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ranks, Ratio, Seed, Tolerance
+from jamlab.cli.options import Ensemble, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -20,6 +20,7 @@ def jam(
     gamma: Annotated[float | None, typer.Option(help="Line tension (dp), eps/l; default 0.4.")] = None,
     ka: Annotated[float | None, typer.Option(help="Area stiffness (dp), eps/l^4; default 300.")] = None,
     delta: Annotated[float | None, typer.Option(help="Width of the rims (dp), l; default 0.25.")] = None,
+    law: Law = None,
     ratio: Ratio = None,
     large: Large = 0.5,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
@@ -36,7 +37,8 @@ def jam(
     expect_output(out)
     with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
-        law = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-        how |= {"large": large, "ranks": ranks} | {name: value for name, value in law.items() if value is not None}
+        given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
+        how |= {"large": large, "ranks": ranks} | {name: value for name, value in given.items() if value is not None}
+        how |= law_values(law)
         packing = run(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

@@ -16,6 +16,25 @@ def _check_hdf5(path: Path) -> Path:
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]
+
+
+def law_values(entries: list[str] | None) -> dict[str, float | str]:
+    """Read the entries of `--law`, each NAME=VALUE, as numbers where they are numbers."""
+    found: dict[str, float | str] = {}
+    for entry in entries or ():
+        name, equals, text = entry.partition("=")
+        if not (name.isidentifier() and equals and text):
+            raise InputError(f"--law {entry}: give it as NAME=VALUE")
+        try:
+            found[name] = int(text) if text.isdigit() else float(text)
+        except ValueError:
+            found[name] = text
+    return found
+
+
+Law = Annotated[
+    list[str] | None, typer.Option(help="NAME=VALUE: a parameter of the force law; may be given several times.")
+]
 N = Annotated[int, typer.Option("--n", help="Number of particles, even if half of them are large.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
 Large = Annotated[float, typer.Option(help="Number share of the large particles.")]

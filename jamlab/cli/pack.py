@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, N, Out, Ranks, Ratio, Seed, Tolerance
+from jamlab.cli.options import Ensemble, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -18,6 +18,7 @@ def pack(
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
     ranks: Ranks = 1,
+    law: Law = None,
     ratio: Ratio = None,
     large: Large = 0.5,
     tolerance: Tolerance = None,
@@ -36,6 +37,7 @@ def pack(
             "tolerance": tolerance,
             "ratio": ratio,
             "large": large,
+            **law_values(law),
         }
         packing = run(n, pressure, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

@@ -15,6 +15,7 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck
 from jamlab.errors import EngineError
 from jamlab.kernels.library import INTEGER, REAL, REALS, kernel
+from jamlab.packing.force_laws import disk_law
 from jamlab.packing.packing import Packing
 
 
@@ -68,7 +69,7 @@ _FAILURES = {_NOT_FINITE: "positions are not finite", _NO_MEMORY: "out of memory
 
 _fire_disks = kernel(
     "fire_disks",
-    *(INTEGER, REALS, REALS, REALS, REAL, INTEGER, REAL, INTEGER, INTEGER, REAL, REALS, INTEGER, INTEGER),
+    *(INTEGER, REALS, REALS, REALS, REAL, INTEGER, REAL, REAL, INTEGER, INTEGER, REAL, REALS, INTEGER, INTEGER),
     *(INTEGER, REALS, REAL, REALS),
 )
 
@@ -103,10 +104,10 @@ def fire_disks(
     assert packing.diameters is not None
     positions, largest = packing.positions.copy(), np.zeros(1)
     box = packing.box[[0, 1, 1], [0, 0, 1]]
-    law = float(packing.params[packing.units]), int(packing.units == "eps")
     strains = np.zeros((0, 2, 2)) if border is None else border.strains
     taken = _fire_disks(
-        *(packing.n, positions, packing.diameters, box, *law, force, steps, threads, SKIN),
+        *(packing.n, positions, packing.diameters, box, *disk_law(packing).kernel_arguments()),
+        *(force, steps, threads, SKIN),
         *(np.array(astuple(fire or fire_settings())), DELAY, MOST_UPHILL, len(strains)),
         *(strains[:, [0, 0, 1], [0, 1, 1]].copy(), border.pressure if border else 0.0, largest),
     )

@@ -20,8 +20,9 @@ from scipy import stats
 from jamlab.arrays import Array
 from jamlab.errors import StorageError
 from jamlab.mechanics.stiffness import stress
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag, drag_stiffness
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.statistics.confidence import CONFIDENCE
 
 SIZE = 64  # disks of the packings that make the table

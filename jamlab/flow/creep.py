@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -66,14 +66,22 @@ class CreepRun(FlowRun):
         return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
 
     @property
+    def state(self) -> Literal["rests", "creeps", "flows"]:
+        """What the packing does at the end: it rests, it still creeps, or it flows steadily."""
+        if self.slope < _RESTS and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
+            return "rests"
+        return "flows" if self.slope > _FLOWS and self.strain[-1] > _YIELDED else "creeps"
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words."""
         early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
-        if self.slope < _RESTS and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
-            return f"{early}at rest at strain {self.strain[-1]:.4g}"
-        if self.slope > _FLOWS and self.strain[-1] > _YIELDED:
-            return f"{early}flows at rate {self.final_rate:.3g}"
-        return f"{early}STILL CREEPS: strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}"
+        words = {
+            "rests": f"at rest at strain {self.strain[-1]:.4g}",
+            "flows": f"flows at rate {self.final_rate:.3g}",
+            "creeps": f"STILL CREEPS: strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}",
+        }
+        return early + words[self.state]
 
     def __repr__(self) -> str:
         return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.verdict})"

@@ -19,7 +19,7 @@ from jamlab.geometry.vertex_contacts import (
     unique_rows,
     vertex_contacts,
 )
-from jamlab.packing.force_laws import disk_law, rim_law
+from jamlab.packing.force_laws import disk_law, reach, rim_law
 from jamlab.packing.law_parameters import UNIT_OF_FORCE
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
@@ -98,11 +98,10 @@ def contact_forces(packing: Packing, meetings: Pairs | VertexContacts) -> Contac
     """
     if isinstance(meetings, VertexContacts):
         return _between_droplets(packing, meetings)
-    assert packing.diameters is not None
     pairs, distance = np.column_stack([meetings.i, meetings.j]), np.hypot(*meetings.r.T)
-    push = -disk_law(packing, pairs, distance)[1]
-    gap = distance - 0.5 * packing.diameters[pairs].sum(axis=1)
-    return ContactForces(_per_length(push, distance)[:, None] * meetings.r, gap)
+    s = reach(packing, pairs)
+    push = -disk_law(packing)(s, distance)[1]
+    return ContactForces(_per_length(push, distance)[:, None] * meetings.r, distance - s)
 
 
 def _between_droplets(packing: Packing, meetings: VertexContacts) -> ContactForces:

@@ -13,7 +13,7 @@ from jamlab.arrays import Array, Indices
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
-from jamlab.packing.force_laws import disk_law, rim_law
+from jamlab.packing.force_laws import disk_law, reach, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -67,7 +67,7 @@ def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestres
 def _build_springs(packing: Packing, touching: Pairs, prestress: bool) -> Terms:
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
-    energy, slope, stiffness = disk_law(packing, pairs, distance)
+    energy, slope, stiffness = disk_law(packing)(reach(packing, pairs), distance)
     normal = r / distance[:, None]
     along = normal[:, :, None] * normal[:, None, :]
     block = stiffness[:, None, None] * along

@@ -3,31 +3,107 @@
 Line tension and area elasticity of droplets are no contacts: their energies stand with their terms in `energy_terms`.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from jamlab.arrays import Array
+import numpy as np
+
+from jamlab.arrays import Array, Indices
 from jamlab.packing.packing import Packing
 
 
-def disk_law(packing: Packing, pairs: NDArray[np.int64], distance: Array) -> tuple[Array, Array, Array]:
-    """Energy, force U' and stiffness U'' of pairs of disks at a distance r < s = (d_i + d_j)/2.
+@dataclass(frozen=True)
+class DiskLaw:
+    """The repulsion of two disks whose centres are at a distance r below s = (d_i + d_j)/2.
 
-    Units "eps": U = (eps/2)(1 - r/s)^2, Boromand et al. eq 5. Units "k": U = (k/2)(s - r)^2, Baumgarten & Tighe eq 3.
+    Law "eps": U = (eps/2)(1 - r/s)^2, Boromand et al. eq 5. Law "k": U = (k/2)(s - r)^2, Baumgarten & Tighe eq 3.
+    Whatever depends on how disks repel asks this object; `lammps_inputs/sp.force` says the same to LAMMPS.
 
-    Args:
-        packing: SP.
-        pairs: (m, 2) disks.
-        distance: (m,) r.
-
-    Returns:
-        Three (m,) arrays: U, dU/dr, d2U/dr2.
+    Attributes:
+        name: "eps" or "k", the parameter that holds the strength.
+        strength: eps, an energy, or k, a stiffness.
     """
+
+    name: str
+    strength: float
+
+    @property
+    def relative(self) -> bool:
+        """Whether an overlap counts in parts of s, as in law "eps", or in the unit of length."""
+        return self.name == "eps"
+
+    def __call__(self, reach: Array, distance: Array) -> tuple[Array, Array, Array]:
+        """Energy, force U' and stiffness U'' of pairs that touch.
+
+        Args:
+            reach: (m,) s.
+            distance: (m,) r, at most s.
+
+        Returns:
+            Three (m,) arrays: U, dU/dr, d2U/dr2.
+        """
+        stiffness = self.strength / reach**2 if self.relative else np.full(len(reach), self.strength)
+        overlap = reach - distance
+        return 0.5 * stiffness * overlap**2, -stiffness * overlap, stiffness
+
+    def typical_stiffness(self, size: float) -> float:
+        """Stiffness of contacts of disks of a mean diameter: the strength over the square of it."""
+        return self.strength / size**2
+
+    def linear_in_phi(self, pressure: float) -> float:
+        """Pressure over the strength, to the power that makes it grow as phi - phi_J above onset."""
+        return pressure / self.strength
+
+    def pressure_at(self, overlap: float) -> float:
+        """Pressure whose `linear_in_phi` is the overlap."""
+        return overlap * self.strength
+
+    def root_energy(self, energy: float) -> float:
+        """Contact energy, to the power that makes it grow as phi - phi_J above onset."""
+        return float(np.sqrt(energy))
+
+    def lammps_variables(self) -> dict[str, object]:
+        """Variables that `lammps_inputs/sp.force` needs to know the law."""
+        return {"law": self.name, self.name: self.strength}
+
+    def kernel_arguments(self) -> tuple[float, int, float]:
+        """Strength, relative and exponent, as `plugin/kernels/disk_fire.cpp` takes them."""
+        return self.strength, int(self.relative), 2.0
+
+    @classmethod
+    def of(cls, params: Mapping[str, Any]) -> "DiskLaw":
+        """Read a law from `Packing.params` of disks."""
+        name = "eps" if "eps" in params else "k"
+        return cls(name, float(params[name]))
+
+
+def disk_law(packing: Packing) -> DiskLaw:
+    """Read the repulsion of the disks of a packing from its parameters."""
+    return DiskLaw.of(packing.params)
+
+
+def reach(packing: Packing, pairs: Indices) -> Array:
+    """(m,) distance s = (d_i + d_j)/2 at which the disks of each pair (m, 2) begin to touch."""
     assert packing.diameters is not None
-    s = 0.5 * packing.diameters[pairs].sum(axis=1)
-    stiffness = packing.params["eps"] / s**2 if packing.units == "eps" else np.full(len(s), packing.params["k"])
-    overlap = s - distance
-    return 0.5 * stiffness * overlap**2, -stiffness * overlap, stiffness
+    return np.asarray(0.5 * packing.diameters[pairs].sum(axis=1))
+
+
+def lammps_variables(packing: Packing) -> dict[str, object]:
+    """Variables that `lammps_inputs/sp.force` or `dp.force` needs to know the force law of a packing."""
+    if packing.model == "sp":
+        return disk_law(packing).lammps_variables()
+    return {"law": "eps"} | {name: value for name, value in packing.params.items() if name != "a0"}
+
+
+def drag_stiffness(packing: Packing) -> float:
+    """Stiffness in drag coefficients: k, or eps over the squared unit of length."""
+    return disk_law(packing).strength if packing.model == "sp" else float(packing.params["eps"])
+
+
+def root_energy(packing: Packing, energy: float) -> float:
+    """Contact energy, to the power that makes it grow as phi - phi_J above onset: sqrt(U) of springs."""
+    return disk_law(packing).root_energy(energy) if packing.model == "sp" else float(np.sqrt(energy))
 
 
 def rim_law(packing: Packing, distance: Array) -> tuple[Array, Array, Array]:

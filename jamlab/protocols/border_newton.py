@@ -25,6 +25,7 @@ from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import stiffness
+from jamlab.packing.force_laws import disk_law
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
 
@@ -142,8 +143,7 @@ def descend_with_box(session: Session, border: Border, tolerance: float, *, step
 
 def stress_noise(packing: Packing, pressure: float) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
-    stiffness = packing.params["k" if packing.units == "k" else "eps"] / mean_size(packing) ** 2
-    return max(BORDER.digits * pressure, BORDER.rounding * float(stiffness))
+    return max(BORDER.digits * pressure, BORDER.rounding * disk_law(packing).typical_stiffness(mean_size(packing)))
 
 
 @dataclass(frozen=True)

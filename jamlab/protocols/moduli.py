@@ -18,13 +18,14 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
 # At small strain soft modes turn a force f that is left into an error of the stress of 100 f and more; Newton steps on
-# LAMMPS forces reach these, the minimisers of plain decks do not.
+# LAMMPS forces reach these, the minimisers of plain decks do not. In natural units.
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
 
 
@@ -78,8 +79,10 @@ def shear_modulus(
     first = _first_strain(packing, strain)
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     if method == "finite-strain":
-        with Session(packing) as session:
-            moduli = np.array([_sheared(session, packing, float(a), first) for a in angles])
+        scales = natural_scales(packing)
+        state = scales.to_natural(packing)
+        with Session(state) as session:
+            moduli = scales.stress * np.array([_sheared(session, state, float(a), first) for a in angles])
     else:
         tensor = elastic_tensor(packing)
         moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
@@ -107,8 +110,10 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     _check_method(method)
     first = _first_strain(packing, strain)
     if method == "finite-strain":
-        with Session(packing) as session:
-            return _compressed(session, packing, first)
+        scales = natural_scales(packing)
+        state = scales.to_natural(packing)
+        with Session(state) as session:
+            return scales.stress * _compressed(session, state, first)
     tensor = elastic_tensor(packing)
     pressure = 0.5 * float(np.trace(stress(packing)))
     return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure)

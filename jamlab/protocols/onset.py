@@ -15,11 +15,12 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
-from jamlab.protocols.random_start import place_loose
+from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance
 from jamlab.storage.verified_file import versions
 
@@ -58,14 +59,15 @@ def jam(
             is sheared until no shear stress is left.
         start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
-        tolerance: largest force at the minimum, eps over length, 1e-15 to 1e-9; default `force` of
+        tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets.
         ranks: SP: processors for first-order minimisation; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
         progress: called with the stage and phi after each minimisation.
-        parameters: for "dp": values that replace those of `dp.parameters`, e.g. `contact="segment"`.
+        parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
+            `contact="segment"` of droplets.
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
@@ -92,14 +94,17 @@ def jam(
     check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
-    loose = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    scales = natural_scales(placed)
+    loose = scales.to_natural(placed)
     force = force_tolerance(model) if tolerance is None else tolerance
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
     entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
-    return record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
+    recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
+    return scales.from_natural(recorded)
 
 
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
@@ -113,8 +118,8 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
     if model == "dp" and ratio is not None:
         raise InputError(f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large")
-    if model == "sp" and parameters:
-        raise InputError(f"model sp has no parameter {sorted(parameters)[0]!r}: eps and the mean diameter are 1")
+    if model == "sp":
+        disk_params("eps", **parameters)
 
 
 def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:

@@ -10,6 +10,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow
 from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.force_laws import root_energy
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, settle
 
@@ -151,16 +152,16 @@ class OnsetSearch:
     def _decompress(self, lowest: float, jammed: SearchState) -> SearchState:
         """Follow a jammed state down to the window of contact energy that defines onset.
 
-        U ~ (phi - phi_J)^2 above onset, so sqrt(U) is extrapolated to zero from two jammed states; the first step down
-        goes half way to `lowest`, where the packing was not jammed when it was compressed. If all contacts are
-        lost in one go, the loose state is returned instead.
+        The power of U that grows as phi - phi_J (`root_energy`) is extrapolated to zero from two jammed states; the
+        first step down goes half way to `lowest`, where the packing was not jammed when it was compressed. If all
+        contacts are lost in one go, the loose state is returned instead.
         """
-        aim = np.sqrt(np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
+        aim = root_energy(jammed.packing, np.sqrt(self.protocol["u_contact"] * self.protocol["u_jammed"]))
         gap = 0.5 * (jammed.phi - lowest)
         fallen: SearchState | None = None  # not jammed; compressed from below it may have jammed later than it unjams
         stride = 1.0
         for _ in range(ONSET.decompressions):
-            root = np.sqrt(jammed.energy)
+            root = root_energy(jammed.packing, jammed.energy)
             wanted = jammed.phi - gap * (1 - max(aim / root, ONSET.least_root))
             if fallen is not None:
                 if jammed.phi - fallen.phi < ONSET.jump * gap:
@@ -170,8 +171,9 @@ class OnsetSearch:
             if self._at_onset(state):
                 return state
             if self._jammed(state):
-                fall = root - np.sqrt(state.energy)
-                gap = np.sqrt(state.energy) * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
+                left = root_energy(state.packing, state.energy)
+                fall = root - left
+                gap = left * (jammed.phi - state.phi) / fall if fall > 0 else jammed.phi - state.phi
                 jammed, stride = state, 1.0
             elif state.energy < self.protocol["u_contact"] or not state.has_backbone:
                 fallen = state

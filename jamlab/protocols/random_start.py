@@ -12,7 +12,7 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_polygon
-from jamlab.packing.law_parameters import UNITS, check_params
+from jamlab.packing.law_parameters import OPTIONAL, UNITS, check_params
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 
@@ -36,7 +36,7 @@ def place_loose(
     """
     phi = protocol["phi_start"]
     if model == "sp":
-        return random_disks(n, seed, phi=phi, ratio=ratio, large=large)
+        return random_disks(n, seed, phi=phi, ratio=ratio, large=large, **parameters)
     nv, params = droplet_params(n, large, **parameters)
     side = droplet_cell(nv, params, phi)
     disks = random_disks(n, seed, phi=phi, large=large)
@@ -64,7 +64,14 @@ LARGEST_RATIO = 10.0  # beyond, small disks rattle in the gaps and neighbor list
 
 
 def random_disks(
-    n: int, seed: int, *, phi: float, units: str = "eps", ratio: float | None = None, large: float = 0.5
+    n: int,
+    seed: int,
+    *,
+    phi: float,
+    units: str = "eps",
+    ratio: float | None = None,
+    large: float = 0.5,
+    **parameters: float,
 ) -> Packing:
     """Place small and large disks uniformly at random in a square box.
 
@@ -75,19 +82,54 @@ def random_disks(
         units: "eps" or "k"; in both the mean of the two diameters is 1.
         ratio: large over small diameter; default that of `sp.parameters`.
         large: number share of the large disks, rounded to whole disks.
+        parameters: of the force law, those of `OPTIONAL`.
+
+    Raises:
+        InputError: a value out of range, or a parameter that the law of disks does not have.
     """
     check_bidisperse(n, seed, phi, large)
     check_choice("units", units, UNITS)
-    law = defaults("sp")
+    params = disk_params(units, **parameters)
     if ratio is None:
-        ratio = float(law["ratio"])
+        ratio = float(defaults("sp")["ratio"])
     elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
         raise InputError(f"ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}")
     small = 2 / (1 + ratio)
     diameters = np.repeat([small, ratio * small], _counts(n, large))
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
-    return Packing("sp", np.diag([side, side]), positions, {units: float(law[units])}, units, diameters)
+    return Packing("sp", np.diag([side, side]), positions, params, units, diameters)
+
+
+def disk_params(units: str, **changes: float) -> dict[str, Any]:
+    """Give force-law parameters of disks.
+
+    Args:
+        units: "eps" or "k".
+        changes: optional parameters of the law, see `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`.
+
+    Raises:
+        InputError: for a parameter that the law does not have, or a value out of range.
+    """
+    unknown = sorted(changes.keys() - OPTIONAL["sp"].keys())
+    if unknown:
+        known = f"use {', '.join(OPTIONAL['sp'])}; " if OPTIONAL["sp"] else ""
+        raise InputError(f"model sp has no parameter {unknown[0]!r}: {known}{units} and the mean diameter are 1")
+    params = {units: float(defaults("sp")[units]), **changes}
+    check_params("sp", units, params)
+    return params
+
+
+def check_force_law(model: str, parameters: dict[str, Any]) -> None:
+    """Refuse parameters that replace those of a model's deck and that no packing can have.
+
+    Raises:
+        InputError: naming the parameter.
+    """
+    if model == "sp":
+        disk_params("eps", **parameters)
+    elif parameters:
+        droplet_params(2, **parameters)
 
 
 def _counts(n: int, large: float) -> tuple[int, int]:

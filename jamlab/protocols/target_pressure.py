@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +12,12 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
-from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance, quench
 from jamlab.storage.verified_file import versions
 
@@ -52,6 +54,7 @@ def pack(
     ratio: float | None = None,
     large: float = 0.5,
     progress: Progress | None = None,
+    **parameters: float,
 ) -> Packing:
     """Make an SP packing at a target pressure, units "k" (stiffness k, mean diameter d).
 
@@ -70,6 +73,7 @@ def pack(
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
         large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
         progress: called with the stage and phi after each minimisation.
+        parameters: of the force law, values that replace those of `sp.parameters`.
 
     Returns:
         Packing with p met to 1e-6 relative and `converged` True; `provenance["pressure"]` holds the value.
@@ -91,8 +95,16 @@ def pack(
     check_choice("ensemble", ensemble, ENSEMBLES)
     strains = COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
     began = time.perf_counter()
-    phi = search["phi_jammed"] + 2 * pressure
-    start = random_disks(n, seed, phi=phi, units="k", ratio=ratio, large=large).with_state(ensemble=ensemble)
+    law = DiskLaw.of(disk_params("k", **parameters))
+    overlap = law.linear_in_phi(pressure)
+    if overlap > HIGHEST_PRESSURE:
+        raise InputError(
+            f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
+            "beyond, disks pass through each other"
+        )
+    sizes: dict[str, Any] = {"ratio": ratio, "large": large}
+    start = random_disks(n, seed, phi=search["phi_jammed"] + 2 * overlap, units="k", **sizes, **parameters)
+    start = start.with_state(ensemble=ensemble)
     with Session(start, ranks=ranks) as session:
         _walk(session, pressure, search, progress)
         found = relax_disks_and_box(session, Border(strains, pressure), force)
@@ -124,7 +136,9 @@ def _check_force(pressure: float, tolerance: float | None) -> float:
 
 def _walk(session: Session, pressure: float, search: dict[str, float], progress: Progress | None) -> None:
     """Quench and decompress until the pressure is near the target, known better and better on the way."""
-    slope, rise, level = search["slope"], pressure, 0
+    law = disk_law(session.packing())
+    target = law.linear_in_phi(pressure)  # secants are taken of what is linear in phi
+    slope, rise, level = search["slope"], target, 0
     loose = search["loose"] * pressure
     before: tuple[float, float] | None = None
     for _ in range(int(search["tries"])):
@@ -141,12 +155,13 @@ def _walk(session: Session, pressure: float, search: dict[str, float], progress:
         if reached < loose:  # too far down, or it found a denser basin: up again by growing steps
             phi, rise, before, level = packing.phi + rise, 2 * rise, None, 0
         else:
+            overlap = law.linear_in_phi(reached)
             if before is not None and packing.phi != before[0]:
-                secant = (reached - before[1]) / (packing.phi - before[0])
+                secant = (overlap - before[1]) / (packing.phi - before[0])
                 slope = min(max(secant, search["slope_least"]), search["slope_most"])
-            before = (packing.phi, reached)
-            rise = pressure
-            phi = packing.phi + max(pressure - reached, -search["fall"] * reached) / slope
+            before = (packing.phi, overlap)
+            rise = target
+            phi = packing.phi + max(target - overlap, -search["fall"] * overlap) / slope
         session.load(at_phi(packing, phi))
     raise ConvergenceError(
         f"pressure {pressure:g} not met with n = {packing.n}: the walk ended at {reached:g}; try another seed"

@@ -13,7 +13,7 @@ from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
-from jamlab.packing.force_laws import disk_law, rim_law
+from jamlab.packing.force_laws import disk_law, drag_stiffness, reach, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -161,11 +161,6 @@ def _size(packing: Packing) -> int:
     return 2 * len(packing.positions) + (packing.n if packing.model == "sp" else 0) + 1
 
 
-def drag_stiffness(packing: Packing) -> float:
-    """Stiffness in drag coefficients: k of units "k"; eps over the squared unit of length in units "eps"."""
-    return float(packing.params["k"] if packing.units == "k" else packing.params["eps"])
-
-
 @dataclass(frozen=True)
 class _Joints:
     """Relative velocity at m contacts as a linear function of all rates.
@@ -191,7 +186,7 @@ def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     assert packing.diameters is not None
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
-    _, _, stiffness = disk_law(packing, pairs, distance)
+    _, _, stiffness = disk_law(packing)(reach(packing, pairs), distance)
     levers = 0.5 * packing.diameters[pairs]
     if arms == "contact":  # in the middle of the overlap
         levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]

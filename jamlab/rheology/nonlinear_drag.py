@@ -19,11 +19,12 @@ from scipy.special import gamma
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping, drag_stiffness
+from jamlab.rheology.damping import ContactDamping
 
 if TYPE_CHECKING:
     pass

@@ -10,7 +10,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_choice, finite_array, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
-from jamlab.packing.law_parameters import FORCE_LAW, UNITS
+from jamlab.packing.law_parameters import FORCE_LAW, OPTIONAL, UNITS
 
 Radii = ArrayLike | Mapping[Any, float] | None
 
@@ -36,7 +36,7 @@ def complete_force_law(
     check_choice("units", chosen, UNITS)
     if (model, chosen) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {chosen!r}")
-    names = [name for name in FORCE_LAW[model, chosen] if name != "a0"]
+    names = [name for name in (*FORCE_LAW[model, chosen], *OPTIONAL[model]) if name != "a0"]
     given = {name: value for name, value in (params or {}).items() if name != "a0"}
     for name in given:
         if name not in names:
@@ -44,8 +44,9 @@ def complete_force_law(
     for name, value in {**given, **({} if units is None else {"units": units})}.items():
         if name in found and found[name] != value:
             raise InputError(f"{name} = {value!r} was given, but the source has {found[name]!r}")
-    law = {name: given.get(name, found.get(name)) for name in names}
-    assumed = [name for name in names if law[name] is None]
+    known = {name: given.get(name, found.get(name)) for name in names}
+    law = {name: value for name, value in known.items() if value is not None}
+    assumed = [name for name in names if name not in law and name not in OPTIONAL[model]]
     return chosen, law | {name: defaults(model)[name] for name in assumed}, assumed
 
 

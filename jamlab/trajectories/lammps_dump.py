@@ -11,14 +11,14 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import STATE
-from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES, FORCE_LAW
+from jamlab.packing.law_parameters import CONTACT_FORMS, ENSEMBLES, FORCE_LAW, OPTIONAL
 from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of, whole_numbers
 from jamlab.trajectories.rings import rings_of_molecules
 from jamlab.trajectories.sites import Sites
 
 _PREFIX = re.compile(r"^[vdci]_")  # of a variable, property, compute or integer property
-_LAW = {name for names in FORCE_LAW.values() for name in names} - {"a0"}
+_LAW = {name for names in (*FORCE_LAW.values(), *OPTIONAL.values()) for name in names} - {"a0"}
 # columns of coordinates in the order of preference: unwrapped before wrapped; whether scaled; whether wrapped
 _COORDINATES = (
     ("xu", "yu", False, False),

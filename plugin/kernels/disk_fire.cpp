@@ -16,10 +16,12 @@ namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_MEMORY = -3, NO_THREADS = -4;
 
-// U = (stiffness/2)(s - r)^2, or (stiffness/2)(1 - r/s)^2 where `relative`; see disk_law in packing/force_laws.py.
+// U = (strength/exponent) x^exponent of the overlap x = s - r, or 1 - r/s where `relative`; see DiskLaw in
+// packing/force_laws.py.
 struct Law {
-  double stiffness;
+  double strength;
   bool relative;
+  double exponent;
 };
 
 struct Fire {
@@ -64,9 +66,19 @@ __attribute__((target_clones("avx2", "default"))) void repel(Batch &pairs, int c
   for (int p = 0; p < count; ++p) {
     const double x = pairs.x[p], y = pairs.y[p], reach = pairs.reach[p];
     const double r = std::sqrt(x * x + y * y), overlap = std::max(reach - r, 0.0), unit = law.relative ? reach * reach : 1.0;
-    const double slope = law.stiffness * overlap / (unit * std::max(r, NEARLY_TOGETHER));
+    const double slope = law.strength * overlap / (unit * std::max(r, NEARLY_TOGETHER));
     pairs.force_x[p] = slope * x;
     pairs.force_y[p] = slope * y;
+  }
+  if (law.exponent == 2.0) return;
+  // contacts grow stiffer: x^(exponent - 2) times the force of springs
+  for (int p = 0; p < count; ++p) {
+    const double reach = pairs.reach[p], r = std::sqrt(pairs.x[p] * pairs.x[p] + pairs.y[p] * pairs.y[p]);
+    if (r >= reach) continue;
+    const double overlap = reach - r, x = law.relative ? overlap / reach : overlap;
+    const double stiffer = law.exponent == 2.5 ? std::sqrt(x) : std::pow(x, law.exponent - 2.0);
+    pairs.force_x[p] *= stiffer;
+    pairs.force_y[p] *= stiffer;
   }
 }
 
@@ -357,14 +369,15 @@ class Minimizer {
 }  // namespace
 
 // Minimise the energy of soft disks, or their enthalpy, until the largest force is below a tolerance.
-//   positions (n, 2) in and out, unwrapped; diameters (n); box (3) in and out: xx, xy, yy; relative: 1 for units "eps"
+//   positions (n, 2) in and out, unwrapped; diameters (n); box (3) in and out: xx, xy, yy
+//   strength, relative (0 or 1) and exponent of the law, see Law
 //   fire (8): timestep, tmax, dmax, tmin, dtgrow, dtshrink, alpha0, alphashrink
 //   strains (m, 3), m at most 3: of the box, as upper triangles xx, xy, yy; pressure outside
 //   largest (1) out: the largest force left, or stress times mean diameter
 // Returns the steps taken; or, nothing changed, -1: the box is too small for cells, -2: positions that are not finite,
 // -3: no memory, -4: no threads.
-JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double stiffness,
-                         int64_t relative, double tolerance, int64_t steps, int64_t threads, double skin,
+JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, double *box, double strength,
+                         int64_t relative, double exponent, double tolerance, int64_t steps, int64_t threads, double skin,
                          const double *fire, int64_t delay, int64_t most_uphill, int64_t m, const double *strains,
                          double pressure, double *largest)
 {
@@ -378,7 +391,7 @@ JAMLAB_KERNEL fire_disks(int64_t n, double *positions, const double *diameters, 
     for (int64_t i = 0; i < n; ++i) size += diameters[i] / static_cast<double>(n);
     Border border{static_cast<int>(m), {}, pressure, static_cast<double>(n) * size * size, size};
     for (int64_t a = 0; a < m; ++a) border.strain[a] = {strains[3 * a], strains[3 * a + 1], strains[3 * a + 2]};
-    Minimizer minimizer(all, {stiffness, relative != 0}, settings, border, members, skin);
+    Minimizer minimizer(all, {strength, relative != 0, exponent}, settings, border, members, skin);
     const int64_t taken = minimizer.run(tolerance, steps);
     if (taken < 0) return taken;
     all.unwrapped(positions);

@@ -13,8 +13,7 @@ from jamlab.campaign import states
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker_supply import WorkerSupply
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import Workers, WorkerSupply
 from jamlab.errors import InputError
 from jamlab.processes.cores import cores_given
 

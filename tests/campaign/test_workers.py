@@ -12,11 +12,10 @@ import pytest
 from commands import call
 
 import jamlab
-from jamlab.campaign import driver, worker_supply
-from jamlab.campaign.file_tables import CampaignTable
+from jamlab.campaign import driver, workers
+from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker_supply import WorkerSupply
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import Workers, WorkerSupply
 from jamlab.errors import EngineError, InputError
 
 FILE = """
@@ -92,7 +91,7 @@ def test_workers_with_threads_are_refused(campaign, scheduler):
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
-    monkeypatch.setattr(worker_supply, "_EARLY_DEATHS", 2)
+    monkeypatch.setattr(workers, "_EARLY_DEATHS", 2)
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(EngineError, match="workers die as soon as they start, the last with exit code 1"):
         campaign.run(2)

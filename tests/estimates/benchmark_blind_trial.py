@@ -20,7 +20,8 @@ import os
 from pathlib import Path
 
 import pytest
-from jamlab.benchmarks.estimate_trial import (
+
+from jamlab.studies.least_model.estimate_trial import (
     draw_requests,
     judge,
     read_verdicts,
@@ -28,7 +29,7 @@ from jamlab.benchmarks.estimate_trial import (
     summarize,
     write_verdicts,
 )
-from jamlab.figures.papers.reference_data import reference_tables
+from jamlab.studies.reference_data import reference_tables
 
 FOLDER = Path(__file__).parent
 

@@ -10,10 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
-from jamlab.benchmarks.estimate_table import SEEDS as TABLE_SEEDS
 
 import jamlab
 from jamlab.estimates.ensemble_way import bring_on, default_way, value_at
+from jamlab.studies.least_model.estimate_table import SEEDS as TABLE_SEEDS
 
 COUNT = int(os.environ.get("JAMLAB_SEEDS", "50"))
 N = 64

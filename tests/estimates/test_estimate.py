@@ -9,8 +9,6 @@ from importlib import resources
 import numpy as np
 import pytest
 from commands import call
-from jamlab.benchmarks.estimate_calibration import calibrate
-from jamlab.benchmarks.estimate_table import make_table
 
 import jamlab
 from jamlab.estimates.ensemble_plan import FEWEST, reference_way
@@ -18,6 +16,8 @@ from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset
 from jamlab.estimates.sampling import sample
 from jamlab.estimates.way_errors import deviations, difference, is_known, relative_cost
 from jamlab.estimates.way_table import WayRecord, read_ways
+from jamlab.studies.least_model.estimate_calibration import calibrate
+from jamlab.studies.least_model.estimate_table import make_table
 
 LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])
 DISKS = EnsembleWay("disks", 64)
@@ -320,8 +320,8 @@ def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
     by later versions."""
     packed = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
     (tmp_path / "ways.csv.gz").write_bytes(packed)
-    monkeypatch.setattr("jamlab.benchmarks.estimate_table.find_onset", None)  # nothing is made
-    monkeypatch.setattr("jamlab.benchmarks.estimate_table.versions", lambda: {"jamlab": "later"})
+    monkeypatch.setattr("jamlab.studies.least_model.estimate_table.find_onset", None)  # nothing is made
+    monkeypatch.setattr("jamlab.studies.least_model.estimate_table.versions", lambda: {"jamlab": "later"})
     for _ in range(2):
         made = make_table(tmp_path / "ways.csv.gz", range(20_001, 20_011))
         assert made.keys() == read_ways().keys()

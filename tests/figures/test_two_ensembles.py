@@ -6,7 +6,7 @@ import pandas as pd
 import paper_tables
 import pytest
 
-from jamlab.campaign.aggregate import aggregate
+from jamlab.campaign.tables import aggregate
 from jamlab.errors import InputError
 from jamlab.studies.baumgarten.motion import figure_5, figure_8
 from jamlab.studies.baumgarten.spectra import figure_1, figure_3

@@ -2,12 +2,11 @@
 
 import json
 
-from jamlab.campaign.driver import remaining_tasks
+from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import read_campaign_file
-from jamlab.campaign.standard_error import wanted_batches
-from jamlab.campaign.stored_states import StoredStates
+from jamlab.campaign.states import StoredStates
+from jamlab.campaign.status import wanted_batches
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker import run_task
 
 SWEEP = {"name": "disks", "model": "sp", "n": 16, "seeds": 2, "compress": {"to": 0.9, "step": 0.02}}
 FULL = """
@@ -72,7 +71,7 @@ def run_here(campaign):
     for task in remaining_tasks(wanted, campaign.folder.finished() | campaign.folder.failed()):
         source = stored.source(task.parameters)
         more = (source and source.name, [str(campaign.file.parent)])
-        outcomes.append(run_task(str(campaign.folder.path), task.name, task.parameters, *more))
+        outcomes.append(run_task(str(campaign.folder.path), task, *more))
     return outcomes
 
 
