@@ -161,7 +161,7 @@ def creep(
 
         done = flow.rows[-1].time if flow.rows else 0.0
         if done < duration * (1 - 1e-12):
-            flow.drive(f"stress {residual + stress:.17g}", duration - done)
+            flow.drive(flow.session.stress_drive(residual + stress), duration - done)
         for state in flow.advance_log_spaced(duration):
             file.save(result)
             if progress is not None:
