@@ -134,7 +134,9 @@ void DiskDrag::find_changes(const Motions &u, double rate, double time, const Mo
       const double middle = 0.5 * (low + high);
       (sign * gap(middle) > 0.0 ? high : low) = middle;
     }
-    found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high, contact_speed(p, u, rate),
+    const bool decided = sign * gap(0.0) > 0.0;    // against its gap: what it costs is too little to matter
+    found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
+                     decided ? 0.0 : contact_speed(p, u, rate),
                      law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
   }
 }
