@@ -297,7 +297,7 @@ double FixOverdamped::longest_step() const
   const double stable = least;
   if (fastest > 0.0) least = std::min(least, std::min(TRAVEL * length_unit, REACH * neighbor->skin) / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
-  if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
+  if (drive == OSCILLATE) least = std::min(least, (droplets ? 0.5 : 1.0) * PHASE / omega);    // their work is a trapezoid
   if (droplets && !std::isfinite(least)) least = time_unit();    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))

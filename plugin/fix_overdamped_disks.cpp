@@ -200,12 +200,13 @@ void FixOverdamped::plan_disks()
   plan.time = up_to_changes(step, allowed);
   plan.strain = strain_after(plan.time, step);
   const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
-  plan.work = plan.dissipated = 0.0;
+  plan.work = stages[0].stress * plan.strain;    // of a constant stress no digit is lost
+  plan.dissipated = 0.0;
   plan.moved.assign(atom->nlocal, Motion());
   plan.ahead.assign(atom->nlocal, Motion());
   for (int s = 0; s < 3; s++) {
     const Stage &stage = stages[s];
-    plan.work += step * w[s] * stage.stress * stage.rate;
+    plan.work += step * w[s] * (stage.stress - stages[0].stress) * stage.rate;
     plan.dissipated += step * w[s] * stage.dissipation;
     for (int i = 0; i < atom->nlocal; i++) {
       const Motion &u = stage.velocities[i];

@@ -84,7 +84,7 @@ class OverdampedSession:
 
     def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
         check_flowing(damping, tolerance, background)
-        self._damping, self._tolerance = damping, tolerance
+        self._given, self._damping, self._tolerance = packing, damping, tolerance
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
         self._driven = False
@@ -203,7 +203,9 @@ class OverdampedSession:
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
         self._session.take_box()
-        return self._session.packing(ensemble="fixed-box")  # it may lean with a stress from now on
+        now = self._session.packing()
+        # it may lean with a stress from now on, and its sizes are those given, to the last digit
+        return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 
     def steps(self) -> int:
         """Steps taken in this session."""
