@@ -12,6 +12,7 @@
 import fcntl
 import json
 import os
+import shutil
 import stat
 import traceback
 from collections.abc import Iterable, Iterator
@@ -26,6 +27,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 
 COPY = "campaign.toml"
+CERTIFICATE = ".certificate-"  # how folders with the certificate of a run on SLURM begin
 
 
 @dataclass(frozen=True)
@@ -134,8 +136,8 @@ class CampaignFolder:
                 for file in (self.path / part).glob(".jamlab-*.tmp"):
                     file.unlink(missing_ok=True)
         with _changing(self.path):
-            for file in self.path.glob(".dask-jobqueue.worker.*"):  # certificates of a driver that was killed
-                file.unlink(missing_ok=True)
+            for place in self.path.glob(f"{CERTIFICATE}*"):  # of a driver that was killed
+                shutil.rmtree(place)
 
     @contextmanager
     def lock(self) -> Iterator[None]:

@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from jamlab.campaign.folder import CERTIFICATE
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores
 from jamlab.processes.side_by_side import start_child
@@ -259,7 +260,9 @@ class Workers:
                 client = stack.enter_context(_connect(self.scheduler))
                 _check_cores(client, self.scheduler, self.ranks)
             else:
-                cluster = stack.enter_context(self._slurm_cluster())
+                _check_slurm()
+                security = stack.enter_context(_certificate(self.folder.resolve()))
+                cluster = stack.enter_context(self._slurm_cluster(security))
                 client = stack.enter_context(Client(cluster, set_as_default=False))
                 cluster.scale(jobs=self.expected)
             yield DaskCrew(client, self.expected, self.ranks)
@@ -275,22 +278,15 @@ class Workers:
             return self.count or 1
         return _local_workers(self.ranks)
 
-    def _slurm_cluster(self) -> "SLURMCluster":
-        try:
-            from dask_jobqueue import SLURMCluster
-        except ImportError:
-            raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
-        if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
-            raise InputError(
-                f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
-                " --workers or --scheduler"
-            )
+    def _slurm_cluster(self, security: "Security") -> "SLURMCluster":
+        from dask_jobqueue import SLURMCluster
+
         options = _SLURM_DEFAULTS | {"job_name": self.name} | self.slurm_options
         # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
         fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": _DEATH_TIMEOUT}
         held = ["--resources", f"{_CORES}={self.ranks}"]
         fixed["worker_extra_args"] = [*options.get("worker_extra_args", []), *held]
-        fixed |= {"security": _certificate(), "protocol": "tls://", "shared_temp_directory": str(self.folder.resolve())}
+        fixed |= {"security": security, "protocol": "tls://"}
         try:
             cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
@@ -304,17 +300,42 @@ class Workers:
         return cluster
 
 
-def _certificate() -> "Security":
-    """Certificate and key of one run, which both sides of every connection must show."""
+def _check_slurm() -> None:
+    """Check that jobs can be submitted here.
+
+    Raises:
+        InputError: dask-jobqueue or a command of SLURM is missing.
+    """
+    try:
+        import dask_jobqueue  # noqa: F401
+    except ImportError:
+        raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
+    if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
+        raise InputError(
+            f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
+            " --workers or --scheduler"
+        )
+
+
+@contextlib.contextmanager
+def _certificate(folder: Path) -> "Iterator[Security]":
+    """Certificate and key of one run, which both sides of every connection must show, in files of this user alone."""
     from distributed.security import Security
 
     try:
-        return Security.temporary()
+        made = Security.temporary()
     except ImportError:
         raise InputError(
             "SLURM needs cryptography, so that no other user of the network can reach the workers: pip install"
             " 'jamlab[slurm]'"
         ) from None
+    with tempfile.TemporaryDirectory(prefix=CERTIFICATE, dir=folder) as place:  # which nobody else may enter
+        key, certificate = Path(place, "key.pem"), Path(place, "certificate.pem")
+        key.write_text(made.tls_scheduler_key)
+        certificate.write_text(made.tls_scheduler_cert)
+        shown = {f"tls_{role}_cert": str(certificate) for role in ("client", "scheduler", "worker")}
+        held = {f"tls_{role}_key": str(key) for role in ("client", "scheduler", "worker")}
+        yield Security(require_encryption=True, tls_ca_file=str(certificate), **shown, **held)
 
 
 def _local_workers(ranks: int) -> int:

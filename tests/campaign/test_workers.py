@@ -199,6 +199,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     assert "#SBATCH -p short" in script
     assert "--nthreads 1" in script
     assert "tls://" in script and "--tls-key" in script and "tcp://" not in script
+    assert not list((tmp_path / "c").glob(".certificate-*"))  # nothing of it is left
     jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
     _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
     assert not alive
