@@ -62,6 +62,7 @@ def checksum(path: str | os.PathLike[str]) -> Checksum | None:
 NUMBERS = "biuf"  # truth values, integers, unsigned integers, floating point
 _REMEDY = "copy the file again, or run the task that wrote it again"
 _DEFLATE = 1032  # zlib cannot compress further, and jamlab itself does not compress
+_LARGE, _PACKED = 16e6, 16  # bytes from which on numbers of packings, compressed by others, are no fuller than this
 
 
 def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
@@ -90,7 +91,7 @@ def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | N
         wanted = "" if shape is None else f", not ({', '.join('any' if s is None else str(s) for s in shape)})"
         raise StorageError(f"{where} has shape {found.shape}{wanted}; {_REMEDY}")
     size = int(np.prod([float(length) for length in found.shape])) * found.dtype.itemsize
-    if size > _DEFLATE * found.id.get_storage_size():
+    if size > (_PACKED if size > _LARGE else _DEFLATE) * found.id.get_storage_size():
         raise StorageError(f"{where} is declared with {size:.3g} bytes, which the file does not hold; {_REMEDY}")
     return found
 
@@ -128,6 +129,7 @@ def opened(path: FilePath) -> Iterator[Any]:
         raise StorageError(f"{path} is not an HDF5 file: give a file that jamlab wrote")
     try:
         with h5py.File(path, "r") as file:
+            _check_links(path, file)
             _check_schema(path, file)
             if found is None and file.userblock_size:
                 raise StorageError(f"{path} is damaged (the line with its checksum is unreadable): {REMEDY}")
@@ -152,6 +154,18 @@ def _check_source(path: FilePath) -> None:
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise StorageError(f"cannot read {path}: it is a device, a pipe or a socket; give a file that jamlab wrote")
+
+
+def _check_links(path: FilePath, file: Any) -> None:
+    """Refuse links that leave the file, before anything is followed: another file may be a pipe, which never ends."""
+
+    def leaves(name: bytes, link: Any) -> bytes | None:
+        return None if link.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
+
+    root = file["/"].id  # which `links` does not keep open by itself
+    found = root.links.visit(leaves, info=True)
+    if found is not None:
+        raise StorageError(f"{path} is damaged: /{found.decode(errors='replace')} lies in another file; {REMEDY}")
 
 
 def _check_schema(path: FilePath, file: Any) -> None:

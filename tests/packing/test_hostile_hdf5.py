@@ -1,5 +1,7 @@
 """HDF5 files that are damaged, or made to harm: noticed and named, never a traceback and never a wrong packing."""
 
+import os
+
 import h5py
 import numpy as np
 import pytest
@@ -187,3 +189,26 @@ def test_single_bit_flips_are_noticed(path, flips):
             read(path)
     path.write_bytes(whole)
     read(path)
+
+
+@pytest.mark.parametrize("name", ["parameters/force_law", "observables/g", "particles/all/box", "h5md"])
+@pytest.mark.parametrize("target", ["other.h5", "pipe"])
+def test_groups_of_other_files_are_not_followed(path, tmp_path, name, target):
+    """A pipe would never begin, and never end; numbers of another file would pass for those of this one."""
+    os.mkfifo(tmp_path / "pipe")
+    write(tmp_path / "other.h5", [disks(1, 0.3)])
+    with edited(path) as file:
+        del file[name]
+        file[name] = h5py.ExternalLink(str(tmp_path / target), "/parameters/force_law")
+    for function in (read, read_all, read_observables):
+        with pytest.raises(StorageError, match=f"/{name} lies in another file"):
+            function(path)
+
+
+def test_large_numbers_that_are_packed_a_thousandfold_are_refused(path):
+    """400 MB of zeros in 400 KB: jamlab does not compress, and numbers of packings do not compress by much."""
+    with edited(path) as file:
+        del file["observables/g/value"]
+        file.create_dataset("observables/g/value", data=np.zeros(3_000_000), compression="gzip", compression_opts=9)
+    with pytest.raises(StorageError, match=r"declared with 2\.4e\+07 bytes, which the file does not hold"):
+        read_observables(path)
