@@ -26,6 +26,7 @@ extensions = [
     "mathml_equations",
     "plain_docstrings",
     "reference_pages",
+    "shown_output",
 ]
 exclude_patterns = ["gallery_scripts", "examples", "gallery/**/*.ipynb", "gallery/**/*.py", "README.md"]
 templates_path: list[str] = []

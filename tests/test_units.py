@@ -27,7 +27,7 @@ def test_no_public_function_of_a_packing_is_forgotten():
 
 
 @pytest.mark.parametrize("name, model", DONE)
-@settings(max_examples=2)
+@settings(max_examples=max(2, settings.default.max_examples // 12))
 @given(length=st.floats(-6, 6), stiffness=st.floats(-9, 9))
 def test_any_units(name, model, length, stiffness):
     assert deviation(name, model, 10.0**length, 10.0**stiffness) < CASES[name].tolerance

@@ -26,6 +26,7 @@ from jamlab.campaign.observable import (
 )
 from jamlab.errors import BoundaryError, ConvergenceError
 from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.orientational_order import orientational_order
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import voids
 from jamlab.mechanics.slow_shear import slow_shear
@@ -240,7 +241,40 @@ class VoidsOfStates(Observable):
         return size.n
 
 
+class Order(Observable):
+    """Bond-orientational order of every state over Delaunay neighbours, and how many particles have 5, 6 and 7 of them.
+
+    psi_6 is the mean of |psi_6| over particles and psi_6_overall |mean of psi_6|, both 1 in a triangular crystal;
+    share_k is the part of the particles with k neighbours, so that 1 - share_6 is the density of disclinations.
+    """
+
+    name = "order"
+    _NEIGHBORS: ClassVar = (5, 6, 7)
+    stored: ClassVar[Schema] = {**STATE, **floats("psi_6", "psi_6_overall", *(f"share_{k}" for k in _NEIGHBORS))}
+    columns = ("rho", *stored)
+    labels: ClassVar[dict[str, str]] = {
+        "psi_6": r"bond-orientational order $\langle|\psi_6|\rangle$",
+        "psi_6_overall": r"bond-orientational order $|\langle\psi_6\rangle|$",
+        "share_6": "share of particles with 6 neighbours",
+    }
+    _SECONDS: ClassVar[Points] = ((32, 0.0017), (128, 0.0036), (512, 0.012), (2048, 0.046))
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows = []
+        for _, packing, row in of.each():
+            found = orientational_order(packing)
+            row |= {"psi_6": found.mean_local, "psi_6_overall": found.overall}
+            rows.append(row | {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS})
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        return size.states * size.seconds(self._SECONDS)
+
+    def rows(self, size: Size) -> float:
+        return 1
+
+
 OBSERVABLES: dict[str, type[Observable]] = {
-    o.name: o for o in (Spectra, Quasistatic, Correlation, Modes, VoidsOfStates, SteadyFlow, Oscillation, Creep)
+    o.name: o for o in (Spectra, Quasistatic, Correlation, Modes, VoidsOfStates, Order, SteadyFlow, Oscillation, Creep)
 }
 TABLES = ("states", "onset", *OBSERVABLES)

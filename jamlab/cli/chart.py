@@ -1,6 +1,6 @@
 """`jamlab chart`: speed, accuracy and limits of methods."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +11,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
-    from jamlab.studies.measured_charts import MeasuredCharts
+    from jamlab.studies.study import Study
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -35,15 +35,16 @@ def speed_accuracy(
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
-    from jamlab.studies.cost.page import OFF_COLUMNS, TOPIC_CHARTS, defaults_off_the_front
-    from jamlab.studies.cost.page import speed_accuracy as run
+    from jamlab.studies.cost.chart import OFF_COLUMNS, defaults_off_the_front, write_charts
+    from jamlab.studies.registry import CHARTS, chosen
 
+    charts = chosen(CHARTS, topic or ())
     if plan:
-        _print_plan((TOPIC_CHARTS,), out, topic or (), as_json)
+        print_plan(charts.values(), out, as_json)
         return
     expect_output(out)
-    found = run(out, topic or (), measure=measure, progress=print_stage)
-    beaten = defaults_off_the_front(found)
+    found = write_charts(out, charts, measure=measure, progress=tell)
+    beaten = defaults_off_the_front(charts, found)
     if as_json:
         points: dict[str, Any] = {name: [asdict(p) for p in rows] for name, rows in found.items()}
         print_json({"out": str(out), "defaults_off_the_front": beaten, "topics": points})
@@ -55,14 +56,20 @@ def speed_accuracy(
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
-def _print_plan(kinds: "Sequence[MeasuredCharts]", out: Path, chosen: Sequence[str], as_json: bool) -> None:
-    """Print what a measurement would do and how long it takes."""
-    rows = [row for charts in kinds for row in charts.plan(out, chosen)]
-    total = sum(float(row[2]) for row in rows if row[2] != "unknown")
+def tell(share: float, text: str) -> None:
+    """Print what is done now on stderr."""
+    print_stage(text)
+
+
+def print_plan(studies: "Iterable[Study]", out: Path, as_json: bool) -> None:
+    """Print what a measurement into a folder would do, and how long it takes."""
+    plans, kinds = [study.plan(out) for study in studies], list(dict.fromkeys(study.kind for study in studies))
+    rows = [[p.name, str(p.left), "unknown" if p.seconds is None else f"{p.seconds:.0f}"] for p in plans]
+    total = sum(p.seconds or 0.0 for p in plans)
     if as_json:
         print_json({"plan": rows, "seconds": total})
         return
-    print_table("to measure", [" or ".join(charts.kind for charts in kinds), "left", "CPU s"], rows)
+    print_table("to measure", [" or ".join(kinds), "left", "CPU s"], rows)
     long = f"{total / 60:.0f} CPU minutes" if total > 90 else f"{total:.0f} CPU seconds"
     out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
@@ -76,19 +83,20 @@ def stability(
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
-    from jamlab.studies.failure.page import COUNTED, MAP_CHARTS, counts
-    from jamlab.studies.failure.page import stability as run
+    from jamlab.studies.failure.map import COUNTED, counts, write_maps
+    from jamlab.studies.registry import MAPS, chosen
 
+    named = chosen(MAPS, maps or ())
     if plan:
-        _print_plan((MAP_CHARTS,), out, maps or (), as_json)
+        print_plan(named.values(), out, as_json)
         return
     expect_output(out)
-    found = run(out, maps or (), measure=measure, progress=print_stage)
+    found = write_maps(out, named, measure=measure, progress=tell)
     if as_json:
         cells: dict[str, Any] = {name: table.to_dict("records") for name, table in found.items()}
         print_json({"out": str(out), "maps": cells})
         return
-    print_table("runs by how they ended", COUNTED, counts(found))
+    print_table("runs by how they ended", COUNTED, counts(named, found))
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
@@ -96,42 +104,31 @@ def stability(
 def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
     if plan:
-        from jamlab.studies.cost.page import TOPIC_CHARTS
-        from jamlab.studies.failure.page import MAP_CHARTS
+        from jamlab.studies.registry import CHARTS, MAPS
 
-        _print_plan((TOPIC_CHARTS, MAP_CHARTS), out, (), as_json=False)
+        print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
         return
     speed_accuracy(measure=measure, out=out)
     stability(measure=measure, out=out)
 
 
-@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
+@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz")
 def flow_table(
     out: Annotated[
-        Path, typer.Option(help="CSV file to write; in a checkout, beside jamlab/estimates/flow_errors.py.")
-    ] = Path("flow_errors.csv"),
+        Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.gz.")
+    ] = Path("flow_errors.csv.gz"),
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.estimates.flow_errors import SLIDING_CHECK, kept_promises
-    from jamlab.studies.least_model.flow_errors import (
-        CHECKS,
-        MANY_SEEDS,
-        SEEDS,
-        SLIDING_CHECKS,
-        SLIDING_SEEDS,
-        measure_errors,
-    )
+    from jamlab.estimates.flow_errors import CALIBRATE, SLIDING_CHECK
+    from jamlab.studies.least_model.flow_errors import SEEDS, measure_errors
 
     expect_output(out)
-    parts = {"seeds": SEEDS, "many": MANY_SEEDS, "checks": CHECKS}
-    parts |= {"sliding": SLIDING_SEEDS, "sliding_checks": SLIDING_CHECKS}
-    if quick:
-        parts = {name: seeds[: 2 if name == "seeds" else 1] for name, seeds in parts.items()}
-    made = measure_errors(out, **parts, progress=print_stage)
-    (kept, of), (others, of_others) = kept_promises(made), kept_promises(made, SLIDING_CHECK)
+    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in SEEDS.items()}
+    made = measure_errors(out, quick_parts if quick else SEEDS, progress=tell)
+    (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
-    out_console.print(f"wrote {out}: {len(made)} runs; {held}", soft_wrap=True)
+    out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
 
 @chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")
@@ -140,18 +137,15 @@ def estimates(
         "ways.csv.gz"
     ),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
-    trials: Annotated[int, typer.Option(help="Requests in worlds drawn from the table, to check intervals.")] = 1200,
     as_json: Json = False,
 ) -> None:
-    """Measure the table behind `estimate`, `choose` and `scene`, and check intervals; goes on where it was stopped."""
-    from jamlab.studies.least_model.estimate_calibration import calibrate, summarize
+    """Measure the table behind `estimate`, `choose` and `scene`; goes on where it was stopped."""
     from jamlab.studies.least_model.estimate_table import SEEDS, make_table
 
     expect_output(out)
-    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=print_stage)
-    checked = summarize(calibrate(made, trials))
+    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
+    count = {str(way): len(record.seeds) for way, record in made.items()}
     if as_json:
-        print_json({"out": str(out), "calibration": checked})
+        print_json({"out": str(out), "packings": count})
         return
-    lines = [[name, f"{share:.3f}"] for name, share in checked.items()]
-    print_table(f"share of {trials} intervals that hold the truth", ["requests", "share"], lines)
+    print_table(f"wrote {out}", ["way", "packings"], [[way, str(number)] for way, number in count.items()])

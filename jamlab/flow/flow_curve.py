@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
+from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     LIMIT,
     Progress,
@@ -37,7 +38,7 @@ from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
-    pass
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,6 +179,40 @@ _POINTS = (
 )
 
 
+@overload
+def flow_curve(
+    packing: Packing,
+    rates: Sequence[float],
+    damping: Damping | None = ...,
+    *,
+    strain: float = ...,
+    discard: float = ...,
+    tolerance: float = ...,
+    background: float | None = ...,
+    processes: int = ...,
+    out: str | Path | None = ...,
+    progress: Progress | None = ...,
+    dry_run: Literal[False] = ...,
+) -> FlowCurve: ...
+
+
+@overload
+def flow_curve(
+    packing: Packing,
+    rates: Sequence[float],
+    damping: Damping | None = ...,
+    *,
+    strain: float = ...,
+    discard: float = ...,
+    tolerance: float = ...,
+    background: float | None = ...,
+    processes: int = ...,
+    out: str | Path | None = ...,
+    progress: Progress | None = ...,
+    dry_run: Literal[True],
+) -> pd.DataFrame: ...
+
+
 @checked
 def flow_curve(
     packing: Packing,
@@ -191,10 +226,9 @@ def flow_curve(
     processes: int = 1,
     out: str | Path | None = None,
     progress: Progress | None = None,
-) -> FlowCurve:
+    dry_run: bool = False,
+) -> FlowCurve | pd.DataFrame:
     """Shear a packing into steady flow at each rate, from the same packing, and average.
-
-    `plan_flow` says before how long it takes.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
     >>> c.rates, bool(c.stress[1] > c.stress[0])
@@ -210,6 +244,8 @@ def flow_curve(
         processes: rates side by side, each on one core.
         out: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
         progress: called with the share of all strain that is done.
+        dry_run: run half a second at each rate alone, and give a pandas DataFrame of what all would take, to a factor
+            of two: `rate`, ascending, `strain` and `seconds` of one core.
 
     Raises:
         InputError: a value out of range.
@@ -226,6 +262,8 @@ def flow_curve(
     check_flowing(law, tolerance, background)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
+    if dry_run:
+        return cost_of_flow(packing, rates, law, strain=strain + discard, tolerance=tolerance, background=background)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
     file = RunFile(out, FlowCurve, packing, law, task)
     facts = {**task, "damping": law, "unit": UNIT_OF_STRESS[packing.model, packing.units]}

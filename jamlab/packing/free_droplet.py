@@ -41,7 +41,7 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
         rest,
         fprime=lambda a: ka - 0.5 * tension * np.sqrt(c / a**3),
     )
-    return area * unit
+    return np.asarray(area * unit)
 
 
 def free_area(nv: ArrayLike, params: dict[str, Any]) -> Array:

@@ -26,7 +26,7 @@ OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_void
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
-    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
+    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart

@@ -49,7 +49,7 @@ def workers_of(driver):
     found = []
     for process in descendants(driver):
         try:
-            if "jamlab.campaign.workers" in " ".join(process.cmdline()):
+            if "jamlab.processes.child" in " ".join(process.cmdline()):
                 found.append(process)
         except psutil.Error:
             continue

@@ -1,21 +1,25 @@
 """Where tasks run: a scheduler that is there, SLURM, workers that cannot live; nothing is left behind."""
 
+import inspect
 import json
 import os
 import subprocess
 import sys
 import time
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 import pytest
+from campaigns import dask_worker
 from commands import call
 
 import jamlab
 from jamlab.campaign import driver, workers
-from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.file import SLURM_KEYS, CampaignTable
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.workers import Workers, WorkerSupply
+from jamlab.campaign.workers import DaskCrew, LocalCrew, Workers
 from jamlab.errors import EngineError, InputError
 
 FILE = """
@@ -43,24 +47,49 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def die(*_):
-    os._exit(9)
-
-
-die.__module__ = "__main__"  # so that it is sent by value: workers cannot import this file
+@pytest.mark.slow
+def test_a_scheduler_that_is_there(campaign, scheduler):
+    with dask_worker(scheduler) as worker:
+        done = campaign.run(scheduler=scheduler)
+        assert (done.finished, done.failed) == (4, 0)
+        assert worker.poll() is None  # it is not ours
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_there(campaign, scheduler):
-    with WorkerSupply(scheduler, 1, pytest.fail):
-        while not psutil.Process().children():
-            time.sleep(0.01)
-        (worker,) = psutil.Process().children()
-        done = campaign.run(scheduler=scheduler)
-        assert (done.finished, done.failed) == (4, 0)
-        assert worker.is_running()  # it is not ours
-        assert worker.environ()["OMP_NUM_THREADS"] == "1"
-    assert not worker.is_running()
+def test_two_campaigns_on_one_scheduler_make_their_own_files(tmp_path, scheduler):
+    """The same tasks for two folders at one time: each has all of its files at the end."""
+    ours = []
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.toml").write_text(FILE.replace('"c"', f'"{name}"').replace("seeds = 4", "seeds = 8"))
+        ours.append(jamlab.open_campaign(tmp_path / f"{name}.toml"))
+    with dask_worker(scheduler), ThreadPoolExecutor(2) as side_by_side:
+        done = list(side_by_side.map(lambda campaign: campaign.run(scheduler=scheduler), ours))
+    assert [(run.finished, run.failed) for run in done] == [(8, 0)] * 2
+    assert [campaign.status().left for campaign in ours] == [0, 0]
+
+
+def test_tasks_of_two_folders_have_two_keys_at_a_scheduler(tmp_path):
+    (task, *_) = batches(CampaignTable.model_validate(tomllib.loads(FILE)))[0].tasks()
+    one, other, again = (CampaignFolder(tmp_path / name) for name in ("a", "b", "b/../a"))
+    assert driver.task_key(one, task) == driver.task_key(again, task) != driver.task_key(other, task)
+
+
+def test_a_task_whose_file_is_not_there_is_not_finished(campaign):
+    """Workers that see another folder under the same name, as without a common disk."""
+
+    class Elsewhere:
+        width = 1
+
+        def submit(self, key, call):
+            self.key = key
+
+        def wait(self):
+            return self.key, driver.Outcome(driver.FINISHED, "done", 1.0)
+
+    campaign.folder.prepare()
+    tasks = driver.remaining_tasks(batches(campaign.content), set())
+    with pytest.raises(EngineError, match=r"is finished, but .*\.h5 is not there: workers must see the folder"):
+        driver.drive(Elsewhere(), campaign.folder, tasks)
 
 
 @pytest.mark.slow
@@ -71,11 +100,26 @@ def test_only_a_few_tasks_wait_at_once(campaign, scheduler, tmp_path):
     for name in batches(content)[0].names():
         campaign.folder.task_file(name).touch()
     known = []
-    with WorkerSupply(scheduler, 1, pytest.fail), Workers(scheduler=scheduler).client() as client:
+    with dask_worker(scheduler), Workers(scheduler=scheduler).crew() as crew:
+        assert isinstance(crew, DaskCrew)
         tasks = driver.remaining_tasks(batches(content), set())
-        done = driver.drive(client, campaign.folder, tasks, lambda *_: known.append(len(client.futures)))
+        done = driver.drive(crew, campaign.folder, tasks, lambda *_: known.append(len(crew._client.futures)))
     assert (done.finished, len(known)) == (200, 200)
     assert max(known) <= 2
+
+
+def test_nobody_can_connect_to_workers_on_this_machine(campaign):
+    """They are reached by pipes: no process of the run listens anywhere."""
+    heard = []
+
+    def listen(share, text):
+        family = [psutil.Process(), *psutil.Process().children(recursive=True)]
+        assert len(family) > 1
+        heard.extend(c for p in family for c in p.net_connections() if c.status == psutil.CONN_LISTEN)
+
+    before = [c for c in psutil.Process().net_connections() if c.status == psutil.CONN_LISTEN]
+    assert campaign.run(1, progress=listen).finished == 4
+    assert heard == before * (len(heard) // max(1, len(before)))
 
 
 def test_workers_with_threads_are_refused(campaign, scheduler):
@@ -84,7 +128,7 @@ def test_workers_with_threads_are_refused(campaign, scheduler):
         try:
             with pytest.raises(InputError, match=r"2 tasks.*--nthreads 1"):
                 for _ in range(200):  # until the worker is there
-                    with Workers(scheduler=scheduler).client():
+                    with Workers(scheduler=scheduler).crew():
                         time.sleep(0.1)
         finally:
             process.kill()
@@ -98,18 +142,35 @@ def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
     assert campaign.status().left == 4
 
 
-@pytest.mark.slow
-def test_a_task_that_kills_its_workers_is_recorded(campaign, monkeypatch):
-    monkeypatch.setattr(driver, "run_task", die)
+def test_a_task_that_kills_its_workers_is_recorded(tmp_path):
+    """Others go on: the observable ends the process at one seed only."""
+    (tmp_path / "deadly.py").write_text(
+        "import os\n\ndef kill(packing):\n    return os._exit(9) if packing.provenance['seed'] == 1 else 1.0\n"
+    )
+    (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 2") + 'observables = ["deadly:kill"]\n')
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
     done = campaign.run(1)
-    assert (done.finished, done.failed) == (0, 4)
-    assert all("workers died again and again" in r["reason"] for r in campaign.status().failures.values())
+    assert (done.finished, done.failed) == (1, 1)
+    (record,) = campaign.status().failures.values()
+    assert "seed=1: its workers died again and again" in record["reason"]
+
+
+def test_what_local_workers_raise_is_named_and_they_are_gone_afterwards():
+    with LocalCrew(1) as crew:
+        crew.submit("a", (os.getppid,))
+        assert crew.wait() == ("a", os.getpid())
+        crew.submit("b", (int, "three"))
+        with pytest.raises(EngineError, match="workers cannot run a task: invalid literal"):
+            crew.wait()
+        assert len(psutil.Process().children()) == 1  # one and the same
+    assert not psutil.Process().children()
 
 
 @pytest.mark.slow
 def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     """With sbatch and scancel that run jobs here; the real sbatch keeps a copy of the script too."""
     pytest.importorskip("dask_jobqueue")
+    pytest.importorskip("cryptography")
     bin_ = tmp_path / "bin"
     bin_.mkdir()
     job = '#!/bin/bash\n[ "$1" = --test-only ] && exit 0\ncp "$1" {0}/job.sh\n'
@@ -137,6 +198,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     script = (tmp_path / "job.sh").read_text()
     assert "#SBATCH -p short" in script
     assert "--nthreads 1" in script
+    assert "tls://" in script and "--tls-key" in script and "tcp://" not in script
     jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
     _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
     assert not alive
@@ -151,12 +213,12 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
             'queue = "nowhere"',
             "invalid partition: nowhere",
         ),
-        ("exit 0", 'qeue = "short"', "unknown key qeue;"),
     ],
-    ids=["no sbatch", "refused", "unknown key"],
+    ids=["no sbatch", "refused"],
 )
 def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options, said):
     pytest.importorskip("dask_jobqueue")
+    pytest.importorskip("cryptography")
     for name in ("sbatch", "scancel") if sbatch else ():
         (tmp_path / name).write_text(f"#!/bin/sh\n{sbatch}\n")
         (tmp_path / name).chmod(0o755)
@@ -165,6 +227,30 @@ def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options
     done = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
     assert done.exit_code == 1 and said in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ('qeue = "short"', "slurm: qeue = 'short': unknown key, did you mean queue?"),
+        ('walltime = "4 hours"', "slurm: walltime = '4 hours': must be \"hours:minutes:seconds\""),
+        ('memory = "lots"', "slurm: memory = 'lots': must be a size such as \"2 GB\""),
+        ("queue = 3", "slurm: queue = 3: must be text in quotes"),
+        ("cores = 4", "slurm: cores = 4: leave it out"),
+        ("job_extra_directives = [1]", "slurm: job_extra_directives = [1]: must be a list of lines of text"),
+    ],
+)
+def test_plan_says_what_is_wrong_with_slurm(tmp_path, options, said):
+    (tmp_path / "c.toml").write_text(f"{FILE}\n[slurm]\n{options}\n")
+    done = call(tmp_path, "campaign", "plan", "c.toml")
+    assert done.exit_code == 1 and said in done.stderr
+
+
+def test_slurm_keys_are_those_of_dask_jobqueue():
+    jobqueue = pytest.importorskip("dask_jobqueue")
+    parts = (jobqueue.slurm.SLURMJob, jobqueue.core.Job, jobqueue.core.JobQueueCluster)
+    known = {name for part in parts for name in inspect.signature(part).parameters}
+    assert set(SLURM_KEYS) <= known
 
 
 @pytest.mark.parametrize(
