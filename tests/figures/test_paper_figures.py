@@ -144,7 +144,7 @@ def test_figures_that_the_tables_do_not_give_are_told(tmp_path):
     drawings, failures = gallery.write_all(["baumgarten-5", "boromand-8"], some, tmp_path)
     assert [d.name for d in drawings] == ["baumgarten-5"] and [f.name for f in failures] == ["boromand-8"]
     assert "Not drawn" in (tmp_path / gallery.PAGE).read_text()
-    with pytest.raises(InputError, match="no figure could be drawn"):
+    with pytest.raises(InputError, match="no study could be drawn"):
         gallery.write_all(["boromand-8"], some, tmp_path)
 
 
