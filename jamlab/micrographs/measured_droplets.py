@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ from scipy import ndimage
 from scipy.special import stdtrit
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.errors import InputError
+from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, ShapeForces, ShapePressures, shape_forces
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -49,12 +52,14 @@ class Micrograph:
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
+        fringe: gap beyond a film that passes for a contact, in the unit of length.
         reasons: why the numbers may be wrong; empty if the picture is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
+        beside: n arrays (k,): droplet that each point of an outline touches, cut ones after whole ones; -1 for none.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -82,12 +87,14 @@ class Micrograph:
     noise: float
     light: float
     film: float
+    fringe: float
     reasons: tuple[str, ...]
     pixel: float | None
     picture: Array = field(repr=False)
     outlines: tuple[Array, ...] = field(repr=False)
     cut_outlines: tuple[Array, ...] = field(repr=False)
     touching: Array = field(repr=False)
+    beside: tuple[Indices, ...] = field(repr=False)
 
     def __repr__(self) -> str:
         means = self.means
@@ -165,6 +172,45 @@ class Micrograph:
                 "quality": self.quality,
             }
         )
+
+    @property
+    def pressures(self) -> ShapePressures:
+        """Pressures of whole droplets above that of the voids, by the curvature of their free walls (Laplace).
+
+        In line tension over length, with standard errors learnt on rendered droplets.
+
+        Raises:
+            InputError: droplets are too small, or known by labels or dark walls, for which no error was learnt.
+        """
+        return self._mechanics[0]
+
+    @property
+    def forces(self) -> ShapeForces:
+        """Forces of contacts, in line tensions, by the length of flats; `residual` is what is left on each droplet.
+
+        Raises:
+            InputError: as for `pressures`.
+
+        Example:
+            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.95, step=0.03)
+            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 300), periodic=True)
+            >>> bool((m.pressures.value > 0).all()), float(np.median(m.forces.residual)) < 0.2
+            (True, True)
+        """
+        return self._mechanics[1]
+
+    @cached_property
+    def _mechanics(self) -> tuple[ShapePressures, ShapeForces]:
+        scale = self.pixel or 1.0
+        radius = float(np.sqrt(np.median(self.areas) / np.pi)) / scale
+        if self.contrast not in ("bright", "dark"):
+            raise InputError(f"no forces of droplets by {self.contrast}: errors were learnt on bright and dark ones")
+        if radius < LEAST_RADIUS:
+            raise InputError(f"droplets are {radius:.0f} pixels in radius: forces need {LEAST_RADIUS:.0f} or more")
+        gap = self.fringe / scale
+        pressures, forces = shape_forces(self.outlines, self.beside, self.centres / scale, gap)
+        value, error, length = pressures.value / scale, pressures.error / scale, forces.length * scale
+        return ShapePressures(value, error), replace(forces, length=length)
 
     def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
         """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.

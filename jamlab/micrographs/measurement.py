@@ -195,6 +195,16 @@ class Measurement:
             found.sides[inside], found.area[inside] * scale**2, (found.centroid[inside] - self.margin) * scale
         )
 
+    def _beside(self, number: int, names: Indices) -> Indices:
+        """(k,) droplet that each point of an outline touches, from 0; cut ones after the whole ones; -1 for none."""
+        height, width = self.segments.cells.shape
+        x, y = np.rint(self.rings[number]).astype(np.int64).T
+        inside = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
+        other = np.where(self.segments.cells[inside] == number, self.walls.beside[inside], self.segments.cells[inside])
+        other = np.where(self.walls.beside[inside] < 0, -1, other)
+        count = int(names.max())
+        return np.where(other < 0, -1, np.where(names[other] > 0, names[other] - 1, count + other))
+
     def result(self, pixel: float | None) -> Micrograph:
         """Numbers of the droplets that are whole."""
         segments, walls, n = self.segments, self.walls, self.segments.count
@@ -225,9 +235,11 @@ class Measurement:
             noise=self.darkness.noise,
             light=self.darkness.light,
             film=float(walls.film * scale),
+            fringe=float((walls.widest - walls.film) * scale),
             reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
             pixel=pixel,
             picture=self.grey,
+            beside=tuple(self._beside(int(k), names) for k in kept),
             outlines=tuple(self.rings[k] - self.margin for k in kept),
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],

@@ -43,6 +43,7 @@ class Walls:
         void_pixels: (h, w) bool, pixels around a void whose darkness is its own, not that of a film.
         width: (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere.
         inside: (h, w) pixels from each pixel to the end of its droplet, negative in gaps.
+        beside: (h, w) int64, droplet across the nearest wall where that is a film, -1 elsewhere.
     """
 
     pairs: Indices
@@ -55,6 +56,7 @@ class Walls:
     void_pixels: Mask
     width: Array
     inside: Array
+    beside: Indices
 
     def contacts(self, widest: float) -> Indices:
         """(k, 2) pairs with a gap up to `widest`."""
@@ -107,7 +109,14 @@ def find_walls(
         np.asarray(void_pixels),
         width,
         _inside(darkness, away, width[tuple(nearest)], half, blur),
+        _across(cells, np.where(is_film, pair, -1)[tuple(nearest)]),
     )
+
+
+def _across(cells: Indices, pair: Indices) -> Indices:
+    """(h, w) other cell of the pair that a pixel is at, -1 at none."""
+    low, high = np.divmod(pair, int(cells.max()) + 1)
+    return np.where(pair < 0, -1, np.where(cells == low, high, low))
 
 
 def _measure_strips(
@@ -152,6 +161,7 @@ def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
         darkness.smooth > 0.5,
         np.full(shape, np.inf),
         inside,
+        np.full(shape, -1),
     )
 
 
