@@ -30,7 +30,7 @@ class Page:
         title: its heading.
         lead: function of all claims that gives the first paragraph.
         each: whether every study writes PNG, PDF and CSV of its own, not only a PNG.
-        columns: of sections side by side.
+        columns: of sections, see `jamlab.figures.html_page.write_report`.
         assets: styles and scripts that opening sections need.
     """
 
@@ -38,7 +38,7 @@ class Page:
     title: str
     lead: Callable[[Sequence[Claim]], str]
     each: bool = False
-    columns: int = 1
+    columns: int = 0
     assets: Markup = field(default_factory=Markup)
 
 
