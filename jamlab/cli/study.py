@@ -69,7 +69,7 @@ def draw(
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
     expect_output(out)
-    report = write_page(
+    drawn, failures = write_page(
         out,
         Page("studies", "Studies", lambda claims: ", ".join(chosen), each=True),
         {name: each.heading for name, each in chosen.items()},
@@ -77,9 +77,9 @@ def draw(
         source_fact(source is not None),
         progress=tell,
     )
-    failed = {each.name: each.reason for each in report.failures}
+    failed = {each.name: each.reason for each in failures}
     if as_json:
-        captions = {each.name: each.caption for each in report.drawn}
+        captions = {each.name: each.caption for each in drawn}
         print_json({"out": str(out), "captions": captions, "not_drawn": failed})
         return
     for name, reason in failed.items():

@@ -138,7 +138,7 @@ def write_report(
     sections: Sequence[Section],
     facts: Mapping[str, str],
     assets: Markup = _NOTHING,
-    columns: int = 1,
+    columns: int = 0,
 ) -> None:
     """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it.
 
@@ -148,7 +148,7 @@ def write_report(
         sections: in their order.
         facts: name -> value, listed at the end as "How it was made".
         assets: styles and scripts that fragments of the sections need.
-        columns: of sections side by side, where the screen is wide enough.
+        columns: of sections, with pictures that fit on a screen; 0: one, with pictures as wide as the page.
 
     Raises:
         StorageError: the file cannot be written.

@@ -42,7 +42,7 @@ from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
 from jamlab.studies.dynamics import power_law as dynamics_power_law
 from jamlab.studies.dynamics import yielding as dynamics_yield
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.page import Failure, Page, Written, write_files, write_page
+from jamlab.studies.page import Failure, Page, write_files, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.study import CampaignStudy, Shown
@@ -187,7 +187,7 @@ def write_all(
     progress: Progress = no_progress,
     opening: Sequence[Section] = (),
     processes: int = 1,
-) -> tuple[list[Written], list[Failure]]:
+) -> tuple[list[Shown], list[Failure]]:
     """Write figures, the table of verdicts, their summary and one self-contained HTML page.
 
     Args:
@@ -206,7 +206,7 @@ def write_all(
         InputError: no figure could be drawn.
     """
     headings = {study.name: study.heading for study in studies()}
-    found = write_page(
+    drawn, failures = write_page(
         folder,
         Page(_PAGE, "Figures of both papers", _lead, each=True, assets=explorer_assets()),
         {name: headings[name] for name in names},
@@ -216,10 +216,11 @@ def write_all(
         progress=progress,
         processes=processes,
     )
-    write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in found.claims]))
+    claims = [c for each in drawn for c in each.claims]
+    write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
-        temporary.write_text("\n".join(summary(found.claims)) + "\n", encoding="utf-8")
-    return found.drawn, found.failures
+        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
+    return drawn, failures
 
 
 def _lead(claims: Sequence[Claim]) -> str:

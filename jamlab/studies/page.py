@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -30,7 +30,7 @@ class Page:
         title: its heading.
         lead: function of all claims that gives the first paragraph.
         each: whether every study writes PNG, PDF and CSV of its own, not only a PNG.
-        columns: of sections side by side.
+        columns: of sections, see `jamlab.figures.html_page.write_report`.
         assets: styles and scripts that opening sections need.
     """
 
@@ -38,65 +38,15 @@ class Page:
     title: str
     lead: Callable[[Sequence[Claim]], str]
     each: bool = False
-    columns: int = 1
+    columns: int = 0
     assets: Markup = field(default_factory=Markup)
 
 
-@dataclass(frozen=True)
-class Written:
-    """A study whose files are written.
-
-    Attributes:
-        name: of the study.
-        heading, shown: see `Study`; without the picture itself, which is `png`.
-        png: the picture.
-    """
-
-    name: str
-    heading: str
-    shown: Shown
-    png: bytes | None
-
-    @property
-    def caption(self) -> str:
-        """What is drawn."""
-        return self.shown.caption
-
-    @property
-    def claims(self) -> Sequence[Claim]:
-        """Numbers of a paper beside ours."""
-        return self.shown.claims
-
-    @property
-    def numbers(self) -> Mapping[str, Mapping[str, float]]:
-        """Further numbers."""
-        return self.shown.numbers
-
-
-@dataclass(frozen=True)
-class Failure:
+class Failure(NamedTuple):
     """A study that could not be drawn from its tables."""
 
     name: str
     reason: str
-
-
-@dataclass
-class Report:
-    """What a page came to.
-
-    Attributes:
-        drawn: studies whose files are written.
-        failures: the others.
-    """
-
-    drawn: list[Written] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
-
-    @property
-    def claims(self) -> list[Claim]:
-        """Claims of all studies."""
-        return [c for each in self.drawn for c in each.claims]
 
 
 def write_page(
@@ -109,7 +59,7 @@ def write_page(
     opening: Sequence[Section] = (),
     progress: Progress = no_progress,
     processes: int = 1,
-) -> Report:
+) -> tuple[list[Shown], list[Failure]]:
     """Draw studies one after the other, write their files, and one page of them.
 
     What was drawn before an interruption is there.
@@ -124,12 +74,15 @@ def write_page(
         progress: called before each study.
         processes: that draw side by side.
 
+    Returns:
+        What was drawn, and what could not be.
+
     Raises:
         StorageError: the folder cannot be written.
         InputError: no study could be drawn.
     """
     make_folder(folder)
-    names, report = list(headings), Report()
+    names = list(headings)
     one = partial(_draw_and_write, draw=draw, folder=folder, each=page.each)
     if min(processes, len(names)) > 1:
         begun: list[str] = []
@@ -144,46 +97,31 @@ def write_page(
         for name in names:
             ended.append(one(name, partial(progress, len(ended) / len(names))))
             if not page.each:  # grows with every study
-                write_csv(folder / f"{page.name}.csv", _rows(ended))
-    for name, found in zip(names, ended, strict=True):
-        if isinstance(found, str):
-            report.failures.append(Failure(name, found))
-        else:
-            report.drawn.append(Written(name, headings[name], *found))
-    if not report.drawn:
-        raise InputError(f"no study could be drawn; {report.failures[0].name}: {report.failures[0].reason}")
-    sections = [*opening, *map(_section, report.drawn)]
-    if report.failures:
-        lines = [(f.name, f.reason) for f in report.failures]
-        sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), lines, words=True)]))
-    write_report(
-        folder / f"{page.name}.html",
-        page.title,
-        page.lead(report.claims),
-        sections,
-        {**facts, **versions()},
-        page.assets,
-        page.columns,
-    )
-    return report
-
-
-def _rows(ended: Sequence[tuple[Shown, bytes | None] | str]) -> pd.DataFrame:
-    """Numbers of all studies that were drawn."""
-    return pd.concat([each[0].rows for each in ended if not isinstance(each, str)] or [pd.DataFrame()])
+                rows = [each.rows for each in ended if isinstance(each, Shown)]
+                write_csv(folder / f"{page.name}.csv", pd.concat(rows or [pd.DataFrame()]))
+    drawn = [each for each in ended if isinstance(each, Shown)]
+    failures = [each for each in ended if isinstance(each, Failure)]
+    if not drawn:
+        raise InputError(f"no study could be drawn; {failures[0].name}: {failures[0].reason}")
+    sections = [*opening, *(_section(headings[each.name], each) for each in drawn)]
+    if failures:
+        sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), failures, words=True)]))
+    lead = page.lead([c for each in drawn for c in each.claims])
+    path = folder / f"{page.name}.html"
+    write_report(path, page.title, lead, sections, {**facts, **versions()}, page.assets, page.columns)
+    return drawn, failures
 
 
 def _draw_and_write(
     name: str, progress: Callable[[str], Any], *, draw: Callable[[str], Shown], folder: Path, each: bool
-) -> tuple[Shown, bytes | None] | str:
-    """What was shown, without its picture, and the picture as PNG; or why it could not be drawn."""
+) -> Shown | Failure:
     progress(name)
     try:
         shown = draw(name)
     except JamlabError as error:
-        return str(error)
+        return Failure(name, str(error))
     _, png = write_files(name, shown, folder, each=each)
-    return replace(shown, figure=None), png
+    return replace(shown, figure=None, name=name, png=png)
 
 
 def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> tuple[list[Path], bytes | None]:
@@ -206,10 +144,9 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
     return paths, png
 
 
-def _section(written: Written) -> Section:
-    shown = written.shown
+def _section(heading: str, shown: Shown) -> Section:
     verdicts = [_verdicts(shown.claims)] if shown.claims else []
-    return Section(written.heading, written.png, shown.caption, [*verdicts, *shown.tables])
+    return Section(heading, shown.png, shown.caption, [*verdicts, *shown.tables])
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

@@ -23,12 +23,13 @@ class Shown:
     """What a study shows of its table.
 
     Attributes:
-        figure: the picture; None if there is none.
+        figure: the picture; None if there is none, or it is written, and then `png` holds it.
         caption: what is drawn, from which data.
         tables: text for the reader, below the picture.
         rows: the numbers behind it, for the CSV file.
         claims: numbers of a paper beside ours.
         numbers: further ones, each with value and ends of its interval, by name.
+        name, png: of the study, and of its picture, once it is written.
     """
 
     figure: Figure | None = None
@@ -37,6 +38,8 @@ class Shown:
     rows: pd.DataFrame = field(default_factory=pd.DataFrame)
     claims: Sequence[Claim] = ()
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    name: str = ""
+    png: bytes | None = None
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from matplotlib.figure import Figure
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
+from jamlab.studies.cost.chart import write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.example_packings import example_sections
 from jamlab.studies.failure.map import write_maps
 from jamlab.studies.page import Page, write_page
-from jamlab.studies.registry import MAPS
+from jamlab.studies.registry import CHARTS, MAPS
 from jamlab.studies.study import Shown
 
 
@@ -99,19 +100,15 @@ def test_dark_mode_is_legible(browser, figures_page):
     assert min(ink) - max(paper) > 180
 
 
-@pytest.fixture(scope="module")
-def maps_page(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("maps")
-    write_maps(folder, MAPS)
-    return folder / "stability.html"
-
-
 @pytest.mark.slow
-def test_all_maps_fit_on_a_page_and_their_numbers_unfold(browser, maps_page):
-    browser.open(maps_page, 1280)
+@pytest.mark.parametrize(("write", "studies"), [(write_maps, MAPS), (write_charts, CHARTS)])
+def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, write, studies):
+    write(tmp_path, studies)
+    (page,) = tmp_path.glob("*.html")
+    browser.open(page, 1280)
     height = "return document.documentElement.scrollHeight"
     folded = browser.run(height)
-    assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(MAPS)
+    assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(studies)
     browser.element("summary").click()
     assert browser.run(height) > folded and browser.overhang() == 0
 

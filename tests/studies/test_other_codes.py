@@ -9,7 +9,7 @@ from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analy
 from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
 from jamlab.studies.other_codes.lammps_peer import Lammps
 from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison, write_recipe
-from jamlab.studies.other_codes.peer import Analyst, Peer, all_pairs, mean_diameters
+from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters, plain_point
 from jamlab.studies.table import measure_table
 
 
@@ -103,7 +103,7 @@ def test_the_study_shows_what_its_table_holds(rows, tmp_path):
 def test_numpy_disks_at_an_analytic_point():
     """Two disks of diameter 1 and 0.6 apart by 0.5 across the boundary: U = eps/2 (1 - 0.5/0.8)^2."""
     p = jamlab.Packing("sp", 4 * np.eye(2), [[0.1, 1.0], [3.6, 1.0]], {"eps": 2.0}, diameters=[1.0, 0.6])
-    point = all_pairs(p)(p.positions)
+    point = plain_point(p)
     overlap = 1 - 0.5 / 0.8
     assert point.energy == pytest.approx(overlap**2, rel=1e-14)
     assert point.forces[0] == pytest.approx([2 * overlap / 0.8, 0.0], rel=1e-13)
@@ -130,7 +130,7 @@ def test_recipe_holds_what_its_script_reads(tmp_path):
     assert all(f'data["{key}"]' in script for key in ("positions", "species", "s", "sides", "eps", "energy", "forces"))
     diameters = np.diag(data["s"])[data["species"]]
     again = jamlab.Packing("sp", np.diag(data["sides"]), data["positions"], {"eps": 1.0}, diameters=diameters)
-    assert all_pairs(again)(again.positions).energy == pytest.approx(float(data["energy"]), rel=1e-12)
+    assert plain_point(again).energy == pytest.approx(float(data["energy"]), rel=1e-12)
     with pytest.raises(jamlab.InputError, match="hoomd"):
         write_recipe("nobody", tmp_path, start)
 

@@ -143,7 +143,7 @@ def write_charts(
     opening = [Section("Defaults off their front", tables=[TextTable(OFF_COLUMNS, off, words=True)])] if off else []
     write_page(
         out,
-        Page("speed-accuracy", "Cost against error", lambda claims: _LEAD),
+        Page("speed-accuracy", "Cost against error", lambda claims: _LEAD, columns=1),
         {name: chart.heading for name, chart in charts.items()},
         lambda name: charts[name]._show_points(found[name], tables[name].made),
         source_fact(measure),

@@ -24,7 +24,7 @@ from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
 from jamlab.studies.other_codes.lammps_peer import Lammps
 from jamlab.studies.other_codes.matscipy_peer import ASE
 from jamlab.studies.other_codes.openmm_peer import OpenMM
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, all_pairs
+from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, plain_point
 from jamlab.studies.table import one_core, shortest
 
 PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
@@ -112,17 +112,16 @@ def compare(
 
 def _jamlab_row(start: Packing) -> Row:
     """jamlab itself: its point beside all pairs in numpy, its time."""
-    reference = all_pairs(start)
     cold, warm, positions = _time_descent(partial(jamlab_descent, start))
     return Row(
         "jamlab",
         "relax",
         metadata.version("jamlab"),
-        **_differences(reference(start.positions), _jamlab_point(start)),
+        **_differences(plain_point(start), _jamlab_point(start)),
         minimum=0.0,
         z=0.0,
         g=0.0,
-        max_force=_largest_force(reference(positions)),
+        max_force=_largest_force(plain_point(start.with_state(positions=positions))),
         cold=cold,
         warm=warm,
         cold_ratio=1.0,
@@ -144,7 +143,7 @@ def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) 
     tolerance = force_tolerance("sp")
     differences = _differences(peer.evaluate(start), _jamlab_point(start))
     cold, warm, positions = _time_descent(partial(peer.descent, start))
-    point = all_pairs(start)(positions)
+    point = plain_point(start.with_state(positions=positions))
     left, end = _largest_force(point), measure(start.with_state(positions=positions))
     notes = []
     if left > tolerance:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.studies.failure.plain_physics import plain_forces, plain_stress
 
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
 
@@ -106,20 +107,8 @@ def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
     return species.reshape(-1).astype(np.int64), 0.5 * (sizes[:, None] + sizes)
 
 
-def all_pairs(packing: Packing) -> Callable[[Array], Point]:
-    """Function of positions (n, 2): energy, forces and stress of Boromand et al. eqs 5 and 6 from all n^2 pairs."""
-    species, table = mean_diameters(packing)
-    s = table[species[:, None], species]
-    sides, eps = np.diag(packing.box), float(packing.params["eps"])
-
-    def evaluate(positions: Array) -> Point:
-        r = positions[:, None] - positions
-        r -= sides * np.round(r / sides)
-        distance = np.hypot(r[..., 0], r[..., 1])
-        np.fill_diagonal(distance, np.inf)
-        overlap = np.maximum(1 - distance / s, 0.0)
-        pulls = (eps * overlap / (s * distance))[..., None] * r
-        stress = 0.5 * np.einsum("ijk,ijl->kl", pulls, r) / packing.area
-        return Point(0.25 * eps * float((overlap**2).sum()), pulls.sum(axis=1), stress, 0.5 * float(np.trace(stress)))
-
-    return evaluate
+def plain_point(packing: Packing) -> Point:
+    """Energy, forces and stress from nothing but the definitions, over all pairs: the independent reference."""
+    energy, forces = plain_forces(packing)
+    stress = plain_stress(packing)
+    return Point(energy, forces, stress, 0.5 * float(np.trace(stress)))
