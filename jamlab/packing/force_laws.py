@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from jamlab.arrays import Array, Indices
+from jamlab.packing.law_parameters import FORCE_LAW
 from jamlab.packing.packing import Packing
 
 
@@ -93,7 +94,7 @@ def lammps_variables(packing: Packing) -> dict[str, object]:
     """Variables that `lammps_inputs/sp.force` or `dp.force` needs to know the force law of a packing."""
     if packing.model == "sp":
         return disk_law(packing).lammps_variables()
-    return {"law": "eps"} | {name: value for name, value in packing.params.items() if name != "a0"}
+    return {"law": "eps"} | {name: packing.params[name] for name in FORCE_LAW["dp", "eps"] if name != "a0"}
 
 
 def drag_stiffness(packing: Packing) -> float:
