@@ -31,6 +31,7 @@ from jamlab.campaign.flow_file import FLOWS, Creeping, Flow, Oscillating
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import JamlabError
+from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.protocols.onset import LARGEST_TOLERANCE
 from jamlab.protocols.relaxation import LEAST_TOLERANCE
 
@@ -238,6 +239,9 @@ class SweepTable(_Table):
     def _check_force_law(self) -> None:
         from jamlab.protocols.random_start import check_force_law
 
+        of_droplets = sorted(self.force_law.keys() - OPTIONAL["sp"].keys())
+        if of_droplets and "sp" in self.model:
+            raise ValueError(f"{of_droplets[0]} of force_law is for model dp: give droplets a separate sweep")
         for model in self.model if self.force_law else ():
             try:
                 check_force_law(model, self.force_law)
