@@ -34,6 +34,11 @@ class DiskLaw:
         """Whether an overlap counts in parts of s, as in law "eps", or in the unit of length."""
         return self.name == "eps"
 
+    @property
+    def springs(self) -> bool:
+        """Whether the force grows in proportion to the overlap."""
+        return True
+
     def __call__(self, reach: Array, distance: Array) -> tuple[Array, Array, Array]:
         """Energy, force U' and stiffness U'' of pairs that touch.
 
@@ -59,6 +64,14 @@ class DiskLaw:
     def pressure_at(self, overlap: float) -> float:
         """Pressure whose `linear_in_phi` is the overlap."""
         return overlap * self.strength
+
+    def stiffness_at(self, pressure: float) -> float:
+        """Typical stiffness of contacts over the strength at a pressure, lengths in the unit of length."""
+        return 1.0
+
+    def force_at(self, energy: float) -> float:
+        """Typical contact force at a contact energy per disk, lengths in the unit of length."""
+        return float(np.sqrt(2 * energy * self.strength))
 
     def root_energy(self, energy: float) -> float:
         """Contact energy, to the power that makes it grow as phi - phi_J above onset."""
@@ -88,6 +101,11 @@ def reach(packing: Packing, pairs: Indices) -> Array:
     """(m,) distance s = (d_i + d_j)/2 at which the disks of each pair (m, 2) begin to touch."""
     assert packing.diameters is not None
     return np.asarray(0.5 * packing.diameters[pairs].sum(axis=1))
+
+
+def has_springs(packing: Packing) -> bool:
+    """Whether contact forces grow in proportion to overlaps, as those of droplets and of harmonic disks do."""
+    return packing.model == "dp" or disk_law(packing).springs
 
 
 def lammps_variables(packing: Packing) -> dict[str, object]:
