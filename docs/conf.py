@@ -26,6 +26,7 @@ extensions = [
     "mathml_equations",
     "plain_docstrings",
     "reference_pages",
+    "shown_output",
 ]
 exclude_patterns = ["gallery_scripts", "examples", "gallery/**/*.ipynb", "gallery/**/*.py", "README.md"]
 templates_path: list[str] = []
@@ -45,7 +46,7 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 autosummary_generate = False
 
-SECTIONS = ("packings", "structure", "elasticity", "oscillation", "elsewhere")  # of the gallery
+SECTIONS = ("packings", "structure", "elasticity", "oscillation", "flow", "elsewhere")  # of the gallery
 
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "unsrt"

@@ -9,12 +9,12 @@ Elasticity   shear_modulus, bulk_modulus, elastic_tensor, slow_shear, hessian, l
              held_motions: what contacts hold, counted
 Oscillation  complex_modulus with ContactDamping or StokesDrag, collapse, nonlinear_modulus, equivalent_time,
              dynamical_matrices, oscillating_displacements, displacement_correlation, mode_motion: of droplets
-Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without inertia; pipkin, plan_flow, read_flow
+Flow         shear, flow_curve, oscillate, creep, relax_stress: in time, without inertia; pipkin, read_flow
 Files        read, read_all, read_observables, write, write_data, write_dump, read_points
 MDAnalysis   universe, from_universe, PackingAnalysis
 Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
-             estimate, plan_estimate: a mean over packings to an error
+             estimate: a mean over packings to an error
 Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
 Micrographs  micrograph, synthetic_micrograph
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError
@@ -37,9 +37,13 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name; the version is that of the installed distribution."""
+    """Load a public name, or one of version 0.2.0; the version is that of the installed distribution."""
     if name == "__version__":
         from importlib.metadata import version
 
         return version("jamlab")
+    if name in ("EnsemblePlan", "FlowPlan", "plan_estimate", "plan_flow"):
+        from jamlab.estimates import deprecated
+
+        return getattr(deprecated, name)
     return _load(name)

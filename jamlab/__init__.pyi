@@ -12,14 +12,10 @@ from .errors import InputError as InputError
 from .errors import JamlabError as JamlabError
 from .errors import SelfCrossingError as SelfCrossingError
 from .errors import StorageError as StorageError
-from .estimates.ensemble_plan import EnsemblePlan as EnsemblePlan
-from .estimates.ensemble_plan import plan_estimate as plan_estimate
 from .estimates.estimate import Estimate as Estimate
 from .estimates.estimate import estimate as estimate
 from .estimates.flow_choice import FlowChoice as FlowChoice
 from .estimates.flow_choice import choose_flow as choose_flow
-from .estimates.flow_plan import FlowPlan as FlowPlan
-from .estimates.flow_plan import plan_flow as plan_flow
 from .estimates.model_choice import Choice as Choice
 from .estimates.model_choice import choose as choose
 from .estimates.scene import Scene as Scene

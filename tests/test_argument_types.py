@@ -91,6 +91,7 @@ def test_every_public_function_is_checked():
     assert not [name for name in FUNCTIONS if not hasattr(getattr(jamlab, name), "__wrapped__")]
 
 
+@pytest.mark.filterwarnings("ignore:mass of choose_flow:DeprecationWarning")
 @pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
 def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -44,7 +44,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
         workers: processes, by default as many as there are cores.
         seeds: packings of each kind.
     """
-    # a campaign is a file; jamlab/campaign/file_tables.py lists everything it may contain
+    # a campaign is a file; jamlab/campaign/file.py and observables.py list everything it may contain
     make_folder(folder)
     path = folder / "walkthrough.toml"
     path.write_text(CAMPAIGN.format(seeds=seeds), encoding="utf-8")

@@ -15,24 +15,29 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from jamlab.campaign.file import read_campaign_file
-from jamlab.campaign.file_tables import CampaignTable
+from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
+from jamlab.campaign.file import CampaignTable, read_campaign_file
 from jamlab.campaign.folder import COPY, CampaignFolder
-from jamlab.campaign.tasks import Batch, batches
-from jamlab.campaign.worker import Outcome
+from jamlab.campaign.own_observables import load_function
+from jamlab.campaign.plan import Estimate, longest_first, plan
+from jamlab.campaign.states import StoredStates
+from jamlab.campaign.status import Status, count_tasks, wanted_batches
+from jamlab.campaign.table_plot import draw_means
+from jamlab.campaign.tables import aggregate, table
+from jamlab.campaign.tasks import Batch, batches, task_names
+from jamlab.campaign.workers import Workers
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.packing.hdf5 import read_all
+from jamlab.packing.packing import Packing
+from jamlab.plotting.axes import axes_for
+from jamlab.plotting.drawable import CURVES
+from jamlab.processes.progress import Progress
 from jamlab.statistics.confidence import CONFIDENCE
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-
-    from jamlab.campaign.driver import CampaignRun
-    from jamlab.campaign.plan import Estimate
-    from jamlab.campaign.status import Status
-    from jamlab.campaign.workers import Workers
-    from jamlab.packing.packing import Packing
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,6 @@ class Campaign:
             InputError: the folder cannot be read, or a column of `until` does not exist.
             StorageError: a file of a sweep with `until` is damaged.
         """
-        from jamlab.campaign.status import count_tasks
 
         return count_tasks(batches(self.content), self.folder, verify)
 
@@ -86,7 +90,6 @@ class Campaign:
         Raises:
             InputError: the campaign has no sweep of a name in `only`, or an observable of your own cannot be imported.
         """
-        from jamlab.campaign.plan import plan
 
         chosen = batches(self.content, only)
         lines = plan(chosen, self.folder, batches(self.content))
@@ -103,7 +106,8 @@ class Campaign:
         only: Iterable[str] | None = None,
         retry_failed: bool = False,
         verify: bool = True,
-        progress: Callable[[Outcome], None] | None = None,
+        progress: Progress | None = None,
+        done: Callable[[Outcome], None] | None = None,
     ) -> CampaignRun:
         """Run all tasks that are neither finished nor failed; with `until`, until the standard errors are met.
 
@@ -115,25 +119,22 @@ class Campaign:
             only: names of sweeps; by default all.
             retry_failed: run tasks again that failed before.
             verify: first read the finished files; damaged ones are moved aside and their tasks run again.
-            progress: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
+            progress: called after each task with the share of all tasks that are done, and a line on this one.
+            done: called after each task with its outcome: `state` ("finished" or "failed"), `line` and `seconds`.
 
         Raises:
             InputError: the workers cannot be started or reached, or an observable of your own cannot be imported.
             StorageError: the folder is in use or cannot be written. Run again to go on.
             EngineError: the workers are lost. Run again to go on.
         """
-        from jamlab.campaign.driver import CampaignRun
-        from jamlab.campaign.plan import longest_first
-        from jamlab.campaign.standard_error import wanted_batches
-        from jamlab.campaign.workers import Workers
 
         chosen = longest_first(batches(self.content, only))
-        where = Workers(workers, scheduler, slurm, self.content.slurm)
+        where = Workers(workers, scheduler, slurm, self.content.slurm, folder=self.folder.path)
         self.folder.prepare()
         with self.folder.lock():
             self.folder.keep_copy(self.file)
             self.folder.sweep_up()
-            names = _names(chosen)
+            names = task_names(chosen)
             finished = self.folder.finished() & names
             repaired = {}
             for name, reason in self.folder.damages(finished).items() if verify else ():
@@ -141,34 +142,46 @@ class Campaign:
             if retry_failed:
                 self.folder.forget_failures(self.folder.failed() & names)
             skip = self.folder.finished() | self.folder.failed()
-            if _names(wanted_batches(chosen, self.folder)) <= skip:
+            if task_names(wanted_batches(chosen, self.folder)) <= skip:
                 return CampaignRun(0, 0, repaired)
             self._check_functions(chosen)
-            done = self._drive(chosen, where, progress)
-        return replace(done, repaired=repaired)
+            ran = self._drive(chosen, where, self._teller(chosen, progress, done))
+        return replace(ran, repaired=repaired)
 
-    def _drive(self, chosen: list[Batch], where: Workers, progress: Callable[[Outcome], None] | None) -> CampaignRun:
+    def _teller(
+        self, chosen: list[Batch], progress: Progress | None, done: Callable[[Outcome], None] | None
+    ) -> Callable[[Outcome], None]:
+        """Function that tells both callbacks of one outcome."""
+        wanted = task_names(wanted_batches(chosen, self.folder))
+        count = len(wanted & (self.folder.finished() | self.folder.failed()))
+
+        def tell(outcome: Outcome) -> None:
+            nonlocal count
+            count += 1
+            if done is not None:
+                done(outcome)
+            if progress is not None:
+                progress(count / max(count, len(wanted)), outcome.line)  # `until` may add seeds
+
+        return tell
+
+    def _drive(self, chosen: list[Batch], where: Workers, tell: Callable[[Outcome], None]) -> CampaignRun:
         """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first."""
-        from jamlab.campaign.driver import CampaignRun, drive_rounds
-        from jamlab.campaign.standard_error import wanted_batches
-        from jamlab.campaign.stored_states import StoredStates
 
-        stored, done = StoredStates(self.folder, batches(self.content)), CampaignRun(0, 0, {})
+        stored, ran = StoredStates(self.folder, batches(self.content)), CampaignRun(0, 0, {})
         for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
             part = [batch for batch in chosen if batch.ranks == ranks]
-            if _names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
+            if task_names(wanted_batches(part, self.folder)) <= self.folder.finished() | self.folder.failed():
                 continue
-            there = replace(where, ranks=ranks)
-            with there.client() as client:
-                more = drive_rounds(client, self.folder, part, progress, there.expected, stored, self._modules())
-            done = replace(done, finished=done.finished + more.finished, failed=done.failed + more.failed)
-        return done
+            with replace(where, ranks=ranks).crew() as crew:
+                more = drive_rounds(crew, self.folder, part, tell=tell, stored=stored, modules=self._modules())
+            ran = replace(ran, finished=ran.finished + more.finished, failed=ran.failed + more.failed)
+        return ran
 
     def _check_functions(self, chosen: list[Batch]) -> None:
         """Import the observables of the user's own before any work begins."""
-        from jamlab.campaign.own_observables import load_function, own_observables
 
-        for name in sorted({name for batch in chosen for name in own_observables(batch.parameters["observables"])}):
+        for name in sorted({name for batch in chosen for name in batch.parameters.own}):
             load_function(name, self._modules())
 
     def _modules(self) -> list[str]:
@@ -190,7 +203,6 @@ class Campaign:
             InputError: there is no such table or sweep.
             StorageError: a file is damaged; `run` repairs it.
         """
-        from jamlab.campaign.tables import table
 
         return table(self.folder, self.finished(sweep), name)
 
@@ -228,8 +240,6 @@ class Campaign:
             InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
-        from jamlab.campaign.aggregate import aggregate
-
         frame = self._rows(table, sweep, converged)
         return aggregate(
             frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
@@ -281,11 +291,8 @@ class Campaign:
                 refuses the style.
             StorageError: a file is damaged.
         """
-        from jamlab.campaign.table_plot import draw_means
-        from jamlab.plotting.axes import axes_for
-
         frame = self._rows(table, sweep, converged)
-        with axes_for(ax, style) as axes:
+        with axes_for(ax, style, CURVES) as axes:
             draw_means(axes, frame, value, along, by, bins, **style)
         return axes
 
@@ -302,12 +309,11 @@ class Campaign:
     def finished(self, sweep: str | None = None) -> list[str]:
         """List the names of the finished tasks, of all sweeps or of one."""
         chosen = batches(self.content, None if sweep is None else [sweep])
-        return sorted(self.folder.finished() & _names(chosen))
+        return sorted(self.folder.finished() & task_names(chosen))
 
     @checked
     def packings(self, task: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame."""
-        from jamlab.packing.hdf5 import read_all
 
         return read_all(self.folder.task_file(task))
 
@@ -342,7 +348,3 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
         return Campaign(given / COPY, read_campaign_file(given / COPY), CampaignFolder(given))
     content = read_campaign_file(given)
     return Campaign(given, content, CampaignFolder(Path(folder) if folder is not None else given.parent / content.name))
-
-
-def _names(chosen: list[Batch]) -> set[str]:
-    return {name for batch in chosen for name in batch.names()}

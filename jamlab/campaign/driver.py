@@ -1,22 +1,117 @@
-"""Feed tasks to workers, a bounded number at a time; whatever dies, the files in the folder are whole."""
+"""Feed tasks to workers, a bounded number at a time; a worker carries a task from its parameters to its file.
 
+Whatever dies, the files in the folder are whole.
+"""
+
+import errno
+import hashlib
 import itertools
+import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from threadpoolctl import threadpool_limits
 
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.standard_error import wanted_batches
-from jamlab.campaign.stored_states import StoredStates
+from jamlab.campaign.observable import Measured, measure_tables
+from jamlab.campaign.own_observables import load_function, measure_own
+from jamlab.campaign.states import StoredStates, make_states, read_stored, shared_tables
+from jamlab.campaign.status import wanted_batches
+from jamlab.campaign.tables import STATE_COLUMNS
+from jamlab.campaign.task_file import write_task_file
 from jamlab.campaign.tasks import Batch, Task
-from jamlab.campaign.worker import FAILED, FINISHED, FULL, Outcome, run_task
-from jamlab.campaign.workers import resources
+from jamlab.campaign.workers import Crew
 from jamlab.errors import EngineError, StorageError
+from jamlab.measure import COLUMNS, measure_all
+from jamlab.processes.cores import cores_given
+from jamlab.storage.atomic_file import check_target
 
-if TYPE_CHECKING:
-    from distributed import Client, Future
-
+FINISHED, FAILED, FULL = "finished", "failed", "full"
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for the driver
+
+
+class Outcome(NamedTuple):
+    """How a task ended.
+
+    Attributes:
+        state: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can
+            go on).
+        line: the task, and what went wrong, as text to show.
+        seconds: wall time; nan if the workers died.
+    """
+
+    state: str
+    line: str
+    seconds: float
+
+
+def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
+    """Run a task unless its file exists.
+
+    Args:
+        folder: of the campaign, the same path on every machine.
+        task: with its ranks, as many cores as it may use.
+        source: finished task whose states are those of this one.
+        modules: folders that hold modules of the user's own observables.
+    """
+    began, used = time.perf_counter(), cpu_seconds()
+
+    def end(state: str, line: str) -> Outcome:
+        return Outcome(state, line, time.perf_counter() - began)
+
+    place, label = CampaignFolder(Path(folder)), task.parameters.label
+    file = place.task_file(task.name)
+    try:
+        if not file.exists():
+            place.check_target(file)  # before the work, not after
+            check_target(file)
+            with threadpool_limits(1), cores_given(task.ranks):  # one core a rank: LAMMPS, BLAS and PARDISO alike
+                _make_file(place, task, (began, used), source, modules)
+        return end(FINISHED, label)
+    except StorageError as error:
+        return end(FULL, str(error))
+    except Exception as error:  # whatever it is, it belongs to this task alone and must not stop the others
+        if isinstance(error, OSError) and error.errno in _NO_SPACE:
+            return end(FULL, f"no space for {label}: {error}")
+        try:
+            place.record_failure(task, error)
+        except StorageError as full:
+            return end(FULL, str(full))
+        return end(FAILED, f"{label}: {error}")
+
+
+def cpu_seconds() -> float:
+    """CPU time of this process and of the ranks it waited for."""
+    return sum(os.times()[:4])
+
+
+def _make_file(
+    folder: CampaignFolder, task: Task, began: tuple[float, float], source: str | None, modules: Sequence[str]
+) -> None:
+    functions = {name: load_function(name, modules) for name in task.parameters.own}
+    stored = read_stored(folder, source) if source is not None else None
+    if stored is None:
+        states, known, before = make_states(task.parameters, task.ranks), {}, (0.0, 0.0)
+        measured = measure_all(states.packings)
+    else:
+        file, states = stored
+        shared = shared_tables(task.parameters, file.parameters)
+        known = {name: columns for name, columns in file.tables.items() if name in shared}
+        before = file.seconds, file.cpu_seconds
+        whole = file.observables.keys() >= set(COLUMNS)  # else written by a jamlab that measured less
+        measured = file.observables if whole else measure_all(states.packings)
+    of = Measured(states, measured["pressure"], task.parameters.tolerances)
+    tables = measure_tables(task.parameters.tables, of, known)
+    taken = {*STATE_COLUMNS, *(column for name in known.keys() & functions.keys() for column in known[name])}
+    for name in sorted(functions.keys() - known.keys()):
+        tables[name] = measure_own(name, functions[name], states.packings, taken)
+        taken |= tables[name].keys()
+    wall, cpu = before[0] + time.perf_counter() - began[0], before[1] + cpu_seconds() - began[1]
+    write_task_file(folder.task_file(task.name), task, states, measured, tables, seconds=wall, cpu_seconds=cpu)
 
 
 @dataclass(frozen=True)
@@ -45,94 +140,79 @@ def remaining_tasks(batches: Iterable[Batch], skip: set[str]) -> Iterator[Task]:
 
 
 def drive(
-    client: "Client",
+    crew: Crew,
     folder: CampaignFolder,
     tasks: Iterator[Task],
-    progress: Callable[[Outcome], None] | None = None,
+    tell: Callable[[Outcome], None] = lambda outcome: None,
     *,
-    expected: int = 1,
     stored: StoredStates | None = None,
     modules: Sequence[str] = (),
 ) -> CampaignRun:
     """Run tasks until none is left.
 
     Args:
-        client: of the Dask scheduler.
+        crew: of workers.
         folder: of the campaign, locked.
         tasks: to run, preferably the longest first.
-        progress: called after each task with its outcome.
-        expected: number of workers to come, e.g. when their jobs start.
+        tell: called after each task with its outcome.
         stored: finished tasks whose states may be used again.
         modules: folders that hold modules of the user's own observables.
 
     Raises:
         StorageError: the folder cannot be written, e.g. the disk is full; running tasks are given up.
-        EngineError: the workers cannot run jamlab, or the scheduler is lost.
+        EngineError: the workers cannot run jamlab, do not see the folder, or are lost.
     """
-    from distributed import as_completed
-
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
     counts = {FINISHED: 0, FAILED: 0}
-    ended = as_completed([], loop=client.loop)
 
     def fill() -> None:
-        wanted = _PER_WORKER * max(expected, len(client.nthreads()))
-        for task in itertools.islice(tasks, max(0, wanted - len(under_way))):
-            key = f"jamlab-{task.name}"
+        for task in itertools.islice(tasks, max(0, _PER_WORKER * crew.width - len(under_way))):
+            key = task_key(folder, task)
             under_way[key] = task
             source = stored.source(task.parameters) if stored is not None else None
-            work = (place, task.name, task.parameters, source and source.name, modules, task.ranks)
-            ended.add(client.submit(run_task, *work, key=key, pure=False, resources=resources(task.ranks)))
+            crew.submit(key, (run_task, place, task, source and source.name, modules))
 
     fill()
-    for future in ended:
-        task = under_way.pop(future.key)
-        outcome = _outcome(future, folder, task)
-        future.release()
+    while under_way:
+        key, outcome = crew.wait()
+        task = under_way.pop(key)
+        if outcome is None:
+            outcome = _blame(folder, task)
         if outcome.state == FULL:
             raise StorageError(f"{outcome.line}; make room, then `jamlab campaign resume` goes on")
+        if outcome.state == FINISHED and not folder.task_file(task.name).exists():
+            raise EngineError(
+                f"a worker says that {task.parameters.label} is finished, but {folder.task_file(task.name)} is not"
+                " there: workers must see the folder of the campaign under the same path"
+            )
         counts[outcome.state] += 1
         if stored is not None and outcome.state == FINISHED:
             stored.add(task)
-        if progress is not None:
-            progress(outcome)
+        tell(outcome)
         fill()
     return CampaignRun(counts[FINISHED], counts[FAILED])
 
 
-def drive_rounds(
-    client: "Client",
-    folder: CampaignFolder,
-    chosen: list[Batch],
-    progress: Callable[[Outcome], None] | None = None,
-    expected: int = 1,
-    stored: StoredStates | None = None,
-    modules: Sequence[str] = (),
-) -> CampaignRun:
+def drive_rounds(crew: Crew, folder: CampaignFolder, chosen: list[Batch], **how: Any) -> CampaignRun:
     """Run what is left of some batches, then the seeds that `until` adds, round by round; see `drive`."""
     finished = failed = 0
     before: list[Batch] = []
     while (wanted := wanted_batches(chosen, folder)) != before:
         tasks = remaining_tasks(wanted, folder.finished() | folder.failed())
-        done = drive(client, folder, tasks, progress, expected=expected, stored=stored, modules=modules)
+        done = drive(crew, folder, tasks, **how)
         finished, failed, before = finished + done.finished, failed + done.failed, wanted
     return CampaignRun(finished, failed)
 
 
-def _outcome(future: "Future", folder: CampaignFolder, task: Task) -> Outcome:
-    from distributed.scheduler import KilledWorker
+def task_key(folder: CampaignFolder, task: Task) -> str:
+    """Name a task at a scheduler that several campaigns may share: each has to make the file in its own folder."""
+    place = hashlib.sha256(str(folder.path.resolve()).encode()).hexdigest()
+    return f"jamlab-{place[:16]}-{task.name}"
 
-    if future.status == "finished":
-        outcome: Outcome = future.result()
-        return outcome
-    if future.status != "error":
-        raise EngineError(f"lost the Dask scheduler during {task.label}: start it again, then `jamlab campaign resume`")
-    error = future.exception()
-    if isinstance(error, KilledWorker):
-        reason = EngineError(f"{task.label}: its workers died again and again: killed, or out of memory")
-        folder.record_failure(task, reason)
-        return Outcome(FAILED, str(reason), float("nan"))
-    raise EngineError(
-        f"workers cannot run {task.label}: {error}; they must have the driver's jamlab and see the folder {folder.path}"
-    ) from error
+
+def _blame(folder: CampaignFolder, task: Task) -> Outcome:
+    """Record that a task killed its workers."""
+    reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
+    folder.record_failure(task, reason)
+    return Outcome(FAILED, str(reason), float("nan"))

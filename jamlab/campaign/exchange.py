@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 from jamlab.campaign.campaign import Campaign
 from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.observables import TABLES
 from jamlab.campaign.task_file import damage
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
+from jamlab.packing.lammps_files import write_dump
 from jamlab.storage.atomic_file import atomic_file, make_folder
 
 if TYPE_CHECKING:
@@ -103,8 +105,6 @@ def export(
         InputError: the format, a table or the sweep is unknown.
         StorageError: a file is damaged or cannot be written.
     """
-    from jamlab.campaign.tables import TABLES
-
     check_choice("format", form, FORMATS)
     if form == "parquet":
         check_parquet()
@@ -121,8 +121,6 @@ def export(
 
 
 def _write_dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
-    from jamlab.packing.lammps_files import write_dump
-
     written = []
     for name in sorted(campaign.finished(sweep)):
         written.append(out / f"{name}.dump")

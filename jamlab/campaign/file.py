@@ -1,20 +1,309 @@
-"""Read a campaign file: TOML, checked against `file_tables.py` before anything runs; a line for each wrong key."""
+"""Read a campaign file: TOML with one or more sweeps, checked key by key before anything runs.
 
+    name = "first"
+
+    [[sweep]]
+    name = "disks"
+    model = "sp"
+    n = [32, 64]
+    seeds = 10
+    compress = { to = 0.95, step = 0.01, nearest = 1e-4 }
+
+`starter.toml` and `reference.toml` show more keys; `Sweep` lists those of every sweep, and the classes of
+`observables.py` those of what is measured. Each wrong key is one line of the error, with its value and a remedy.
+"""
+
+import difflib
+import math
 import os
+import re
 import stat
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from pydantic import ValidationError
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    create_model,
+    field_validator,
+    model_validator,
+)
 
-from jamlab.campaign.file_problems import explain
-from jamlab.campaign.file_tables import CampaignTable, Compression, DampingLaws, SeedRange, SweepTable, Tolerances
-from jamlab.campaign.file_values import FileTable, LogGrid
-from jamlab.campaign.flow_file import Creeping, Flow, Oscillating
+from jamlab.campaign.file_values import FileTable, LogGrid, Positive, Tolerances, as_list, distinct
+from jamlab.campaign.observable import Observable
+from jamlab.campaign.observables import OBSERVABLES
+from jamlab.checks import MOST_PARTICLES
+from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
+from jamlab.packing.law_parameters import OPTIONAL
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+# limits, so that nonsense is named at once instead of filling memory and time
 MOST_BYTES = 10_000_000  # of a campaign file
+MOST_TASKS = 1_000_000  # of a campaign: files in one folder, and names that `status` compares
+MOST_RANKS = 1_024  # of a task: more than any one machine has cores
+MOST_SIZES = 1_000  # of a sweep: each is a line of `plan` and `status`
+SMALLEST_STEP = 1e-5  # of a compression, whose states are all kept in memory
+
+STATES = "states"  # the observable of every task: what `jamlab.measure` says of its states
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
+_OTHERS = {"sp": "disks", "dp": "droplets"}
+_SHOWN = 120  # characters of a wrong value in its message
+
+
+def _check_observable(value: str) -> str:
+    if value != STATES and value not in OBSERVABLES and not _FUNCTION.fullmatch(value):
+        known = ", ".join(map(repr, (STATES, *OBSERVABLES)))
+        raise ValueError(f"use one of {known}, or 'module:function' for a function of your own")
+    return value
+
+
+ObservableName = Annotated[str, AfterValidator(_check_observable)]
+
+
+class Compression(FileTable):
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction.
+
+    With `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`).
+    """
+
+    to: Annotated[float, Field(gt=0, le=2)]
+    by: Literal["rho", "phi"] = "rho"
+    step: Annotated[float, Field(ge=SMALLEST_STEP, le=1)] = 0.01
+    nearest: Annotated[float, Field(ge=1e-12, le=1)] | None = None
+    per_decade: Annotated[int, Field(ge=1, le=1000, default_factory=lambda: int(defaults("sweep")["per_decade"]))]
+    confluence: Annotated[float, Field(ge=1e-9, le=1)] | None = None
+
+    @property
+    def halvings(self) -> int:
+        """Number of states that the bisection of confluence adds."""
+        return 0 if self.confluence is None else max(0, math.ceil(math.log2(self.step / self.confluence)))
+
+    def record(self) -> dict[str, Any]:
+        """Keys and values that enter the names of tasks: those younger than stored tasks only where they are given."""
+        return self.model_dump(exclude={"confluence"} if self.confluence is None else None)
+
+    @model_validator(mode="after")
+    def _check_steps(self) -> "Compression":
+        if self.by == "rho" and self.to > 1:
+            raise ValueError(f"to = {self.to:g} is above 1, the highest rho there is: lower it, or set by = 'phi'")
+        if self.nearest is not None and self.nearest > self.step:
+            raise ValueError(f"nearest = {self.nearest:g} is above step = {self.step:g}: lower it")
+        return self
+
+
+class SeedRange(FileTable):
+    """{ first, last }: seeds from the first to the last, such as those that another machine does not run."""
+
+    first: Annotated[int, Field(ge=0)]
+    last: Annotated[int, Field(ge=0)]
+
+    @model_validator(mode="after")
+    def _check_order(self) -> "SeedRange":
+        if self.first > self.last:
+            raise ValueError(f"first = {self.first} is above last = {self.last}: swap them")
+        if self.last - self.first >= MOST_TASKS:
+            raise ValueError(f"{self.first} to {self.last} are too many, at most {MOST_TASKS} tasks: give fewer seeds")
+        return self
+
+
+class Sweep(FileTable):
+    """One `[[sweep]]`; `SweepTable` adds the keys of observables, such as `omega` of "spectra".
+
+    Attributes:
+        name: of the sweep, for `--only` and `table(..., sweep=...)`.
+        model: "sp", "dp" or a list of both.
+        n: even number of particles, or a list.
+        seeds: number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used.
+        until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
+            of each named column of "states", at the last state of each packing and for each model and n. The first
+            eight seeds always run; `status.py` says how many follow.
+        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
+        pressures: target pressures of disks, in units of k.
+        phi: packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start.
+        onset: true: make only the packings at onset.
+        ensemble: "fixed-box" or "shear-stabilized".
+        observables: tables to measure; "states" is always among them. One added later is measured on the packings
+            that are stored. "module:function" is a function of your own in a module beside the campaign file: it
+            takes a `Packing` and returns a number, column `function` of "states", or a dict of numbers, whose keys
+            are columns. Only its name enters the names of tasks: rename it when it changes.
+        force_law: parameters that replace the defaults; `exponent` of disks, any of droplets.
+        tolerances: see `Tolerances`.
+        ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
+            so many cores. Pays from about 10 000 disks.
+    """
+
+    name: Annotated[str, Field(pattern=_NAME)]
+    model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(as_list), AfterValidator(distinct)]
+    n: Annotated[
+        list[Annotated[int, Field(ge=2, le=MOST_PARTICLES, multiple_of=2)]],
+        BeforeValidator(as_list),
+        Field(max_length=MOST_SIZES),
+        AfterValidator(distinct),
+    ]
+    seeds: list[Annotated[int, Field(ge=0)]] | range
+    until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
+    compress: Compression | None = None
+    pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], AfterValidator(distinct)] | None = None
+    phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], AfterValidator(distinct)] | None = None
+    onset: Literal[True] | None = None
+    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
+    observables: Annotated[list[Annotated[str, AfterValidator(_check_observable)]], AfterValidator(distinct)] = Field(
+        default=[STATES]
+    )
+    force_law: dict[str, Any] = Field(default={})
+    tolerances: Tolerances = Tolerances()
+    ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    @property
+    def own(self) -> list[str]:
+        """Observables that are functions of the user's own, by name."""
+        return sorted(name for name in self.observables if ":" in name)
+
+    @property
+    def measured(self) -> list[Observable]:
+        """Observables of jamlab's own, with their keys, by name."""
+        given = {key: value for key in type(self).model_fields if (value := getattr(self, key)) is not None}
+        wanted = [OBSERVABLES[name] for name in sorted(self.observables) if name in OBSERVABLES]
+        return [o(**{key: given[key] for key in o.model_fields if key in given}) for o in wanted]
+
+    @field_validator("seeds", mode="before")
+    @classmethod
+    def _count_to_range(cls, value: Any) -> Any:
+        if isinstance(value, list):
+            return value
+        if isinstance(value, dict):
+            ends = SeedRange.model_validate(value)
+            return range(ends.first, ends.last + 1)
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise ValueError("give a number of seeds (1 or more), a list of seeds, or { first = 101, last = 200 }")
+        if value > MOST_TASKS:
+            raise ValueError(f"a campaign has at most {MOST_TASKS} tasks: give fewer seeds")
+        return range(1, value + 1)
+
+    @field_validator("seeds")
+    @classmethod
+    def _refuse_repetition(cls, value: Any) -> Any:
+        return distinct(value) if isinstance(value, list) else value
+
+    @model_validator(mode="after")
+    def _check_combination(self) -> "Sweep":
+        protocols = [key for key in ("compress", "pressures", "phi", "onset") if getattr(self, key) is not None]
+        if len(protocols) != 1:
+            said = " and ".join(protocols) or "none of them"
+            raise ValueError(f"says {said}: give exactly one of compress, pressures, phi and onset = true")
+        self._check_until()
+        if self.phi is not None and self.ensemble != "fixed-box":
+            raise ValueError("phi is for ensemble fixed-box: a quench keeps the box")
+        for key in ("pressures", "phi"):
+            if getattr(self, key) is not None:
+                self._only("sp", f"{key} are", " (units k)", "compress")
+        if False in (getattr(self, "prestress", None) or ()):
+            self._only("sp", "prestress = false is")
+        if self.ranks > 1:
+            self._only("sp", f"ranks = {self.ranks} is", "", "ranks = 1")
+        self._check_force_law()
+        self._check_observables()
+        return self
+
+    def _only(self, model: str, what: str, units: str = "", remedy: str = "") -> None:
+        """Refuse what is for one model only where the sweep has the other."""
+        for other in {"sp", "dp"} - {model}:
+            if other in self.model:
+                end = f" with {remedy}" if remedy else ""
+                raise ValueError(f"{what} for model {model}{units}: give {_OTHERS[other]} a separate sweep{end}")
+
+    def _check_force_law(self) -> None:
+        from jamlab.protocols.random_start import check_force_law
+
+        if of_droplets := sorted(self.force_law.keys() - OPTIONAL["sp"].keys()):
+            self._only("dp", f"{of_droplets[0]} of force_law is")
+        for model in self.model if self.force_law else ():
+            try:
+                check_force_law(model, self.force_law)
+            except JamlabError as error:
+                raise ValueError(f"force_law: {error}") from None
+
+    def _check_observables(self) -> None:
+        for name, observable in OBSERVABLES.items():
+            for key in observable.required():
+                given = getattr(self, key) is not None
+                if given and name not in self.observables:
+                    raise ValueError(f"{key} is given, but observable {name!r} is not: add it or leave {key} out")
+                if not given and name in self.observables:
+                    raise ValueError(f"observable {name!r} needs {key}: give {observable.needs}")
+            if observable.only and name in self.observables:
+                self._only(observable.only, f"observable {name!r} is")
+        sites = max(site_count(model, n, self.force_law) for model in self.model for n in self.n)
+        for wanted in self.measured:
+            wanted.check(sites)
+
+    def _check_until(self) -> None:
+        from jamlab.measure import COLUMNS
+
+        for column in self.until or ():
+            if column not in COLUMNS and not any(":" in observable for observable in self.observables):
+                raise ValueError(f"until.{column}: table states has no such column: use one of {', '.join(COLUMNS)}")
+
+
+def site_count(model: str, n: int, force_law: dict[str, Any]) -> float:
+    """Count the disks, or the vertices of n droplets, half of which are small."""
+    if model == "sp":
+        return n
+    law = defaults("dp") | force_law
+    return n // 2 * (int(law["nv_small"]) + int(law["nv_large"]))
+
+
+def _sweep_table() -> type[Sweep]:
+    """Sweeps with the keys of all observables; a key that several have is one and the same."""
+    keys: dict[str, Any] = {}
+    for observable in OBSERVABLES.values():
+        for key, field in observable.model_fields.items():
+            kind: Any = field.annotation
+            keys[key] = ((Annotated[(kind, *field.metadata)] if field.metadata else kind) | None, None)
+    return create_model("SweepTable", __base__=Sweep, **keys)
+
+
+SweepTable = _sweep_table()
+_SweepWithKeys = SerializeAsAny[Annotated[Sweep, BeforeValidator(SweepTable.model_validate)]]
+
+
+class CampaignTable(FileTable):
+    """A whole file.
+
+    Attributes:
+        name: of the campaign, and of its folder.
+        sweep: one or more sweeps.
+        slurm: arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory
+            ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many
+            cores as its sweep has `ranks`.
+    """
+
+    name: Annotated[str, Field(pattern=_NAME)]
+    sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]
+    slurm: dict[str, Any] = Field(default={})
+
+    @field_validator("sweep")
+    @classmethod
+    def _check_names(cls, value: list[Sweep]) -> list[Sweep]:
+        names = [sweep.name for sweep in value]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"two sweeps have the name {name!r}: rename one")
+        tasks = sum(len(sweep.model) * len(sweep.n) * len(sweep.seeds) for sweep in value)
+        if tasks > MOST_TASKS:
+            raise ValueError(f"{tasks} tasks, but a campaign has at most {MOST_TASKS}: give fewer seeds, or split it")
+        return value
 
 
 def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
@@ -38,7 +327,7 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
         return CampaignTable.model_validate(content)
     except ValidationError as error:
         problems = [problem for problem in error.errors() if problem["type"] != "is_instance_of"]  # of `list | range`
-        lines = [explain(content, problem, _known_keys) for problem in problems]
+        lines = [_explain(content, problem) for problem in problems]
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
@@ -55,21 +344,79 @@ def _read_text(path: str | os.PathLike[str]) -> str:
 def _known_keys(place: list[Any]) -> list[str]:
     """List the keys of the table that contains the last part of a place."""
     table: type[FileTable] = CampaignTable
-    inner: dict[Any, type[FileTable]] = {
-        "sweep": SweepTable,
-        "seeds": SeedRange,
-        "compress": Compression,
-        "damping": DampingLaws,
-        "omega": LogGrid,
-        "correlation_omega": LogGrid,
-        "flow": Flow,
-        "oscillation": Oscillating,
-        "creep": Creeping,
-        "amplitudes": LogGrid,
-        "stresses": LogGrid,
-        "rates": LogGrid,
-        "tolerances": Tolerances,
-    }
     for part in place[:-1]:
-        table = inner.get(part, table)
+        if part == "sweep":
+            table = SweepTable
+        elif part == "seeds":
+            table = SeedRange
+        elif part in table.model_fields:
+            inner = _tables_in(table.model_fields[part].annotation)
+            table = inner[0] if inner else LogGrid  # a list of numbers may be given as a grid
     return list(table.model_fields)
+
+
+def _tables_in(kind: Any) -> list[type[FileTable]]:
+    """Tables among the kinds of value that a key takes."""
+    if isinstance(kind, type) and issubclass(kind, FileTable):
+        return [kind]
+    return [table for part in get_args(kind) for table in _tables_in(part)]
+
+
+def _explain(content: dict[str, Any], problem: "ErrorDetails") -> str:
+    """State key, value and remedy of one problem that pydantic found with the content of a file."""
+    place = [part for part in problem["loc"] if not (isinstance(part, str) and part.startswith(("list[", "range")))]
+    key, value = "", content
+    for part in place:
+        if isinstance(part, int):
+            key += f"[{part + 1}]"
+        else:
+            word = part if part.isidentifier() else _show(part)
+            key += f".{word}" if key else word
+        if isinstance(value, list) and isinstance(part, int) and part < len(value):
+            value = value[part]
+            if isinstance(value, dict) and "name" in value:
+                key += f" ({value['name']})"
+        elif isinstance(value, dict):
+            value = value.get(str(part), problem["input"])
+    kind, context = problem["type"], problem.get("ctx", {})
+    if kind == "missing":
+        return f"{key} is missing: add it"
+    if kind == "extra_forbidden":
+        known = _known_keys(place)
+        near = difflib.get_close_matches(str(place[-1]), known, 1)
+        hint = f"did you mean {near[0]}?" if near else f"use {', '.join(known)}"
+        return f"{key} = {_show(problem['input'])}: unknown key, {hint}"
+    if kind == "value_error":
+        text = str(context["error"])
+        return f"{key}: {text}" if isinstance(value, dict) else f"{key} = {_show(value)}: {text}"
+    remedy = _REMEDIES[kind].format(**context) if kind in _REMEDIES else problem["msg"].lower()
+    return f"{key} = {_show(problem['input'])}: {remedy}"
+
+
+def _show(value: Any) -> str:
+    """Write out a wrong value, on one line and not longer than a line."""
+    try:
+        text = repr(value)
+    except (RecursionError, ValueError):  # nested deeply, or an integer of more than 4300 digits
+        return f"a {type(value).__name__} too long to print"
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+_REMEDIES = {
+    "greater_than": "must be above {gt}",
+    "greater_than_equal": "must be {ge} or more",
+    "less_than_equal": "must be {le} or less",
+    "multiple_of": "half of the particles are large, so it must be an even number",
+    "literal_error": "use one of {expected}",
+    "int_type": "must be a whole number",
+    "float_type": "must be a number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text in quotes",
+    "list_type": "must be a list in square brackets",
+    "dict_type": "must be a table",
+    "model_type": "must be a table",
+    "finite_number": "must be a finite number",
+    "too_long": "the list is too long: give at most {max_length}",
+    "too_short": "the list is empty: give at least one",
+    "string_pattern_mismatch": "use letters, digits, '_', '.' and '-' only",
+}

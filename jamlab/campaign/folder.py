@@ -68,9 +68,11 @@ class CampaignFolder:
         """Record why a task failed."""
         self.check_target(self.failure_file(task.name))
         trace = "".join(traceback.format_exception(error))
-        record = {"label": task.label, "error": type(error).__name__, "reason": str(error), "trace": trace}
+        record = {"label": task.parameters.label, "error": type(error).__name__, "reason": str(error), "trace": trace}
         with atomic_file(self.failure_file(task.name)) as temporary:
-            temporary.write_text(json.dumps({**record, "parameters": task.parameters}, indent=1), encoding="utf-8")
+            temporary.write_text(
+                json.dumps({**record, "parameters": task.parameters.record()}, indent=1), encoding="utf-8"
+            )
 
     def forget_failures(self, names: Iterable[str]) -> None:
         """Delete the records of failed tasks, so that they are run again."""
@@ -90,7 +92,7 @@ class CampaignFolder:
             parameters, missing = read_gaps(self.task_file(name))
             if missing:
                 lines = "; ".join(f"{gap['state']}: {gap['reason']}" for gap in missing)
-                found[name] = f"{Task(name, parameters).label} lacks {lines}"
+                found[name] = f"{parameters.label} lacks {lines}"
         return found
 
     def move_aside(self, name: str) -> Path:

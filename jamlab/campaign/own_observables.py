@@ -15,11 +15,6 @@ from jamlab.packing.packing import Packing
 Function = Callable[[Packing], Any]
 
 
-def own_observables(observables: Iterable[str]) -> list[str]:
-    """List the observables that are functions of the user's own."""
-    return [name for name in observables if ":" in name]
-
-
 def load_function(observable: str, folders: Sequence[str]) -> Function:
     """Import the function of an observable `module:function`.
 

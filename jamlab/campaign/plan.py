@@ -1,34 +1,134 @@
 """Estimate what a campaign will take before it runs: seconds of its cores and bytes on disk.
 
-A task of several ranks holds as many cores all its time, also while one of them measures.
-
 Finished tasks of the same sweep, model and n are the best guide. Where there are none, the time is interpolated between
-the measured points of `cost.py`, scaled by a calibration on this machine. Tasks whose states another finished task
-holds only cost what they measure.
+means over seeds that were measured part by part on one core of 2026, with the default force laws; `machine_speed` says
+how much longer the machine at hand takes, and each observable what measuring it takes. Tasks whose states another
+finished task holds only cost what they measure. A task of several ranks holds as many cores all its time, also while
+one of them measures.
 """
 
+import time
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.cost import (
-    DRIVING,
-    WORKER_SECONDS,
-    machine_speed,
-    measuring_seconds,
-    state_count,
-    task_bytes,
-    task_seconds,
-)
+from jamlab.campaign.file import STATES
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.standard_error import precision
-from jamlab.campaign.stored_states import StoredStates, shared_tables
+from jamlab.campaign.observable import Points
+from jamlab.campaign.states import StoredStates, shared_tables
+from jamlab.campaign.status import precision
 from jamlab.campaign.task_file import read_seconds
-from jamlab.campaign.tasks import Batch, Task
+from jamlab.campaign.tasks import Batch, Parameters, Task
 from jamlab.errors import StorageError
+from jamlab.measure import measure
+from jamlab.packing.packing import Packing
 from jamlab.processes.cores import available_cores
 
 _SAMPLES = 8  # finished tasks to average over; reading more would slow down `plan`
+
+_ONSET_TIME: dict[str, Points] = {
+    "sp": ((32, 0.24), (64, 0.4), (128, 0.85), (256, 3.1), (1024, 60.0)),
+    "dp": ((8, 1.4), (16, 2.3), (32, 3.8), (64, 14.0), (128, 33.0), (256, 200.0)),
+}
+_STABILIZED_ONSET_TIME: Points = ((32, 0.65), (64, 1.0), (128, 1.4))  # where the box is sheared too
+_STATE_TIME: dict[str, Points] = {  # of a compression
+    "sp": ((32, 0.003), (64, 0.009), (128, 0.03), (256, 0.08), (1024, 0.6)),
+    "dp": ((8, 0.043), (16, 0.075), (32, 0.12), (64, 0.24), (128, 0.9), (256, 3.4)),
+}
+_PACK_PRESSURES = (1e-2, 1e-5)  # between which log t is linear in log p: softer packings converge more slowly
+_PACK_TIME: dict[str, tuple[Points, Points]] = {  # at these pressures
+    "fixed-box": (
+        ((32, 0.042), (128, 0.057), (512, 0.11), (2048, 0.5), (32768, 120.0)),
+        ((32, 0.07), (128, 0.16), (512, 0.6), (2048, 13.0), (32768, 480.0)),
+    ),
+    "shear-stabilized": (
+        ((32, 0.042), (128, 0.067), (512, 0.12), (2048, 1.5)),
+        ((32, 0.07), (128, 0.14), (512, 1.1), (2048, 13.0)),
+    ),
+}
+_RANKED_SHARE = 0.95  # of the time to make a large packing, which first-order minimisation by ranks takes
+_RANKED_SECONDS = 4.0  # wall time to start ranks for the minimisations of one packing, half a second each
+_STATES_TIME: dict[str, Points] = {  # to measure table "states"
+    "sp": ((32, 0.0045), (128, 0.008), (512, 0.02), (2048, 0.065)),
+    "dp": ((16, 0.017), (32, 0.029), (64, 0.055)),
+}
+
+DRIVING = 1.2  # CPU of a campaign over that of its parts: Dask and files; 1.6, 1.6 and 1.2 on a machine at full load
+WORKER_SECONDS = 3.5  # CPU to start one worker and the driver, which load Dask, LAMMPS and the solvers
+
+_CRYSTAL = 12  # disks along each side of the packing on which the machine is timed
+_MEASUREMENTS = 30
+_CRYSTAL_TIME = 0.27  # s that these took where the times above were measured
+
+_FILE_BYTES = 60_000  # names and headers of HDF5
+_STATE_BYTES = 700  # observables, box and provenance of a frame
+_POSITION_BYTES = 24  # of a disk or vertex: x, y and z = 0 in float64
+
+
+def task_seconds(parameters: Parameters, ranks: int = 1) -> float:
+    """Estimate the wall time of one task whose packings are minimised by some MPI ranks, s."""
+    making = _making_seconds(parameters)
+    if ranks > 1:
+        making *= 1 - _RANKED_SHARE + _RANKED_SHARE / ranks
+        making += _RANKED_SECONDS * parameters.size.states
+    return making + measuring_seconds(parameters)
+
+
+def _making_seconds(parameters: Parameters) -> float:
+    size = parameters.size
+    if parameters.pressures is not None:
+        dense, soft = map(size.seconds, _PACK_TIME[parameters.ensemble])
+        high, low = _PACK_PRESSURES
+        share = np.log(np.array(parameters.pressures) / high) / np.log(low / high)
+        return float(np.sum(dense * (soft / dense) ** share))
+    if parameters.phi is not None:  # a quench each, which takes the longest near onset
+        return size.states * size.seconds(_PACK_TIME["fixed-box"][0])
+    sheared = parameters.ensemble == "shear-stabilized" and size.model == "sp"
+    onset = _STABILIZED_ONSET_TIME if sheared else _ONSET_TIME[size.model]
+    return size.seconds(onset) + (size.states - 1) * size.seconds(_STATE_TIME[size.model])
+
+
+def measuring_seconds(parameters: Parameters, known: Collection[str] = ()) -> float:
+    """Estimate the time to measure the states of one task, s.
+
+    Args:
+        parameters: of the task.
+        known: observables that are measured already.
+    """
+    size = parameters.size
+    seconds = sum(o.seconds(size) for o in parameters.observables if o.name not in known)
+    return seconds + size.states * size.seconds(_STATES_TIME[size.model]) * (STATES not in known)
+
+
+def task_bytes(parameters: Parameters) -> int:
+    """Estimate the size of the file of one task."""
+    size = parameters.size
+    rows = sum(o.rows(size) * sum(kind.itemsize for kind in o.stored.values()) for o in parameters.observables)
+    return int(_FILE_BYTES + size.states * (_POSITION_BYTES * size.sites + _STATE_BYTES + rows))
+
+
+@cache
+def machine_speed() -> float:
+    """CPU time of measurements of a crystal of disks on this machine, over that where times were measured.
+
+    It takes a few tenths of a second. Other programs that run now slow it down just as they slow down tasks.
+    """
+    rows = np.arange(_CRYSTAL)
+    height = np.sqrt(0.75)
+    x = np.add.outer(0.5 * (rows % 2), rows).ravel()
+    y = np.repeat(rows * height, _CRYSTAL)
+    box = _CRYSTAL * np.diag([1.0, height])
+    shrink = 0.99  # so that neighbours overlap
+    crystal = Packing("sp", shrink * box, shrink * np.column_stack([x, y]), {"eps": 1.0}, diameters=np.ones(len(x)))
+    with threadpool_limits(1):
+        measure(crystal)  # loads the solvers
+        began = time.process_time()
+        for _ in range(_MEASUREMENTS):
+            measure(crystal)
+    return (time.process_time() - began) / _CRYSTAL_TIME
 
 
 @dataclass(frozen=True)
@@ -97,12 +197,12 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
         total += measuring_seconds(parameters, shared) * DRIVING * machine_speed()
     return Estimate(
         batch.sweep,
-        parameters["model"],
-        parameters["n"],
+        parameters.model,
+        parameters.n,
         len(batch.seeds),
         len(left),
         len(stored),
-        state_count(parameters),
+        parameters.size.states,
         total * batch.ranks,
         len(left) * task_bytes(parameters),
         seconds is not None and not stored,

@@ -1,12 +1,23 @@
-"""Make the packings of one task: from a random start to onset and above, or at pressures or packing fractions."""
+"""Make the packings of one task, or take them from a finished task that differs only in what it measures.
 
-from dataclasses import dataclass
+After observables were added to a campaign file, its tasks have new names. The files of the old ones stay in the folder;
+their frames, and the tables that come out the same, are copied from there. Frames are stored in float64, bit by bit, so
+the tables do not depend on the order in which observables were asked for.
+"""
+
+from collections.abc import Iterable
 from typing import Any
 
+from jamlab.campaign.file import STATES
+from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.observable import TaskStates
+from jamlab.campaign.task_file import TaskFile, damage, read_gaps, read_task_file
+from jamlab.campaign.tasks import Batch, Parameters, Task, state_key
 from jamlab.engine.session import Session
-from jamlab.errors import ConvergenceError, JamlabError
+from jamlab.errors import ConvergenceError, JamlabError, StorageError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.hdf5 import read_all
 from jamlab.packing.law_parameters import OPTIONAL
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import MOST_CONTACTS, bisect_confluence, compress
@@ -18,24 +29,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.storage.verified_file import versions
 
 
-@dataclass(frozen=True)
-class TaskStates:
-    """States of one task.
-
-    Attributes:
-        packings: frame by frame; in a compression the first is the onset itself.
-        target_pressures: one per packing, in units of k; nan where there is none.
-        converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
-        missing: one entry per state that could not be made: `state`, as text, and `reason`.
-    """
-
-    packings: list[Packing]
-    target_pressures: list[float]
-    converged: list[bool]
-    missing: list[dict[str, str]]
-
-
-def make_states(parameters: dict[str, Any], ranks: int = 1) -> TaskStates:
+def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
     """Make the packings of a task.
 
     Args:
@@ -46,27 +40,24 @@ def make_states(parameters: dict[str, Any], ranks: int = 1) -> TaskStates:
         ConvergenceError: no onset was found, no pressure was reached, or the onset lies above `compress.to`.
     """
     missing: list[dict[str, str]] = []
-    if "pressures" in parameters:
+    if parameters.pressures is not None:
         packings, targets = _at_pressures(parameters, ranks, missing)
-    elif "phi" in parameters:
-        packings = _quenched(parameters, ranks)
-        targets = [float("nan")] * len(packings)
     else:
-        packings = _from_onset(parameters, ranks, missing)
+        packings = _quenched(parameters, ranks) if parameters.phi else _from_onset(parameters, ranks, missing)
         targets = [float("nan")] * len(packings)
     return TaskStates(packings, targets, [p.converged and p.on_target for p in packings], missing)
 
 
 def _at_pressures(
-    parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]
+    parameters: Parameters, ranks: int, missing: list[dict[str, str]]
 ) -> tuple[list[Packing], list[float]]:
     """Pack at each pressure from a new random start of the same seed, so that states do not depend on each other."""
     packings, targets = [], []
-    for pressure in parameters["pressures"]:
+    for pressure in parameters.pressures or ():
         try:
-            how = {"ensemble": parameters["ensemble"], "tolerance": parameters["tolerances"]["max_force"]}
+            how: dict[str, Any] = {"ensemble": parameters.ensemble, "tolerance": parameters.tolerances.max_force}
             how |= law_changes(parameters)
-            packings.append(pack(parameters["n"], pressure, parameters["seed"], ranks=ranks, **how))
+            packings.append(pack(parameters.n, pressure, parameters.seed, ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
             missing.append({"state": f"pressure {pressure:g}", "reason": str(error)})
@@ -75,42 +66,42 @@ def _at_pressures(
     return packings, targets
 
 
-def law_changes(parameters: dict[str, Any]) -> dict[str, Any]:
+def law_changes(parameters: Parameters) -> dict[str, Any]:
     """Parameters of the force law that a protocol takes by name; those of a model's deck that it cannot change stay."""
-    law = parameters["force_law"]
-    return dict(law) if parameters["model"] == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
+    law = parameters.force_law
+    return dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
 
 
-def _quenched(parameters: dict[str, Any], ranks: int) -> list[Packing]:
+def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
-    packings, tolerance = [], parameters["tolerances"]["max_force"]
-    for phi in parameters["phi"]:
-        start = random_disks(parameters["n"], parameters["seed"], phi=phi, units="k", **law_changes(parameters))
+    packings, tolerance = [], parameters.tolerances.max_force
+    for phi in parameters.phi or ():
+        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **law_changes(parameters))
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
-            packings.append(record(session.packing(), found, protocol="quench", seed=parameters["seed"], **versions()))
+            packings.append(record(session.packing(), found, protocol="quench", seed=parameters.seed, **versions()))
     return packings
 
 
-def _from_onset(parameters: dict[str, Any], ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
+def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    tolerance = parameters["tolerances"]["max_force"]
-    how = {"ensemble": parameters["ensemble"], "tolerance": tolerance, "ranks": ranks}
-    onset = jam(parameters["model"], parameters["n"], parameters["seed"], **how, **law_changes(parameters))
-    if "compress" not in parameters:
+    law = law_changes(parameters)
+    effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
+    onset = jam(parameters.model, parameters.n, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
+    how = parameters.compress
+    if how is None:
         return [onset]
-    sweep = dict(parameters["compress"])
-    to, by, confluence = sweep.pop("to"), sweep["by"], sweep.pop("confluence", None)
+    to, by = how.to, how.by
     fraction = packing_fraction(onset) if by == "rho" else onset.phi
     if fraction >= to:
         raise ConvergenceError(f"onset lies at {by} = {fraction:.6f}, above to = {to}: raise `to` of the sweep")
     packings = [onset]
     try:
-        sweep |= {"error": parameters["tolerances"]["step_error"], "tolerance": tolerance, "ranks": ranks}
-        for packing in compress(onset, to, **sweep):
+        steps: dict[str, Any] = {"by": by, "step": how.step, "nearest": how.nearest, "per_decade": how.per_decade}
+        for packing in compress(onset, to, error=parameters.tolerances.step_error, **steps, **effort):
             packings.append(packing)
-        if confluence is not None:
-            packings = _add_confluence(packings, confluence, by, tolerance, ranks)
+        if how.confluence is not None:
+            packings = _add_confluence(packings, how.confluence, by, **effort)
     except JamlabError as error:
         missing.append({"state": f"states after {len(packings) - 1}", "reason": str(error)})
     return packings
@@ -126,3 +117,56 @@ def _add_confluence(
     below, above = packings[full - 1], packings[full]
     found = bisect_confluence(below, above, error, by=by, tolerance=tolerance, ranks=ranks)
     return [*packings[:full], *sorted(found, key=lambda p: p.phi), *packings[full:]]
+
+
+class StoredStates:
+    """Finished tasks of a folder by their state key.
+
+    Args:
+        folder: of the campaign.
+        batches: of the campaign file; only the parameters of other tasks are read from their files.
+    """
+
+    def __init__(self, folder: CampaignFolder, batches: Iterable[Batch]) -> None:
+        self._held: dict[str, dict[str, Parameters]] = {}
+        foreign = folder.finished()
+        finished = frozenset(foreign)
+        for batch in batches:
+            for task in batch.tasks():
+                if task.name in finished:
+                    foreign.discard(task.name)
+                    self.add(task)
+        for name in sorted(foreign):
+            try:
+                self.add(Task(name, read_gaps(folder.task_file(name))[0]))
+            except StorageError:  # damaged: it cannot serve, and `status --verify` reports those that matter
+                continue
+
+    def add(self, task: Task) -> None:
+        """Note that a task is finished."""
+        self._held.setdefault(state_key(task.parameters), {})[task.name] = task.parameters
+
+    def source(self, parameters: Parameters) -> Task | None:
+        """Return the finished task that holds the states of the one with these parameters, and most of its tables."""
+        held = self._held.get(state_key(parameters))
+        if not held:
+            return None
+        name = max(sorted(held), key=lambda name: len(shared_tables(parameters, held[name])))
+        return Task(name, held[name])
+
+
+def shared_tables(parameters: Parameters, other: Parameters) -> set[str]:
+    """Name the observables that come out the same for two tasks with the same states."""
+    known = {o.name: o.depends_on(other.tolerances) for o in other.tables}
+    same = {o.name for o in parameters.tables if known.get(o.name) == o.depends_on(parameters.tolerances)}
+    return {STATES, *same, *(set(parameters.own) & set(other.own))}
+
+
+def read_stored(folder: CampaignFolder, name: str) -> tuple[TaskFile, TaskStates] | None:
+    """Read a finished task and its states; None if its file is damaged or gone, so that they must be made again."""
+    path = folder.task_file(name)
+    if not path.exists() or damage(path, name) is not None:
+        return None
+    file, (_, missing) = read_task_file(path), read_gaps(path)
+    states = TaskStates(read_all(path), file.target_pressure.tolist(), file.converged.tolist(), missing)
+    return file, states

@@ -10,10 +10,12 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
-from jamlab.campaign.aggregate import aggregate
+from jamlab.campaign.observables import OBSERVABLES
+from jamlab.campaign.tables import aggregate
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
-from jamlab.plotting.axes import LEGEND, in_unit, label_axes, merged
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ LABELS = {
     "shape_rim": r"shape factor with rim $\mathcal{A}$",
     "void_sides": "mean sides of voids",
     "void_shape": "mean shape factor of voids",
+    **{column: label for o in OBSERVABLES.values() for column, label in o.labels.items()},
 }
 _UNLIKE = ("model", "n", "ensemble", "units")  # what is never averaged over
 _STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})

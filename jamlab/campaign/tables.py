@@ -1,44 +1,40 @@
-"""Collect task files into tidy tables."""
+"""Collect task files into tidy tables, and average over packings with bootstrap intervals.
 
-from collections.abc import Callable, Iterable
-from functools import partial
+Packings are independent, states of one packing are not. So the values of each packing in a group are first replaced by
+their mean, and the bootstrap draws whole packings.
+"""
+
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from jamlab.campaign.flow_file import FLOWS
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.measurements import SCHEMA
-from jamlab.campaign.task_file import TaskFile, read_task_file, read_task_table
+from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
+from jamlab.campaign.task_file import TaskFile, read_task_file
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS
+from jamlab.statistics.bootstrap import bootstrap
+from jamlab.statistics.confidence import CONFIDENCE
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TABLES = ("states", "onset", "spectra", "quasistatic", "correlation", "modes", "voids", *FLOWS)
-
+STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
+_DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
-
 _WHO = ("task", "model", "n", "seed", "ensemble")
-_FLOW_STATE = ("phi", "rho", "background", "tolerance")  # of a flow: where it starts, and how it was run
+_LAW = ("gamma", "ka", "delta", "eps", "nv_small")  # of droplets
 TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
     "states": (
         *_WHO,
         *("units", "state", "onset", "onset_phi", "target_pressure", "converged", *COLUMNS),
-        *("gamma", "ka", "delta", "eps", "nv_small", "contact", "wall_time"),
+        *(*_LAW, "contact", "wall_time"),
     ),
-    "onset": (*_WHO, *SCHEMA["onset"], "seconds"),
-    "voids": (*_WHO, "state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area"),
-    **{
-        name: (*_WHO, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
-        for name in ("spectra", "quasistatic", "correlation", "modes")
-    },
-    **{
-        name: (*_WHO, *_FLOW_STATE, *(column if column != "stokes" else "law" for column in SCHEMA[name]))
-        for name in FLOWS
-    },
+    "onset": (*_WHO, *Onset.columns),
+    **{name: (*_WHO, *observable.columns) for name, observable in OBSERVABLES.items()},
 }
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
 
@@ -65,19 +61,11 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
     parts: list[dict[str, Any]] = []
     own: dict[str, str] = {}
     for task in names:
-        path = folder.task_file(task)
-        if name in _OF_FILES:
-            file = read_task_file(path)
-            columns = _OF_FILES[name](file)
-            parameters = file.parameters
-            if name == "states":
-                columns |= _own(file, own)
-        else:
-            parameters, found = read_task_table(path, name)
-            columns = _name_laws(found)
+        file = read_task_file(folder.task_file(task), None if name == "states" else name)
+        columns = _states(file) | _own(file, own) if name == "states" else _columns(file, name)
         if columns:
-            who = {"task": task, **{key: parameters[key] for key in _WHO[1:]}}
-            parts.append({**who, **columns})
+            p = file.parameters
+            parts.append({"task": task, "model": p.model, "n": p.n, "seed": p.seed, "ensemble": p.ensemble, **columns})
     parts.sort(key=lambda part: tuple(part[key] for key in ("model", "n", "seed", "task")))
     frames = {}
     for column in (*TABLE_COLUMNS[name], *sorted(own)):
@@ -93,9 +81,31 @@ def _row_count(part: dict[str, Any]) -> int:
     return next(len(values) for values in part.values() if isinstance(values, np.ndarray))
 
 
+def _columns(file: TaskFile, name: str) -> dict[str, Any]:
+    """Columns of the table of one task; what the file does not hold comes from the task and its states."""
+    stored = file.tables.get(name)
+    if stored is None:
+        return {}
+    observable = next(o for o in file.parameters.tables if o.name == name)
+    known = observable.constants()
+    found: dict[str, Any] = {}
+    for column in observable.columns:
+        if column in stored:
+            found[column] = stored[column]
+        elif column == "law":
+            found[column] = np.where(stored["stokes"], "stokes", "contact")
+        elif column == "seconds":
+            found[column] = file.seconds
+        elif column == "onset":
+            found[column] = file.onset[0]
+        else:
+            found[column] = known[column] if column in known else file.observables[column][stored["state"]]
+    return found
+
+
 def _states(file: TaskFile) -> dict[str, Any]:
-    law = file.parameters["force_law"] if file.parameters["model"] == "dp" else {}
-    rho_j, phi_j = _at_onset(file)
+    law = file.parameters.force_law if file.parameters.model == "dp" else {}
+    rho_j, phi_j = file.onset
     return {
         "units": file.units,
         "state": np.arange(len(file.converged)),
@@ -104,7 +114,7 @@ def _states(file: TaskFile) -> dict[str, Any]:
         "target_pressure": file.target_pressure,
         "converged": file.converged,
         **{name: file.observables[name] for name in COLUMNS},
-        **{name: law.get(name, np.nan) for name in ("gamma", "ka", "delta", "eps", "nv_small")},
+        **{name: law.get(name, np.nan) for name in _LAW},
         "contact": str(law.get("contact", "")),
         "wall_time": file.wall_time,
     }
@@ -124,39 +134,103 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
-def _onset(file: TaskFile) -> dict[str, Any]:
-    return {**file.tables["onset"], "seconds": file.seconds} if "onset" in file.tables else {}
+def aggregate(
+    frame: "pd.DataFrame",
+    values: Sequence[str],
+    by: Sequence[str],
+    *,
+    along: str | None = None,
+    bins: ArrayLike | None = None,
+    statistic: str = "mean",
+    confidence: float = CONFIDENCE,
+    resamples: int = 1000,
+) -> "pd.DataFrame":
+    """Average the values of each group of rows, with intervals over packings.
+
+    Args:
+        frame: rows with columns model, n and seed, which identify a packing.
+        values: columns to average; rows whose value is not finite are left out.
+        by: columns whose values define the groups; what agrees to five digits is one value. It is given to all of its
+            digits if all rows have the same, such as a frequency, and to five if not, such as a pressure that was met.
+        along: a further column to cut into bins.
+        bins: edges for it, ascending.
+        statistic: "mean" or "median", over packings.
+        confidence: level of the bootstrap intervals.
+        resamples: number of ensembles drawn; `jamlab.statistics.bootstrap` has the rule for the seed.
+
+    Returns:
+        One row per group: `by`, the mean of `along`, and for each value `<value>`, `<value>_low`, `<value>_high` and
+        `<value>_packings`, the number of packings that have it. Intervals of one packing are nan.
+
+    Raises:
+        InputError: a missing column, `along` without `bins`, numbers out of range, or a group of more than one
+            ensemble or unit, whose mean would be one of nothing.
+    """
+    import pandas as pd
+
+    _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
+    keys = {name: _round_keys(frame[name]) for name in by}
+    if along is not None:
+        edges = np.asarray(bins, dtype=np.float64)
+        place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
+        inside = (place >= 0) & (place < len(edges) - 1)
+        frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
+        keys["bin"] = pd.Series(place[inside], index=frame.index)
+    if not len(frame):
+        return pd.DataFrame()
+    middle, rows = STATISTICS[statistic], []
+    for group, part in frame.groupby(list(keys.values()), sort=True, dropna=False) if keys else [((), frame)]:
+        _refuse_unlike(part)
+        labels = group if isinstance(group, tuple) else (group,)
+        row: dict[str, Any] = dict(zip(keys, labels, strict=True))
+        row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
+        if along is not None:
+            row[along] = float(part[along].mean())
+        for name in values:
+            numbers = part[name].astype(np.float64)
+            kept = part[np.isfinite(numbers)]
+            packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
+            row |= {name: np.nan, f"{name}_low": np.nan, f"{name}_high": np.nan, f"{name}_packings": len(packings)}
+            if len(packings):
+                found = bootstrap([packings], lambda g: middle(g[0]), resamples=resamples, level=confidence)
+                row |= {name: float(found.value), f"{name}_low": float(found.low), f"{name}_high": float(found.high)}
+        rows.append(row)
+    return pd.DataFrame(rows)
 
 
-def _voids(file: TaskFile) -> dict[str, Any]:
-    if "voids" not in file.tables:
-        return {}
-    columns = file.tables["voids"]
-    return {**columns, "rho": file.observables["rho"][columns["state"]], "onset": _at_onset(file)[0]}
+def _round_keys(column: "pd.Series[Any]") -> "pd.Series[Any]":
+    if column.dtype.kind != "f":
+        return column
+    return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
 
 
-def _flow(name: str, file: TaskFile) -> dict[str, Any]:
-    if name not in file.tables:
-        return {}
-    columns, how = _name_laws(file.tables[name]), file.parameters[name]
-    given = {key: np.nan if how[key] is None else how[key] for key in ("background", "tolerance")}
-    return {**columns, **given, **{key: file.observables[key][columns["state"]] for key in ("phi", "rho")}}
+def _check(
+    frame: "pd.DataFrame",
+    columns: list[str],
+    along: str | None,
+    bins: ArrayLike | None,
+    statistic: str,
+    confidence: float,
+    resamples: int,
+) -> None:
+    for name in columns:
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if (along is None) != (bins is None):
+        raise InputError(f"along = {along!r} and bins = {bins!r}: give both or none")
+    if bins is not None:
+        edges = np.asarray(bins, dtype=np.float64)
+        if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):
+            raise InputError(f"bins = {bins!r}: give two or more edges, ascending")
+    check_choice("statistic", statistic, STATISTICS)
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence}: must lie between 0 and 1")
+    if resamples < 1:
+        raise InputError(f"resamples = {resamples}: must be 1 or more")
 
 
-def _at_onset(file: TaskFile) -> tuple[float, float]:
-    """Return rho_J and phi_J; nan for packings at a pressure."""
-    if "onset" not in file.tables:
-        return np.nan, np.nan
-    return float(file.tables["onset"]["rho_J"][0]), float(file.tables["onset"]["phi_J"][0])
-
-
-def _name_laws(columns: dict[str, Any]) -> dict[str, Any]:
-    if "stokes" not in columns:
-        return columns
-    return {**columns, "law": np.where(columns["stokes"], "stokes", "contact")}
-
-
-_OF_FILES: dict[str, Callable[[TaskFile], dict[str, Any]]] = {  # tables that take more than one table of a file
-    **{"states": _states, "onset": _onset, "voids": _voids},
-    **{name: partial(_flow, name) for name in FLOWS},
-}
+def _refuse_unlike(part: "pd.DataFrame") -> None:
+    for name in ("ensemble", "units"):
+        if name in part and part[name].nunique() > 1:
+            found = " and ".join(sorted(map(str, part[name].unique())))
+            raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")

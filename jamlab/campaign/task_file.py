@@ -12,7 +12,7 @@ Beside the layout of `jamlab.packing.hdf5`, version 1 of the campaign schema add
 | /campaign cpu_seconds     | float          | CPU time of all its ranks, too; jamlab 0.1.0 did not count it         |
 | /campaign/converged       | (F,) bool      | one per frame                                                         |
 | /campaign/target_pressure | (F,) float64   | one per frame, nan in a compression                                   |
-| /tables/<table>/<column>  | (rows,)        | `SCHEMA` of measurements.py; `state` is the frame                     |
+| /tables/<table>/<column>  | (rows,)        | `stored` of observables.py; `state` is the frame                     |
 | /tables/<module:function> | (F,) float64   | columns of a user's own observable, one row per frame                 |
 
 The checksum at the start of the file (`jamlab.storage.verified_file`) carries the name of the task.
@@ -24,20 +24,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from jamlab.campaign.tasks import TASK_VERSION, Task
+from jamlab.campaign.observable import Columns, TaskStates
+from jamlab.campaign.tasks import TASK_VERSION, Parameters, Task
 from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import file_image
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.storage.verified_file import add_checksum, checksum, opened
-
-if TYPE_CHECKING:  # `status` must not load LAMMPS and the analysis
-    from jamlab.campaign.measurements import Columns
-    from jamlab.campaign.states import TaskStates
 
 
 @dataclass(frozen=True)
@@ -54,26 +51,28 @@ class TaskFile:
         target_pressure: (frames,).
         wall_time: (frames,) seconds each state took.
         seconds, cpu_seconds: the whole task; CPU time nan in files of jamlab 0.1.0.
+        onset: rho_J and phi_J; nan for packings that were not compressed from onset.
     """
 
     task: str
-    parameters: dict[str, Any]
+    parameters: Parameters
     units: str
     observables: dict[str, NDArray[np.float64]]
-    tables: "dict[str, Columns]"
+    tables: dict[str, Columns]
     converged: NDArray[np.bool_]
     target_pressure: NDArray[np.float64]
     wall_time: NDArray[np.float64]
     seconds: float
     cpu_seconds: float
+    onset: tuple[float, float]
 
 
 def write_task_file(
     path: Path,
     task: Task,
-    states: "TaskStates",
+    states: TaskStates,
     measured: Mapping[str, NDArray[np.float64]],
-    tables: "Mapping[str, Columns]",
+    tables: Mapping[str, Columns],
     seconds: float,
     cpu_seconds: float,
 ) -> None:
@@ -85,7 +84,7 @@ def write_task_file(
 
     def extend(file: Any) -> None:
         group = file.create_group("campaign")
-        group.attrs.update(task=task.name, parameters=json.dumps(task.parameters, sort_keys=True))
+        group.attrs.update(task=task.name, parameters=json.dumps(task.parameters.record(), sort_keys=True))
         group.attrs.update(jamlab_campaign=TASK_VERSION, missing=json.dumps(states.missing))
         group.attrs.update(seconds=seconds, cpu_seconds=cpu_seconds, host=os.uname().nodename)
         group["converged"] = np.array(states.converged)
@@ -120,8 +119,8 @@ def damage(path: Path, task: str) -> str | None:
     return None if found.matches else "its checksum does not match: truncated or changed"
 
 
-def read_task_file(path: Path) -> TaskFile:
-    """Read everything except the positions.
+def read_task_file(path: Path, table: str | None = None) -> TaskFile:
+    """Read everything except the positions; with `table`, that table alone.
 
     Raises:
         StorageError: the file is damaged or was not written by a campaign.
@@ -130,34 +129,33 @@ def read_task_file(path: Path) -> TaskFile:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
         return TaskFile(
             task=group.attrs["task"],
-            parameters=json.loads(group.attrs["parameters"]),
+            parameters=_parameters(path, file),
             units=file["parameters"].attrs["units"],
             observables={name: element["value"][()] for name, element in file["observables"].items()},
             tables={
-                name: {column: values[()] for column, values in table.items()}
-                for name, table in file.get("tables", {}).items()
+                name: {column: values[()] for column, values in stored.items()}
+                for name, stored in file.get("tables", {}).items()
+                if table in (None, name)
             },
             converged=group["converged"][()],
             target_pressure=group["target_pressure"][()],
             wall_time=np.array([json.loads(text).get("wall_time", np.nan) for text in provenance]),
             seconds=float(group.attrs["seconds"]),
             cpu_seconds=float(group.attrs.get("cpu_seconds", np.nan)),
+            onset=_onset(file),
         )
 
 
-def read_task_table(path: Path, table: str) -> "tuple[dict[str, Any], Columns]":
-    """Read the parameters and one table; no columns if the task has no such table. Errors as in `read_task_file`."""
-    with _campaign(path) as file:
-        parameters = json.loads(file["campaign"].attrs["parameters"])
-        name = f"tables/{table}"
-        return parameters, {c: values[()] for c, values in file[name].items()} if name in file else {}
+def _onset(file: Any) -> tuple[float, float]:
+    if "tables/onset" not in file:
+        return np.nan, np.nan
+    return float(file["tables/onset/rho_J"][0]), float(file["tables/onset/phi_J"][0])
 
 
-def read_gaps(path: Path) -> tuple[dict[str, Any], list[dict[str, str]]]:
+def read_gaps(path: Path) -> tuple[Parameters, list[dict[str, str]]]:
     """Read the parameters, and `state` and `reason` of each missing state. Errors as in `read_task_file`."""
     with _campaign(path) as file:
-        attributes = file["campaign"].attrs
-        return json.loads(attributes["parameters"]), json.loads(attributes["missing"])
+        return _parameters(path, file), json.loads(file["campaign"].attrs["missing"])
 
 
 def read_last_state(path: Path) -> dict[str, float]:
@@ -184,3 +182,10 @@ def _campaign(path: Path) -> Iterator[Any]:
         if "campaign" not in file:
             raise StorageError(f"{path} holds packings, but not a task of a campaign: move it elsewhere")
         yield file
+
+
+def _parameters(path: Path, file: Any) -> Parameters:
+    try:
+        return Parameters.from_record(json.loads(file["campaign"].attrs["parameters"]))
+    except StorageError as error:
+        raise StorageError(f"{path} holds {error}") from error

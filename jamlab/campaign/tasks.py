@@ -6,7 +6,7 @@ the task runs, do not enter. So a campaign may be renamed, sweeps may share task
 touching existing ones.
 
 Tasks that differ only in what they measure share a state key, the hash of the other parameters. So a new observable
-makes a new task, but no new packings: `stored_states.py` finds a finished task of the same key.
+makes a new task, but no new packings: `states.py` finds a finished task of the same key.
 """
 
 import hashlib
@@ -16,23 +16,137 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from jamlab.campaign.file_tables import CampaignTable, SweepTable
-from jamlab.campaign.flow_file import FLOWS
+from pydantic import ValidationError
+
+from jamlab.campaign.file import STATES, CampaignTable, Compression, Sweep, site_count
+from jamlab.campaign.file_values import Tolerances
+from jamlab.campaign.observable import Observable, Size
+from jamlab.campaign.observables import OBSERVABLES, Onset
 from jamlab.engine.deck_defaults import defaults
-from jamlab.errors import InputError
+from jamlab.errors import InputError, StorageError
 from jamlab.packing.law_parameters import OPTIONAL
+from jamlab.protocols.compression import grid
 from jamlab.storage.verified_file import SCHEMA_VERSION
 
 TASK_VERSION = 1  # of the groups in task_file.py and the meaning of the parameters
 _NAME_LENGTH = 32  # hexadecimal digits: 128 bits, so that no two tasks share a name
-_MEASURING = (
-    "observables",
-    "damping",
-    "prestress",
-    "omega",
-    "correlation_omega",
-    *FLOWS,
-)  # parameters without effect on states
+_ONSET_PHI = 0.84  # typical of bidisperse disks; sets the number of states of a sweep
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Everything that the result of a task depends on.
+
+    Attributes:
+        model: "sp" or "dp".
+        n: number of particles.
+        ensemble: "fixed-box" or "shear-stabilized".
+        force_law, search: of the particles and of the search for onset, defaults of the decks included.
+        tolerances: of the sweep.
+        observables: of jamlab's own, by name, beside "states".
+        own: those that are functions of the user's own, as module:function.
+        compress, pressures, phi: how packings are made; without any of them, only those at onset.
+        seed: of the random start; in a batch that of its first task.
+    """
+
+    model: str
+    n: int
+    ensemble: str
+    force_law: dict[str, float | str]
+    search: dict[str, float | str]
+    tolerances: Tolerances
+    seed: int
+    observables: tuple[Observable, ...]
+    own: tuple[str, ...] = ()
+    compress: Compression | None = None
+    pressures: tuple[float, ...] | None = None
+    phi: tuple[float, ...] | None = None
+
+    @property
+    def label(self) -> str:
+        """Model, n and seed, as text to show."""
+        return f"{self.model} n={self.n} seed={self.seed}"
+
+    @property
+    def from_onset(self) -> bool:
+        """Whether the first packing is one at onset."""
+        return self.pressures is None and self.phi is None
+
+    @property
+    def tables(self) -> list[Observable]:
+        """Observables of which a task file holds a table."""
+        return [*([Onset()] if self.from_onset else []), *self.observables]
+
+    @property
+    def size(self) -> Size:
+        """What costs depend on; the states of a compression are counted as from the typical onset."""
+        return Size(self.model, self.n, site_count(self.model, self.n, self.force_law), self._count_states())
+
+    def _count_states(self) -> int:
+        how = self.compress
+        if how is None:
+            return len(self.pressures or self.phi or (None,))
+        start = min(_ONSET_PHI, 0.99 * how.to)
+        return 1 + len(grid(start, how.to, how.step, how.nearest, how.per_decade)) + how.halvings
+
+    def state_record(self) -> dict[str, Any]:
+        """What the packings depend on, as plain numbers and text."""
+        tolerances = self.tolerances.model_dump(exclude={"spectrum_error"})
+        record: dict[str, Any] = {
+            "version": [SCHEMA_VERSION, TASK_VERSION],
+            "model": self.model,
+            "n": self.n,
+            "ensemble": self.ensemble,
+            "force_law": self.force_law,
+            "search": self.search,
+            "tolerances": tolerances,
+            "seed": self.seed,
+        }
+        if self.tolerances.max_force is not None:
+            record["minimized_to"] = self.tolerances.max_force  # jamlab 0.1.0 only marked states by it
+        if self.compress is not None:
+            record["compress"] = self.compress.record()
+        elif self.pressures is not None:
+            record["pressures"] = list(self.pressures)
+        elif self.phi is not None:
+            record["phi"] = list(self.phi)
+        else:
+            record["onset"] = True
+        return record
+
+    def record(self) -> dict[str, Any]:
+        """All of it as plain numbers and text: the JSON of a task file, and what a name is a hash of."""
+        record = self.state_record()
+        record["tolerances"] = self.tolerances.model_dump()
+        record["observables"] = sorted({STATES, *self.own, *(o.name for o in self.observables)})
+        for observable in self.observables:
+            record |= observable.model_dump()
+        return record
+
+    @classmethod
+    def from_record(cls, record: dict[str, Any]) -> "Parameters":
+        """Read a record.
+
+        Raises:
+            StorageError: it is that of another version of jamlab, which asked for something else.
+        """
+        try:
+            names = [name for name in record["observables"] if name in OBSERVABLES]
+            kinds = [OBSERVABLES[name] for name in names]
+            found = cls(
+                **{key: record[key] for key in ("model", "n", "ensemble", "force_law", "search", "seed")},
+                tolerances=Tolerances.model_validate(record["tolerances"]),
+                observables=tuple(o(**{k: record[k] for k in o.model_fields if k in record}) for o in kinds),
+                own=tuple(name for name in record["observables"] if ":" in name),
+                compress=Compression.model_validate(record["compress"]) if "compress" in record else None,
+                pressures=tuple(record["pressures"]) if "pressures" in record else None,
+                phi=tuple(record["phi"]) if "phi" in record else None,
+            )
+        except (KeyError, TypeError, ValidationError) as error:
+            raise StorageError(f"parameters of another version of jamlab: {error!r:.200}") from error
+        if found.record() != record:
+            raise StorageError("parameters of another version of jamlab: run their campaign with that")
+        return found
 
 
 @dataclass(frozen=True)
@@ -41,18 +155,13 @@ class Task:
 
     Attributes:
         name: hash of the parameters, 32 hexadecimal digits.
-        parameters: everything the result depends on, as plain numbers and text.
+        parameters: everything the result depends on.
         ranks: MPI ranks that it may use; they change rounding only.
     """
 
     name: str
-    parameters: dict[str, Any]
+    parameters: Parameters
     ranks: int = 1
-
-    @property
-    def label(self) -> str:
-        """Model, n and seed, as text to show."""
-        return f"{self.parameters['model']} n={self.parameters['n']} seed={self.parameters['seed']}"
 
 
 @dataclass(frozen=True)
@@ -61,22 +170,27 @@ class Batch:
 
     Attributes:
         sweep: name of the sweep.
-        parameters: of every task, without the seed.
+        parameters: of the first task; those of the others differ in the seed.
         seeds: one for each task.
         until: column -> standard error at which no more seeds are added; empty: all seeds are wanted.
         ranks: MPI ranks of each task.
     """
 
     sweep: str
-    parameters: dict[str, Any]
+    parameters: Parameters
     seeds: list[int] | range
     until: dict[str, float] = field(default_factory=dict)
     ranks: int = 1
 
+    @property
+    def label(self) -> str:
+        """Sweep, model and n, as text to show."""
+        return f"{self.sweep} {self.parameters.model} n={self.parameters.n}"
+
     def tasks(self) -> Iterator[Task]:
         """Yield the tasks."""
         for seed in self.seeds:
-            yield Task(self.name_of(seed), {**self.parameters, "seed": seed}, self.ranks)
+            yield Task(self.name_of(seed), replace(self.parameters, seed=seed), self.ranks)
 
     def names(self) -> Iterator[str]:
         """Yield the names of the tasks."""
@@ -84,9 +198,7 @@ class Batch:
 
     def name_of(self, seed: int) -> str:
         """Name the task of one seed."""
-        digest = self._digest.copy()
-        digest.update(f'"seed":{seed}'.encode())
-        return digest.hexdigest()[:_NAME_LENGTH]
+        return _finish(self._digest, seed)
 
     def first(self, count: int) -> "Batch":
         """Return the batch of the first `count` seeds."""
@@ -94,20 +206,33 @@ class Batch:
 
     @cached_property
     def _digest(self) -> "hashlib._Hash":
-        return hashlib.sha256(json.dumps(self.parameters, sort_keys=True, separators=(",", ":")).encode())
+        return _start(self.parameters.record())
 
 
-def task_name(parameters: dict[str, Any]) -> str:
-    """Name the task with these parameters, which include the seed."""
-    rest = {key: value for key, value in parameters.items() if key != "seed"}
-    return Batch("", rest, []).name_of(parameters["seed"])
+def task_name(parameters: Parameters) -> str:
+    """Name the task with these parameters."""
+    return _finish(_start(parameters.record()), parameters.seed)
 
 
-def state_key(parameters: dict[str, Any]) -> str:
-    """Name the states of the task with these parameters; tasks that differ only in what they measure share it."""
-    rest = {key: value for key, value in parameters.items() if key not in _MEASURING}
-    rest["tolerances"] = {k: v for k, v in parameters["tolerances"].items() if k != "spectrum_error"}
-    return task_name(rest)
+def state_key(parameters: Parameters) -> str:
+    """Name the states of a task; tasks that differ only in what they measure share it."""
+    return _finish(_start(parameters.state_record()), parameters.seed)
+
+
+def _start(record: dict[str, Any]) -> "hashlib._Hash":
+    record = {key: value for key, value in record.items() if key != "seed"}
+    return hashlib.sha256(json.dumps(record, sort_keys=True, separators=(",", ":")).encode())
+
+
+def _finish(digest: "hashlib._Hash", seed: int) -> str:
+    digest = digest.copy()
+    digest.update(f'"seed":{seed}'.encode())
+    return digest.hexdigest()[:_NAME_LENGTH]
+
+
+def task_names(chosen: Iterable[Batch]) -> set[str]:
+    """Names of the tasks of some batches; one that batches share is one."""
+    return {name for batch in chosen for name in batch.names()}
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
@@ -133,7 +258,7 @@ def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[
     ]
 
 
-def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
+def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
     law = {**defaults(model), **{key: _plain(value) for key, value in sweep.force_law.items()}}
     law.pop("law", None)  # set by the protocol
     law.pop("longest_edge", None)  # affects speed only
@@ -142,40 +267,14 @@ def _parameters(sweep: SweepTable, model: str, n: int) -> dict[str, Any]:
             law.pop(name)  # tasks keep the names that they had before the law had this parameter
     search = defaults("onset")
     search.pop("increment_least")  # says when to give up, not what comes out
-    parameters: dict[str, Any] = {
-        "version": [SCHEMA_VERSION, TASK_VERSION],
-        "model": model,
-        "n": n,
-        "ensemble": sweep.ensemble,
-        "observables": sorted({"states", *sweep.observables}),
-        "force_law": law,
-        "search": search,
-        "tolerances": sweep.tolerances.model_dump(),
-    }
-    if sweep.tolerances.max_force is not None:
-        parameters["minimized_to"] = sweep.tolerances.max_force  # jamlab 0.1.0 only marked states by it
-    if sweep.compress is not None:
-        parameters["compress"] = sweep.compress.model_dump()
-        if sweep.compress.confluence is None:
-            del parameters["compress"]["confluence"]  # tasks keep the names that they had before there was the key
-    elif sweep.pressures is not None:
-        parameters["pressures"] = sorted(map(float, sweep.pressures), reverse=True)
-    elif sweep.phi is not None:
-        parameters["phi"] = sorted(map(float, sweep.phi))
-    else:
-        parameters["onset"] = True
-    if {"spectra", "correlation", "modes", *FLOWS} & set(sweep.observables):
-        parameters["damping"] = {law: sorted(map(float, values)) for law, values in sweep.damping.model_dump().items()}
-    if {"spectra", "correlation", "quasistatic"} & set(sweep.observables):
-        parameters["prestress"] = sorted(sweep.prestress)
-    for key in FLOWS:
-        if (flow := getattr(sweep, key)) is not None:
-            given = flow.model_dump()
-            parameters[key] = {k: sorted(map(float, v)) if isinstance(v, list) else v for k, v in given.items()}
-    for key in ("omega", "correlation_omega"):
-        if getattr(sweep, key) is not None:
-            parameters[key] = sorted(map(float, getattr(sweep, key)))
-    return parameters
+    return Parameters(
+        *(model, n, sweep.ensemble, law, search, sweep.tolerances, sweep.seeds[0]),
+        observables=tuple(sweep.measured),
+        own=tuple(sweep.own),
+        compress=sweep.compress,
+        pressures=None if sweep.pressures is None else tuple(sorted(map(float, sweep.pressures), reverse=True)),
+        phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
+    )
 
 
 def _plain(value: Any) -> Any:

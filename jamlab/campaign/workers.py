@@ -1,44 +1,215 @@
-"""Start or find Dask workers: processes on this machine, a running scheduler, or SLURM jobs; one task each at a time.
+"""Where tasks run: processes on this machine, SLURM jobs, or the workers of a Dask scheduler; one task each at a time.
 
-Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Workers on this
-machine die with the driver, see `worker_process.py`; SLURM jobs exit when they lose their scheduler, which is part of
-the driver.
+Every worker is a separate process, because neither LAMMPS nor its MPI can run several tasks in threads. Those on this
+machine are connected by pipes, so that nobody else can reach them, and the kernel kills them when the driver dies
+(`jamlab.processes.child`). SLURM jobs exit when they lose their scheduler, which is part of the driver; both sides of
+every connection show a certificate that is made for the run and kept in files of this user alone.
 """
 
 import contextlib
 import inspect
-import logging
 import shutil
 import socket
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from jamlab.campaign.worker_process import DEATH_TIMEOUT
-from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores
+from jamlab.processes.side_by_side import start_child
 
 if TYPE_CHECKING:
     from dask_jobqueue import SLURMCluster
-    from distributed import Client, LocalCluster
+    from distributed import Client
+    from distributed.security import Security
 
+_MOST_DEATHS = 5  # workers that may die during one task before it counts as the cause: some are killed otherwise
 _SETTINGS = {
     # a long factorisation keeps a worker from answering; its death is noticed by the closed connection
     "distributed.scheduler.worker-ttl": None,
-    # workers that may die during one task before it counts as the cause: some are killed for other reasons
-    "distributed.scheduler.allowed-failures": 5,
+    "distributed.scheduler.allowed-failures": _MOST_DEATHS,
     "distributed.comm.timeouts.connect": "60s",  # twice Dask's default: a loaded machine is slow to answer
     "logging.distributed": "critical",  # failures are reported as outcomes or errors
 }
 _FIND_TIMEOUT = "10s"  # for a scheduler given by its address, which runs already
 _KNOCK_TIMEOUT = 5.0  # s
 _SBATCH_TIMEOUT = 60.0  # s
-_RESTART_TIMEOUT = 10  # s, to cancel all tasks at the scheduler in this process
 _CORES = "cores"  # resource of workers that hold the cores of several ranks
+_DEATH_TIMEOUT = 60  # s without a scheduler after which a job exits; as long as a connection may take
+_EARLY_DEATHS = 12  # in a row and per worker, before they have begun anything: they cannot start at all
 _SLURM_DEFAULTS = {"memory": "2 GB", "walltime": "24:00:00"}  # a task needs under 1 GB up to n = 32768
+
+Call = tuple[Any, ...]  # a function and its arguments, all of which can be pickled
+
+
+class Crew(Protocol):
+    """Workers that carry calls, a few at a time."""
+
+    @property
+    def width(self) -> int:
+        """Number of workers, there or to come."""
+
+    def submit(self, key: str, call: Call) -> None:
+        """Have a call carried."""
+
+    def wait(self) -> tuple[str, Any]:
+        """Wait for the next call that ends; its key and what it returned, None if its workers died again and again.
+
+        Raises:
+            EngineError: the workers cannot run it, or are lost.
+        """
+
+
+class _Child(NamedTuple):
+    """A process, the call that it carries, and whether it is known to have begun."""
+
+    process: "subprocess.Popen[bytes]"
+    key: str
+    call: Call
+
+
+def carry(call: Call, report: Callable[..., None]) -> Any:
+    """Carry a call in a process of `LocalCrew`, which hears first that the process is up."""
+    report()
+    function, *arguments = call
+    return function(*arguments)
+
+
+class LocalCrew:
+    """Processes on this machine, started when there is something to do; a context manager."""
+
+    def __init__(self, count: int) -> None:
+        self.width = count
+        self._waiting: deque[tuple[str, Call]] = deque()
+        self._busy: dict[Connection, _Child] = {}
+        self._idle: list[tuple[Connection, subprocess.Popen[bytes]]] = []
+        self._begun: set[Connection] = set()
+        self._deaths: Counter[str] = Counter()
+        self._early = 0
+
+    def __enter__(self) -> "LocalCrew":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        ends = [*self._idle, *((connection, child.process) for connection, child in self._busy.items())]
+        for _, process in ends:
+            process.kill()
+        for connection, process in ends:
+            process.wait()
+            connection.close()
+
+    def submit(self, key: str, call: Call) -> None:
+        """Have a call carried by the next process that is free."""
+        self._waiting.append((key, call))
+        self._hand_out()
+
+    def wait(self) -> tuple[str, Any]:
+        """Wait for the next call that ends; see `Crew`."""
+        while True:
+            connection = wait(list(self._busy))[0]
+            assert isinstance(connection, Connection)
+            try:
+                kind, content = connection.recv()
+            except (EOFError, ConnectionError):
+                key = self._bury(connection)
+                if self._deaths[key] > _MOST_DEATHS:
+                    return key, None
+                continue
+            if kind == "report":
+                self._begun.add(connection)
+                self._early = 0
+                continue
+            child = self._busy.pop(connection)
+            self._begun.discard(connection)
+            self._idle.append((connection, child.process))
+            self._hand_out()
+            if kind == "error":
+                raise EngineError(f"workers cannot run a task: {content}") from content
+            return child.key, content
+
+    def _hand_out(self) -> None:
+        while self._waiting and len(self._busy) < self.width:
+            connection, process = self._idle.pop() if self._idle else self._start()
+            key, call = self._waiting.popleft()
+            self._busy[connection] = _Child(process, key, call)
+            with contextlib.suppress(ConnectionError):  # it died; `wait` finds out
+                connection.send(call)
+
+    def _start(self) -> "tuple[Connection, subprocess.Popen[bytes]]":
+        ours, theirs = Pipe()
+        with theirs:  # closed here, so that a process that dies ends its connection
+            process = start_child(theirs.fileno())
+        with contextlib.suppress(ConnectionError):
+            ours.send(carry)
+        return ours, process
+
+    def _bury(self, connection: Connection) -> str:
+        """Put the call of a process that died first in the queue again; returns its key."""
+        child = self._busy.pop(connection)
+        connection.close()
+        child.process.kill()
+        code = child.process.wait()
+        if connection in self._begun:
+            self._begun.discard(connection)
+            self._deaths[child.key] += 1
+        else:
+            self._early += 1
+            if self._early > _EARLY_DEATHS * self.width:
+                raise EngineError(f"workers die as soon as they start, the last with exit code {code}: see stderr")
+        if self._deaths[child.key] <= _MOST_DEATHS:
+            self._waiting.appendleft((child.key, child.call))
+        self._hand_out()
+        return child.key
+
+
+class DaskCrew:
+    """Workers of a Dask scheduler.
+
+    Args:
+        client: of the scheduler.
+        expected: number of workers to come, e.g. when their jobs start.
+        ranks: MPI ranks of each call; a worker must hold as many cores.
+    """
+
+    def __init__(self, client: "Client", expected: int = 1, ranks: int = 1) -> None:
+        from distributed import as_completed
+
+        self._client, self._expected, self._ranks = client, expected, ranks
+        self._ended = as_completed([], loop=client.loop)
+
+    @property
+    def width(self) -> int:
+        """Number of workers, there or to come."""
+        return max(self._expected, len(self._client.nthreads()))
+
+    def submit(self, key: str, call: Call) -> None:
+        """Have a call carried by any worker with enough cores."""
+        held = {_CORES: float(self._ranks)} if self._ranks > 1 else {}  # one rank runs on any
+        self._ended.add(self._client.submit(*call, key=key, pure=False, resources=held))
+
+    def wait(self) -> tuple[str, Any]:
+        """Wait for the next call that ends; see `Crew`."""
+        from distributed.scheduler import KilledWorker
+
+        future = next(self._ended)
+        key, status = future.key, future.status
+        try:
+            if status == "finished":
+                return key, future.result()
+            if status != "error":
+                raise EngineError("lost the Dask scheduler: start it again, then `jamlab campaign resume`")
+            error = future.exception()
+            if isinstance(error, KilledWorker):
+                return key, None
+            raise EngineError(f"workers cannot run a task: {error}; they must have the driver's jamlab") from error
+        finally:
+            future.release()
 
 
 @dataclass(frozen=True)
@@ -51,6 +222,7 @@ class Workers:
         slurm: start SLURM jobs with `slurm_options`.
         slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
         ranks: MPI ranks of each task; a worker holds as many cores.
+        folder: that all jobs see, where the certificate of a run on SLURM is kept meanwhile.
     """
 
     count: int | None = None
@@ -58,6 +230,7 @@ class Workers:
     slurm: bool = False
     slurm_options: dict[str, Any] = field(default_factory=dict)
     ranks: int = 1
+    folder: Path = Path()
 
     def __post_init__(self) -> None:
         if self.count is not None and self.count < 1:
@@ -66,36 +239,29 @@ class Workers:
             raise InputError(f"scheduler = {self.scheduler}: it has its own workers: leave out workers and slurm")
 
     @contextlib.contextmanager
-    def client(self) -> "Iterator[Client]":
-        """Connect a client; what is started for it ends with it.
+    def crew(self) -> Iterator[Crew]:
+        """Start or find workers; what is started ends with the block.
 
         Raises:
             InputError: no scheduler answers, its workers run several tasks at once or hold fewer cores than a task has
                 ranks, as this machine may, or SLURM cannot be used.
-            EngineError: the workers on this machine die as soon as they start.
         """
+        if self.scheduler is None and not self.slurm:
+            with LocalCrew(self.expected) as local:
+                yield local
+            return
         import dask
         from distributed import Client
 
-        expected = self.expected
         with dask.config.set(_SETTINGS), contextlib.ExitStack() as stack:
             if self.scheduler is not None:
                 client = stack.enter_context(_connect(self.scheduler))
                 _check_cores(client, self.scheduler, self.ranks)
-                yield client
-                return
-            cluster = stack.enter_context(self._slurm_cluster() if self.slurm else _local_scheduler())
-            client = stack.enter_context(Client(cluster, set_as_default=False))
-            if self.slurm:
-                cluster.scale(jobs=expected)
-                yield client
-                return
-            supply = WorkerSupply(cluster.scheduler_address, expected, lambda: _cancel_all(client), self.ranks)
-            stack.enter_context(supply)
-            try:
-                yield client
-            except EngineError as error:
-                raise EngineError(supply.failure or str(error)) from error
+            else:
+                cluster = stack.enter_context(self._slurm_cluster())
+                client = stack.enter_context(Client(cluster, set_as_default=False))
+                cluster.scale(jobs=self.expected)
+            yield DaskCrew(client, self.expected, self.ranks)
 
     @property
     def expected(self) -> int:
@@ -106,7 +272,7 @@ class Workers:
         """
         if self.count or self.scheduler is not None or self.slurm:
             return self.count or 1
-        return local_workers(self.ranks)
+        return _local_workers(self.ranks)
 
     def _slurm_cluster(self) -> "SLURMCluster":
         try:
@@ -131,9 +297,10 @@ class Workers:
             names = ", ".join(sorted(unknown))
             raise InputError(f"[slurm] of the campaign file: unknown key {names}; see dask_jobqueue.SLURMCluster")
         # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
-        fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": DEATH_TIMEOUT}
+        fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": _DEATH_TIMEOUT}
         held = ["--resources", f"{_CORES}={self.ranks}"]
         fixed["worker_extra_args"] = [*options.get("worker_extra_args", []), *held]
+        fixed |= {"security": _certificate(), "protocol": "tls://", "shared_temp_directory": str(self.folder.resolve())}
         try:
             cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
@@ -147,7 +314,20 @@ class Workers:
         return cluster
 
 
-def local_workers(ranks: int) -> int:
+def _certificate() -> "Security":
+    """Certificate and key of one run, which both sides of every connection must show."""
+    from distributed.security import Security
+
+    try:
+        return Security.temporary()
+    except ImportError:
+        raise InputError(
+            "SLURM needs cryptography, so that no other user of the network can reach the workers: pip install"
+            " 'jamlab[slurm]'"
+        ) from None
+
+
+def _local_workers(ranks: int) -> int:
     """Number of workers of so many cores each that fit into those that this process may use.
 
     Raises:
@@ -160,11 +340,6 @@ def local_workers(ranks: int) -> int:
             " --workers to share cores"
         )
     return cores // ranks
-
-
-def resources(ranks: int) -> dict[str, float]:
-    """Resources that a task with so many ranks asks of its worker; one rank runs on any."""
-    return {_CORES: float(ranks)} if ranks > 1 else {}
 
 
 def _check_cores(client: "Client", address: str, ranks: int) -> None:
@@ -200,18 +375,6 @@ def _try_submission(script: str) -> None:
     if done.returncode:
         reason = " ".join(done.stderr.split()) or f"sbatch ended with {done.returncode}"
         raise InputError(f"SLURM refuses the job: {reason}; change [slurm] of the campaign file")
-
-
-def _cancel_all(client: "Client") -> None:
-    """Cancel every future, so that the driver stops waiting for results."""
-    client.restart(timeout=_RESTART_TIMEOUT, wait_for_workers=False)
-
-
-def _local_scheduler() -> "LocalCluster":
-    """Start a scheduler in this process, without workers."""
-    from distributed import LocalCluster
-
-    return LocalCluster(n_workers=0, processes=True, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL)
 
 
 def _knock(address: str) -> None:

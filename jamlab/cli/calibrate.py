@@ -10,7 +10,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
-    from jamlab.campaign.worker import Outcome
+    from jamlab.campaign.driver import Outcome
 
 
 def calibrate(

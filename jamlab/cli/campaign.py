@@ -1,20 +1,32 @@
 """`jamlab campaign`: ensembles of packings from one file."""
 
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from importlib.resources import files
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
 
-from jamlab.cli.campaign_new import new
-from jamlab.cli.campaign_page import page
-from jamlab.cli.console import err_console, out_console, print_json, print_table
-from jamlab.cli.interruption import expect_output
+from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table
+from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Json
+from jamlab.cli.progress import share_bar
+from jamlab.errors import InputError, StorageError
+from jamlab.storage.atomic_file import check_target
 
 if TYPE_CHECKING:
+    from jamlab.campaign.campaign import Campaign
+    from jamlab.campaign.driver import Outcome
     from jamlab.campaign.plan import Estimate
     from jamlab.campaign.status import SweepStatus
+    from jamlab.campaign.tasks import Batch
+
+_LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -40,93 +52,18 @@ Retry = Annotated[bool, typer.Option("--retry-failed", help="Run tasks again tha
 Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finished files first.")]
 
 
-@app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
-def run(
-    file: Where,
-    out: Folder = None,
-    workers: Count = None,
-    scheduler: Scheduler = None,
-    slurm: Slurm = False,
-    only: Only = None,
-    retry_failed: Retry = False,
-    no_verify: Trust = False,
-    as_json: Json = False,
-) -> None:
-    """Run the tasks that are left; stop at any time, and run again to go on."""
-    from jamlab.campaign.campaign import open_campaign
-    from jamlab.cli.campaign_progress import show_tasks
-
-    campaign = open_campaign(file, out)
-    with show_tasks(campaign, only) as progress:
-        done = campaign.run(
-            workers,
-            scheduler=scheduler,
-            slurm=slurm,
-            only=only,
-            retry_failed=retry_failed,
-            verify=not no_verify,
-            progress=progress,
-        )
-    for task, line in done.repaired.items():
-        err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
-    if as_json:
-        print_json({"finished": done.finished, "failed": done.failed, "repaired": done.repaired})
-        raise typer.Exit(1 if done.failed else 0)
-    out_console.print(f"{done.finished} tasks finished, {done.failed} failed; files in {campaign.folder.path}")
-    if done.failed:
-        out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
-        raise typer.Exit(1)
-
-
-app.command(epilog="Example: jamlab campaign new campaign.toml")(new)
-app.command(epilog="Example: jamlab campaign page campaign.toml --to campaign.html")(page)
-app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
-
-
-@app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
-def status(
-    file: Where,
-    out: Folder = None,
-    verify: Annotated[bool, typer.Option("--verify", help="Read every file: check it, add up times.")] = False,
-    as_json: Json = False,
-) -> None:
-    """Count the tasks that are finished, failed and left, say why tasks failed, and with --verify what they took."""
-    from jamlab.campaign.campaign import open_campaign
-
-    campaign = open_campaign(file, out)
-    found = campaign.status(verify=verify)
-    if as_json:
-        sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
-        totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
-        print_json(
-            {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
-        )
-        return
-    counts = ("tasks", "finished", "failed", "left")
-    lines = [
-        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in counts), *_format_spent(s)] for s in found.sweeps
-    ]
-    lines.append(["total", "", "", *(str(getattr(found, key)) for key in counts), *_format_spent(*found.sweeps)])
-    times = ["wall time", "CPU time"] if verify else []
-    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", *counts, *times], lines)
-    for s in found.sweeps:
-        for column, wanted in s.until.items():
-            state = "met" if s.errors[column] <= wanted else "not met"
-            seeds = f"{s.finished} of at most {s.most} seeds finished"
-            line = (
-                f"{s.sweep} {s.model} n={s.n}: error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
-            )
-            out_console.print(f"{line}; {seeds}", soft_wrap=True, highlight=False)
-    for record in found.failures.values():
-        out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
-    for task, reason in (found.damaged or {}).items():
-        out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
-    for line in (found.gaps or {}).values():
-        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
-    if found.damaged:
-        out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
-    if found.foreign:
-        out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
+@app.command(epilog="Example: jamlab campaign new campaign.toml")
+def new(file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.")]) -> None:
+    """Write a commented campaign of two small sweeps, to be edited; never replaces a file."""
+    text = files("jamlab.campaign").joinpath("starter.toml").read_text(encoding="utf-8")
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise InputError(f"{file} exists: name another file, or remove it first") from None
+    except OSError as error:
+        raise StorageError(f"cannot write {file}: {error.strerror or error}; name another file") from error
+    print_note(f"wrote {file}; next: jamlab campaign plan {file}")
 
 
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
@@ -176,6 +113,156 @@ def _format_time(seconds: float) -> str:
     if seconds < 120:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+@app.command(epilog="Example: jamlab campaign run campaign.toml --workers 2")
+def run(
+    file: Where,
+    out: Folder = None,
+    workers: Count = None,
+    scheduler: Scheduler = None,
+    slurm: Slurm = False,
+    only: Only = None,
+    retry_failed: Retry = False,
+    no_verify: Trust = False,
+    as_json: Json = False,
+) -> None:
+    """Run the tasks that are left; stop at any time, and run again to go on."""
+    from jamlab.campaign.campaign import open_campaign
+
+    campaign = open_campaign(file, out)
+    with _show_tasks(campaign, only) as show:
+        ran = campaign.run(
+            workers,
+            scheduler=scheduler,
+            slurm=slurm,
+            only=only,
+            retry_failed=retry_failed,
+            verify=not no_verify,
+            done=show,
+        )
+    for task, line in ran.repaired.items():
+        err_console.print(f"run again: {task}: {line}", soft_wrap=True, highlight=False)
+    if as_json:
+        print_json({"finished": ran.finished, "failed": ran.failed, "repaired": ran.repaired})
+        raise typer.Exit(1 if ran.failed else 0)
+    out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+    if ran.failed:
+        out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
+        raise typer.Exit(1)
+
+
+app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+@contextmanager
+def _show_tasks(campaign: "Campaign", only: Iterable[str] | None) -> Iterator[Callable[["Outcome"], None]]:
+    """Count tasks on stderr, by a bar or by a line now and then, and print failures at once; for `Campaign.run`."""
+    from jamlab.campaign.driver import FAILED
+    from jamlab.campaign.status import wanted_batches
+    from jamlab.campaign.tasks import batches, task_names
+
+    chosen = batches(campaign.content, only)
+    describe_kept(lambda: _describe(campaign, chosen))
+    names = task_names(wanted_batches(chosen, campaign.folder))
+    total, before = len(names), len(names & campaign.folder.finished())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    quiet = not err_console.is_terminal
+    with Bars(*columns, TimeRemainingColumn(), console=err_console, transient=True, disable=quiet) as bars:
+        bar = bars.add_task(campaign.name, total=total, completed=before)
+        count, last = before, time.monotonic()
+
+        def show(outcome: "Outcome") -> None:
+            nonlocal count, last
+            count += 1
+            bars.update(bar, completed=count, total=max(total, count))  # `until` may add seeds
+            if outcome.state == FAILED:
+                bars.console.print(f"failed: {outcome.line}", soft_wrap=True, highlight=False)
+            elif quiet and time.monotonic() - last > _LINE_INTERVAL:
+                last = time.monotonic()
+                err_console.print(f"{count} of {max(total, count)} tasks", soft_wrap=True, highlight=False)
+
+        yield show
+
+
+def _describe(campaign: "Campaign", chosen: "list[Batch]") -> str:
+    """How many tasks are finished, of at most how many if `until` decides, and what goes on with them."""
+    from jamlab.campaign.tasks import task_names
+
+    names = task_names(chosen)
+    most = "at most " if any(batch.until for batch in chosen) else ""
+    path = campaign.folder.path
+    elsewhere = "" if path in (campaign.file.parent, campaign.file.parent / campaign.name) else f" --out {path}"
+    return (
+        f"{len(names & campaign.folder.finished())} of {most}{len(names)} tasks are finished in {path}; "
+        f"`jamlab campaign resume {campaign.file}{elsewhere}` goes on"
+    )
+
+
+@app.command(epilog="Example: jamlab campaign status campaign.toml --verify")
+def status(
+    file: Where,
+    out: Folder = None,
+    verify: Annotated[bool, typer.Option("--verify", help="Read every file: check it, add up times.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Count the tasks that are finished, failed and left, say why tasks failed, and with --verify what they took."""
+    from jamlab.campaign.campaign import open_campaign
+
+    campaign = open_campaign(file, out)
+    found = campaign.status(verify=verify)
+    if as_json:
+        sweeps = [{**vars(sweep), "left": sweep.left} for sweep in found.sweeps]
+        totals = {key: getattr(found, key) for key in ("tasks", "finished", "failed", "left", "foreign")}
+        print_json(
+            {**totals, "damaged": found.damaged, "gaps": found.gaps, "failures": found.failures, "sweeps": sweeps}
+        )
+        return
+    counts = ("tasks", "finished", "failed", "left")
+    lines = [
+        [s.sweep, s.model, str(s.n), *(str(getattr(s, key)) for key in counts), *_format_spent(s)] for s in found.sweeps
+    ]
+    lines.append(["total", "", "", *(str(getattr(found, key)) for key in counts), *_format_spent(*found.sweeps)])
+    times = ["wall time", "CPU time"] if verify else []
+    print_table(f"campaign {campaign.name}", ["sweep", "model", "n", *counts, *times], lines)
+    for s in found.sweeps:
+        for column, wanted in s.until.items():
+            state = "met" if s.errors[column] <= wanted else "not met"
+            seeds = f"{s.finished} of at most {s.most} seeds finished"
+            line = (
+                f"{s.sweep} {s.model} n={s.n}: error of mean {column} {s.errors[column]:.3g}, until {wanted:g}: {state}"
+            )
+            out_console.print(f"{line}; {seeds}", soft_wrap=True, highlight=False)
+    for record in found.failures.values():
+        out_console.print(f"failed: {record['label']}: {record['reason']}", soft_wrap=True, highlight=False)
+    for task, reason in (found.damaged or {}).items():
+        out_console.print(f"damaged: {campaign.folder.task_file(task)}: {reason}", soft_wrap=True, highlight=False)
+    for line in (found.gaps or {}).values():
+        out_console.print(f"incomplete: {line}", soft_wrap=True, highlight=False)
+    if found.damaged:
+        out_console.print(f"`jamlab campaign resume {file}` runs them again", soft_wrap=True)
+    if found.foreign:
+        out_console.print(f"{found.foreign} further files belong to no task of this campaign file", soft_wrap=True)
+
+
+@app.command(epilog="Example: jamlab campaign page campaign.toml --out campaign.html")
+def page(
+    file: Where,
+    out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.")] = Path("campaign.html"),
+    folder: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
+) -> None:
+    """Write a page of all sweeps: one packing of each to look through, means over packings, tasks done."""
+    from jamlab.campaign.campaign import open_campaign
+    from jamlab.cli.campaign_report import write_campaign_page
+
+    campaign = open_campaign(file, folder)
+    if out.is_dir():
+        raise InputError(f"--out {out} is a folder: name the HTML file to write, and the tasks with --folder {out}")
+    check_target(out, file)
+    expect_output(out)
+    with share_bar(f"page of {campaign.name}") as bar:
+        write_campaign_page(campaign, out, lambda share, text: bar(text, share))
+    print_note(f"wrote {out}; open it in a browser")
 
 
 @app.command(epilog="Example: jamlab campaign merge campaign.toml other-machine/first")

@@ -1,6 +1,5 @@
 """One HTML page of a campaign: for each sweep one packing to look through, means over packings, and what is done."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, png, write_report
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import check_target
 from jamlab.storage.verified_file import versions
 
@@ -28,13 +28,13 @@ _LEAD = (
 _CAPTION = "Means over packings; the legend counts states that have no value or did not converge."
 
 
-def write_campaign_page(campaign: Campaign, path: Path, progress: Callable[[int, int], None] | None = None) -> None:
+def write_campaign_page(campaign: Campaign, path: Path, progress: Progress = no_progress) -> None:
     """Write the page from the tasks that are finished by now.
 
     Args:
         campaign: see `jamlab.open_campaign`.
         path: HTML file to create or replace.
-        progress: called after each sweep with how many are done, and of how many.
+        progress: called after each sweep.
 
     Raises:
         InputError: no task is finished.
@@ -48,8 +48,7 @@ def write_campaign_page(campaign: Campaign, path: Path, progress: Callable[[int,
     sections = []
     for k, name in enumerate(names):
         sections.append(_section(campaign, name, [s for s in status.sweeps if s.sweep == name]))
-        if progress is not None:
-            progress(k + 1, len(names))
+        progress((k + 1) / len(names), name)
     facts = {"tasks finished": f"{status.finished} of {status.tasks}", "failed": str(status.failed), **versions()}
     write_report(path, f"Campaign {campaign.name}", _LEAD, sections, facts, explorer_assets())
 

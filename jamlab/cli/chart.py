@@ -105,33 +105,23 @@ def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("ja
     stability(measure=measure, out=out)
 
 
-@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv")
+@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz")
 def flow_table(
     out: Annotated[
-        Path, typer.Option(help="CSV file to write; in a checkout, beside jamlab/estimates/flow_errors.py.")
-    ] = Path("flow_errors.csv"),
+        Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.gz.")
+    ] = Path("flow_errors.csv.gz"),
     quick: Annotated[bool, typer.Option("--quick", help="A few packings and one check, as a trial.")] = False,
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
-    from jamlab.estimates.flow_errors import SLIDING_CHECK, kept_promises
-    from jamlab.studies.least_model.flow_errors import (
-        CHECKS,
-        MANY_SEEDS,
-        SEEDS,
-        SLIDING_CHECKS,
-        SLIDING_SEEDS,
-        measure_errors,
-    )
+    from jamlab.estimates.flow_errors import CALIBRATE, SLIDING_CHECK
+    from jamlab.studies.least_model.flow_errors import SEEDS, measure_errors
 
     expect_output(out)
-    parts = {"seeds": SEEDS, "many": MANY_SEEDS, "checks": CHECKS}
-    parts |= {"sliding": SLIDING_SEEDS, "sliding_checks": SLIDING_CHECKS}
-    if quick:
-        parts = {name: seeds[: 2 if name == "seeds" else 1] for name, seeds in parts.items()}
-    made = measure_errors(out, **parts, progress=print_stage)
-    (kept, of), (others, of_others) = kept_promises(made), kept_promises(made, SLIDING_CHECK)
+    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in SEEDS.items()}
+    made = measure_errors(out, quick_parts if quick else SEEDS, progress=lambda name, *_: print_stage(name))
+    (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
-    out_console.print(f"wrote {out}: {len(made)} runs; {held}", soft_wrap=True)
+    out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
 
 @chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")
@@ -140,18 +130,15 @@ def estimates(
         "ways.csv.gz"
     ),
     seeds: Annotated[int, typer.Option(help="Packings of each way, 12 s of one core each.")] = 200,
-    trials: Annotated[int, typer.Option(help="Requests in worlds drawn from the table, to check intervals.")] = 1200,
     as_json: Json = False,
 ) -> None:
-    """Measure the table behind `estimate`, `choose` and `scene`, and check intervals; goes on where it was stopped."""
-    from jamlab.studies.least_model.estimate_calibration import calibrate, summarize
+    """Measure the table behind `estimate`, `choose` and `scene`; goes on where it was stopped."""
     from jamlab.studies.least_model.estimate_table import SEEDS, make_table
 
     expect_output(out)
-    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=print_stage)
-    checked = summarize(calibrate(made, trials))
+    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=lambda name, *_: print_stage(name))
+    count = {str(way): len(record.seeds) for way, record in made.items()}
     if as_json:
-        print_json({"out": str(out), "calibration": checked})
+        print_json({"out": str(out), "packings": count})
         return
-    lines = [[name, f"{share:.3f}"] for name, share in checked.items()]
-    print_table(f"share of {trials} intervals that hold the truth", ["requests", "share"], lines)
+    print_table(f"wrote {out}", ["way", "packings"], [[way, str(number)] for way, number in count.items()])

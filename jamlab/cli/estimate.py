@@ -1,13 +1,12 @@
 """`jamlab estimate`: a mean over packings of droplets to an error asked for."""
 
-from dataclasses import asdict
 from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import out_console, print_json, print_table
+from jamlab.cli.console import print_json, print_note, print_table
 from jamlab.cli.options import Json, Seed
-from jamlab.cli.progress import count_bar
+from jamlab.cli.progress import share_bar
 
 
 def estimate(
@@ -21,26 +20,49 @@ def estimate(
     as_json: Json = False,
 ) -> None:
     """Estimate a mean over packings of droplets to an error, from the cheapest packings that give it."""
-    from jamlab.estimates.ensemble_plan import plan_estimate
-    from jamlab.estimates.estimate import check_run
     from jamlab.estimates.estimate import estimate as run
+    from jamlab.estimates.options import Why
 
-    check_run(seed, processes)
-    plan = plan_estimate(quantity, rho, error, model=model)
-    planned = {"expected_seconds": plan.seconds, "why": plan.why}
-    if dry_run:
-        found: dict[str, Any] = {"packings": plan.packings, "error": plan.error}
-    else:
-        with count_bar("packings") as progress:
-            done = run(quantity, rho, error, seed=seed, model=model, processes=processes, progress=progress)
-        names = ("value", "error", "met", "packings", "left_out", "seconds", "stopped")
-        found = {name: value for name, value in asdict(done).items() if name in names}
+    with share_bar("estimate") as bar:
+        made = run(
+            *(quantity, rho, error),
+            seed=seed,
+            model=model,
+            processes=processes,
+            progress=lambda share, text: bar(text, share),
+            dry_run=dry_run,
+        )
+    found: dict[str, Any] = {"packings": made.packings, "error": made.error}
+    if not dry_run:
+        found = {"value": made.value} | found | {"met": made.met, "left_out": made.left_out, "seconds": made.seconds}
+        found["stopped"] = str(made.stopped)
+    options: list[dict[str, Any]] = [
+        {str(name): _plain(value) for name, value in row.items()} for row in made.choice.options.to_dict("records")
+    ]
     if as_json:
-        print_json(found | planned)
+        print_json(found | {"expected_seconds": made.choice.seconds, "options": options})
         return
-    print_table(f"mean of {quantity}", list(found), [[_cell(value) for value in found.values()]])
-    out_console.print(f"expected {plan.seconds:.3g} s. {plan.why}", soft_wrap=True, highlight=False)
+    if not dry_run:
+        print_table(f"mean of {quantity}", list(found), [[_cell(value) for value in found.values()]])
+    shown = [row for row in options if row["seconds"] is not None]
+    shown.sort(key=lambda row: (row["why"] != Why.TAKEN, row["why"] != Why.DEARER, row["seconds"]))
+    columns = ["way", "packings", "seconds", "error", "why"]
+    print_table(
+        f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} to "
+        f"-+{made.choice.error[quantity]:.2g} in {made.choice.seconds:.3g} s",
+        columns,
+        [[_cell(row[name]) for name in columns] for row in shown],
+    )
+    if silent := len(options) - len(shown):
+        print_note(f"no promise of {silent} more: too few packings in the table")
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON has it; what is not known is None."""
+    if isinstance(value, float):
+        return value if value == value else None
+    return value if isinstance(value, int) else str(value)
 
 
 def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)

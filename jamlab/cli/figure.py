@@ -70,8 +70,8 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     from jamlab.cli.figure_tables import open_tables
     from jamlab.processes.cores import available_cores
     from jamlab.studies import gallery
+    from jamlab.studies.claims import summary
     from jamlab.studies.example_packings import example_sections
-    from jamlab.studies.summary import summary
 
     chosen = gallery.check_names(names)
     tables = open_tables(source)
@@ -84,16 +84,18 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
             )
             claims = [c for each in drawn for c in each.claims]
             captions = {each.name: each.caption for each in drawn}
+            numbers = {each.name: each.numbers for each in drawn}
         else:
             drawings, failures = [gallery.draw(name, tables) for name in chosen], []
             for drawing in drawings:
                 gallery.write(drawing, out)
             claims = [c for d in drawings for c in d.claims]
             captions = {d.name: d.caption for d in drawings}
+            numbers = {d.name: d.numbers for d in drawings}
     if as_json:
         missing = {f.name: f.reason for f in failures}
         rows = [c.row() for c in claims]
-        print_json({"out": str(out), "claims": rows, "captions": captions, "not_drawn": missing})
+        print_json({"out": str(out), "claims": rows, "values": numbers, "captions": captions, "not_drawn": missing})
     else:
         if whole:
             for line in summary(claims):

@@ -183,8 +183,8 @@ def _write_rows(found: "Flow", path: Path) -> None:
 def _draw(found: "Flow", path: Path) -> None:
     from matplotlib.figure import Figure
 
-    from jamlab.figures.picture_file import save_picture
-    from jamlab.plotting.axes import CURVES
+    from jamlab.figures.html_page import save_picture
+    from jamlab.plotting.drawable import CURVES
 
     figure = Figure(figsize=CURVES, layout="constrained")
     found.plot(figure.subplots())
@@ -217,15 +217,15 @@ def shear(
     within: Annotated[float | None, typer.Option(help="Refuse a run that will take longer, s.")] = None,
 ) -> "tuple[ShearRun, Sequence[str]]":
     """Shear a packing at a constant rate, without inertia; a run that was interrupted goes on from its file."""
-    from jamlab.estimates.flow_plan import plan_flow
+    from jamlab.flow.flow_cost import cost_of_flow, require_time
     from jamlab.flow.shear import shear as run
 
     packing, law, how = options.packing(), options.law(), options.accuracy
     if rate > 0 and not options.out.exists():
-        plan = plan_flow(packing, [rate], law, strain=strain, **how)
+        cost = cost_of_flow(packing, [rate], law, strain=strain, **how)
         if within is not None:
-            plan.check(within)
-        print_stage(f"about {plan.total:.2g} s")
+            require_time(cost, within)
+        print_stage(f"about {cost['seconds'].sum():.2g} s")
     with share_bar("shear") as progress:
         how |= {"step": step, "rows": rows, "frames": frames}
         found = run(packing, rate, strain, law, out=options.out, progress=progress, **how)
@@ -259,15 +259,16 @@ def flow_curve(
 ) -> "tuple[FlowCurve, Sequence[str]]":
     """Measure steady flow at several rates, with a Herschel-Bulkley fit; rates in the file are not run again."""
     from jamlab.errors import JamlabError
-    from jamlab.estimates.flow_plan import plan_flow
+    from jamlab.flow.flow_cost import cost_of_flow, require_time
     from jamlab.flow.flow_curve import flow_curve as run
 
     packing, law, how = options.packing(), options.law(), options.accuracy
     if not options.out.exists():
-        plan = plan_flow(packing, rates, law, strain=strain + discard, **how)
+        cost = cost_of_flow(packing, rates, law, strain=strain + discard, **how)
         if within is not None:
-            plan.check(within)
-        print_stage(f"about {max(plan.total / processes, plan.seconds.max()):.2g} s")
+            require_time(cost, within)
+        seconds = cost["seconds"]
+        print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
     with share_bar("flow curve") as progress:
         how |= {"strain": strain, "discard": discard, "processes": processes}
         found = run(packing, rates, law, out=options.out, progress=progress, **how)

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from jamlab.errors import InputError
+from jamlab.figures.html_page import PICTURES, save_picture
 from jamlab.figures.packing_pictures import modulus_figure
-from jamlab.figures.picture_file import PICTURES, save_picture
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 from jamlab.rheology.mean_spectrum import COLUMNS, LIMITS, Spectra, group_packings

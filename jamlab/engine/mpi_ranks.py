@@ -20,6 +20,7 @@ from jamlab.processes.child import child_environment
 from jamlab.processes.dying_program import dying_line
 
 _NOT_CONVERGED = 2  # exit code of a deck whose last state is not what was asked for
+COMPONENT = 0.5  # of a force's norm: LAMMPS compares components, of which two make a norm of up to sqrt(2) times one
 _FEW = 8  # ranks that any machine may run, if slowly
 
 
@@ -43,7 +44,7 @@ def minimize_on_ranks(
 
     Args:
         packing: SP.
-        force: tolerance on the largest force component.
+        force: tolerance on the largest norm of a force.
         style: "cg" or "fire".
         steps: iterations at most.
         stretch: iterations after which the minimiser starts anew, by default never.
@@ -57,7 +58,7 @@ def minimize_on_ranks(
         InputError: for polygons, which one rank minimises faster.
     """
     check_ranks(ranks, packing.model)
-    variables: dict[str, object] = {"minimizer": style, "force": f"{force:.17g}"}
+    variables: dict[str, object] = {"minimizer": style, "force": f"{COMPONENT * force:.17g}"}
     variables |= {"steps": steps, "stretch": stretch or steps}  # the data file says law and sizes
     programs = Path(sys.executable).parent
     inputs = deck("in.sp.minimize")

@@ -3,6 +3,9 @@
 The session runs the same include files as the decks in `lammps_inputs/`, so the force laws are written there once. One
 LAMMPS instance serves a whole sweep: new positions or a new box cost a few microseconds, a new set of particles a few
 milliseconds.
+
+LAMMPS holds the packing in natural units (`jamlab.packing.natural_units`), since the skin of its neighbour lists and
+the time steps of its minimisers are absolute numbers; what goes in and comes out is in the units of the packing.
 """
 
 from __future__ import annotations
@@ -10,7 +13,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -24,10 +27,11 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import deck, defaults
 from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
-from jamlab.engine.mpi_ranks import check_ranks, minimize_on_ranks
+from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
 from jamlab.packing.force_laws import has_springs, lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
+from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.outlines import self_crossings
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
@@ -67,11 +71,16 @@ class Evaluation:
 class Session:
     """A LAMMPS instance that holds one packing.
 
+    All numbers are in the units of the packing, except where LAMMPS is spoken to directly: `command`, `set_variables`
+    and `fix_vector` are in units of `scales`.
+
     Args:
         packing: what to build.
         newton: LAMMPS' newton setting; results agree to rounding.
         ranks: processors for `minimize`, SP: threads of FIRE, MPI ranks of conjugate gradients; all else runs on one.
             Pays from about 10 000 disks.
+        scales: units in which LAMMPS holds the packing; by default its natural ones, powers of two next to its mean
+            size and stiffness.
 
     Raises:
         EngineError: LAMMPS is missing, of another version, without the plugin, or refuses a command: the message holds
@@ -94,9 +103,10 @@ class Session:
     """
 
     @checked
-    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1) -> None:
+    def __init__(self, packing: Packing, *, newton: bool = True, ranks: int = 1, scales: Scales | None = None) -> None:
         check_ranks(ranks, packing.model)
-        self._packing = packing
+        self._given_scales = scales
+        self._hold(packing)
         self._newton = newton
         self._ranks = ranks
         self._stale = True  # the next evaluation needs a full setup
@@ -107,7 +117,7 @@ class Session:
         self._atoms = AtomExchange(self._lmp)
         try:
             check_lammps(self._lmp)
-            self._build(packing)
+            self._build()
         except BaseException:
             self.close()
             raise
@@ -121,6 +131,11 @@ class Session:
     def close(self) -> None:
         """End LAMMPS and free its memory."""
         self._lmp.close()
+
+    @property
+    def scales(self) -> Scales:
+        """Units in which LAMMPS holds the packing, in those of the packing."""
+        return self._scales
 
     @property
     def model(self) -> str:
@@ -145,14 +160,19 @@ class Session:
             packing: to take.
             anew: build its particles anew in any case, as after LAMMPS has lost atoms.
         """
-        stretched = packing.model == "dp" and _longest_edge(packing) >= _EDGE_KEPT * self._edge_limit
-        if anew or stretched or packing.difference(self._packing) is not None:
-            self._build(packing)
+        before = self._packing
+        self._hold(packing)
+        stretched = packing.model == "dp" and _longest_edge(self._packing) >= _EDGE_KEPT * self._edge_limit
+        if anew or stretched or self._packing.difference(before) is not None:
+            self._build()
             return
-        self._packing = packing
-        self._set_box(packing.box)
-        self._place(packing)
+        self._set_box(self._packing.box)
+        self._place()
         self._stale = True
+
+    def _hold(self, packing: Packing) -> None:
+        self._scales = self._given_scales or natural_scales(packing)
+        self._packing = self._scales.to_natural(packing)
 
     @checked
     def command(self, line: str) -> None:
@@ -210,17 +230,21 @@ class Session:
             The state reached. Judge convergence by its `max_force`, not by LAMMPS' stop message.
         """
         stretch = min(stretch or steps, steps)
+        force = force / self._scales.force
+        if border is not None:
+            border = replace(border, pressure=border.pressure / self._scales.stress)
+        component = COMPONENT * force
         if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border, fire):
             return self.evaluate()
         if self._ranks > 1:
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
-            self.set_positions(minimize_on_ranks(self.packing(), **effort, ranks=self._ranks))
+            self._set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
             return self.evaluate()
         self.include(f"minimize.{style}")
         self.command("thermo 0")  # sums of energy and virial at every step would cost a fifth of the time
         for _ in range(0, steps, stretch):
-            self.command(f"minimize 0.0 {_text(force)} {stretch} {10 * stretch}")
-            if self._lmp.get_thermo("fmax") <= force:
+            self.command(f"minimize 0.0 {_text(component)} {stretch} {10 * stretch}")
+            if self._lmp.get_thermo("fmax") <= component:
                 break
         self.command("thermo 1")
         self._stale = True  # a run that skips its setup may follow a run, not a minimisation
@@ -230,7 +254,7 @@ class Session:
         self, force: float, steps: int, stretch: int, border: Border | None, fire: FireSettings | None
     ) -> bool:
         """FIRE in the compiled kernel; False if the box is too small for it."""
-        packing = self.packing()
+        packing = self._state()
         for _ in range(0, steps, stretch):
             found = fire_disks(packing, force, stretch, self._ranks, border, fire)
             if found is None:
@@ -239,7 +263,7 @@ class Session:
             self._compiled_steps += taken
             if largest < force:
                 break
-        self.load(packing)
+        self.load(self._scales.from_natural(packing))
         return True
 
     def forces_at(self, positions: Array) -> tuple[float, Array]:
@@ -250,7 +274,10 @@ class Session:
         self.set_positions(positions)
         self.command("run 1 post no" if self._stale else "run 1 pre no post no")
         self._stale = False
-        return float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
+        energy, forces = float(self._lmp.get_thermo("pe")), self._atoms.forces(self.size)
+        if self._scales == Scales():
+            return energy, forces
+        return energy * self._scales.energy, forces * self._scales.force
 
     def steps(self) -> int:
         """Steps and iterations taken in this session, over all runs and minimisations."""
@@ -258,7 +285,7 @@ class Session:
 
     def contact_energy(self) -> float:
         """Energy of the contacts at the last evaluation."""
-        return float(self._lmp.get_thermo("evdwl"))
+        return float(self._lmp.get_thermo("evdwl")) * self._scales.energy
 
     def packing(self, **changes: Any) -> Packing:
         """The present state as a Packing; keyword arguments as in `Packing.with_state`.
@@ -266,7 +293,12 @@ class Session:
         Raises:
             SelfCrossingError: a polygon has folded over itself; see `self_crossings`.
         """
-        return self._packing.with_state(positions=self.positions(), box=self._packing.box, **changes)
+        packing = self._scales.from_natural(self._state())
+        return packing.with_state(**changes) if changes else packing
+
+    def _state(self) -> Packing:
+        """The present state in the units of LAMMPS."""
+        return self._packing.with_state(positions=self._positions(), box=self._packing.box)
 
     @checked
     def fix_vector(self, name: str, size: int) -> Array:
@@ -284,22 +316,28 @@ class Session:
         """DP (m,): polygons that have folded over themselves; no minimum with one of them is a packing."""
         if self._packing.offsets is None:
             return np.empty(0, dtype=np.int64)
-        return self_crossings(self.positions(), self._packing.offsets)
+        return self_crossings(self._positions(), self._packing.offsets)
 
     def positions(self) -> Array:
         """(len(positions), 2) float64, unwrapped: polygons are whole."""
+        return self._positions() * self._scales.length
+
+    def _positions(self) -> Array:
         return self._atoms.positions(self.size, self._packing.box)
 
     def set_positions(self, positions: Array) -> None:
         """Move every disk or vertex; `positions` as in `Packing.positions`."""
+        self._set_positions(positions / self._scales.length)
+
+    def _set_positions(self, positions: Array) -> None:
         self._atoms.set_positions(positions, self._packing.box)
 
     # building ---------------------------------------------------------------------------------------------------------
 
-    def _build(self, packing: Packing) -> None:
+    def _build(self) -> None:
+        packing = self._packing
         table = types(packing)
         _check_fits(packing)
-        self._packing = packing
         settings = lammps_variables(packing)
         settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
@@ -322,12 +360,12 @@ class Session:
         self.include(f"{packing.model}.force")
         self.include("common.output")
         self.command("thermo 1")  # so that energy and virial are summed at every step
-        self._place(packing)  # in a triclinic box read_data changes the last digits
+        self._place()  # in a triclinic box read_data changes the last digits
         self._stale = True
 
-    def _place(self, packing: Packing) -> None:
+    def _place(self) -> None:
         """Put positions inside the box and count images: LAMMPS itself wraps by one box length only."""
-        self._atoms.place(*wrap(packing))
+        self._atoms.place(*wrap(self._packing))
 
     def _set_box(self, box: Array) -> None:
         lx, xy, ly = (_text(value) for value in (box[0, 0], box[1, 0], box[1, 1]))
@@ -336,11 +374,11 @@ class Session:
     # reading ----------------------------------------------------------------------------------------------------------
 
     def _evaluation(self) -> Evaluation:
-        thermo = self._lmp.get_thermo
-        xx, yy, xy = thermo("pxx"), thermo("pyy"), thermo("pxy")
-        forces = self._atoms.forces(self.size)
+        thermo, scales = self._lmp.get_thermo, self._scales
+        xx, yy, xy = (scales.stress * thermo(name) for name in ("pxx", "pyy", "pxy"))
+        forces = scales.force * self._atoms.forces(self.size)
         return Evaluation(
-            energy=float(thermo("pe")),
+            energy=scales.energy * float(thermo("pe")),
             contact_energy=self.contact_energy(),
             forces=forces,
             stress=np.array([[xx, xy], [xy, yy]]),

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
+import pandas as pd
 from scipy.special import stdtrit
 
-from jamlab.checks import check_choice, check_number, checked
+from jamlab.checks import check_choice, check_number
 from jamlab.errors import InputError
-from jamlab.estimates.ensemble_way import EnsembleWay, default_vertices
-from jamlab.estimates.plan_words import absence_words, choice_words, finish_words
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices
+from jamlab.estimates.options import OldWords, Why, judge, taken
 from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
-from jamlab.estimates.way_table import ONSET, N, WayRecord, read_ways
+from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE, room
 
@@ -36,8 +37,8 @@ _LEAST_YIELD = 0.5  # of the share of seeds of which droplets have a value: the 
 _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in an automatic choice
 
 
-@dataclass(frozen=True)
-class EnsemblePlan:
+@dataclass(frozen=True, eq=False)
+class EnsemblePlan(OldWords):
     """How a mean will be estimated, and what that should cost.
 
     Attributes:
@@ -49,12 +50,7 @@ class EnsemblePlan:
         correction: to add to the mean over packings, from the table; 0 for droplets.
         seconds: expected CPU time on the machine of the table.
         scatter: of one packing.
-        why: statements with "; " between them, each of which can be read alone.
-
-    Example:
-        >>> plan = jamlab.plan_estimate("z", rho=0.9, error=0.05)
-        >>> plan.error <= 0.05, plan.packings >= 4
-        (True, True)
+        options: a row for each way, see `jamlab.Choice`; also `packings` and `bias_error`.
     """
 
     quantity: str
@@ -66,64 +62,46 @@ class EnsemblePlan:
     correction: float
     seconds: float
     scatter: Scatter
-    why: str = ""
+    options: pd.DataFrame
 
     __repr__ = short_repr
 
 
-@checked
-def plan_estimate(
-    quantity: str,
-    rho: float | None,
-    error: float,
-    *,
-    model: str = "auto",
-    table: Mapping[EnsembleWay, WayRecord] | None = None,
+def plan_mean(
+    quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
 ) -> EnsemblePlan:
     """Choose the cheapest ensemble that is expected to give a mean to an error; nothing runs.
 
     Args:
-        quantity: "z", "g", "b", "rho-J", "a" or "void_sides", see `jamlab.estimate`, which also says what the mean is.
-        rho: true packing fraction, 0.84 to 0.98; not used for "rho-J".
-        error: half the width wanted of the 95 % interval, absolute.
-        model: "auto", or "sp" or "dp" to choose among disks or droplets only.
+        quantity, rho, error, model: see `jamlab.estimate`.
         table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
 
     Raises:
-        InputError: an unknown quantity or model, rho missing or outside the table, moduli from disks, an error that is
-            not positive and finite or takes more than 100 000 packings.
+        InputError: see `jamlab.estimate`; also an error that takes more than 100 000 packings.
         StorageError: the table was made with other parameters than those of `dp.parameters` now.
-
-    Example:
-        >>> loose, tight = (jamlab.plan_estimate("z", rho=0.9, error=e) for e in (0.1, 0.005))
-        >>> loose.seconds < tight.seconds, tight.way.start
-        (True, 'droplets')
     """
     table = read_ways() if table is None else table
-    _check(table, quantity, rho, error, model)
+    at = _check(table, quantity, rho, error, model)
     reference = table[reference_way()]
-    at = math.nan if rho is None or quantity == ONSET else rho
-    able = {way: record for way, record in table.items() if _gives(way, quantity)}
-    ways = [r for r in able.values() if model in ("auto", r.way.model) and r.way.contact is None]
-    yields = _LEAST_YIELD * scatter(reference, quantity, at).share
-    known = [_plan(r, reference, quantity, at, error) for r in ways if is_known(r, reference, quantity)]
-    plans = [p for p in known if p.scatter.share >= yields]
-    limit = _LARGEST_SHARE * error
-    good = [p for p in plans if p.bias_error <= limit]
-    unused = [f"rho = {rho:g} is not used: {ONSET} is that at onset"] if quantity == ONSET and rho is not None else []
-    if not plans:
+    if not is_known(reference, reference, quantity, at):
+        raise InputError(f"rho = {rho}: too few packings of {reference.way} in the table have {quantity}; take another")
+    records = [r for r in table.values() if _gives(r.way, quantity) and model in ("auto", r.way.model)]
+    if not records:
         raise InputError(f"model = {model!r}: disks do not tell {quantity} of droplets, take 'dp'")
-    if not good:
-        nearest = min(plans, key=lambda p: p.bias_error)
-        why = f"{nearest.way}: known no better than {nearest.bias_error:.2g} with this model, however many packings"
-        return replace(nearest, why="; ".join([why, *unused]))
-    best = min(good, key=lambda p: p.seconds)
-    if best.error > error:
-        raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best.error:.2g}")
-    said = choice_words(best, good, [p for p in plans if p not in good], limit)
-    said += absence_words(len(ways) - len(known), len(known) - len(plans), quantity, at)
-    said += finish_words(able, best.way, quantity, at)
-    return replace(best, why="; ".join(said + unused))
+    rows = [_option(record, reference, quantity, at, error) for record in records]
+    options = judge(rows, "seconds", nearest="bias_error")
+    row = taken(options)
+    if row is None:
+        raise InputError(f"model = {model!r}: too few of its packings in the table have {quantity}, take 'auto'")
+    best = rows[row]
+    if best["why"] is None and best["error"] > error:
+        raise InputError(f"error = {error:g}: takes more than {MOST} packings, which give {best['error']:.2g}")
+    one = scatter(records[row], quantity, at)
+    correction = 0.0
+    if records[row] is not reference:
+        correction = -difference(records[row], reference, quantity, at).value
+    facts = {name: value for name, value in best.items() if name != "why"}
+    return EnsemblePlan(quantity, at, scatter=one, correction=correction, options=options, **facts)
 
 
 def interval(deviation: float, freedom: float, packings: int) -> float:
@@ -145,11 +123,15 @@ def _gives(way: EnsembleWay, quantity: str) -> bool:
     return not ((quantity == ONSET and way.start == "carried") or (quantity in ("g", "b") and way.nv is None))
 
 
-def _plan(record: WayRecord, reference: WayRecord, quantity: str, rho: float, error: float) -> EnsemblePlan:
-    bias_error = correction = 0.0
+def _option(record: WayRecord, reference: WayRecord, quantity: str, rho: float, error: float) -> dict[str, Any]:
+    """What a way takes, and whether something speaks against it."""
+    if not is_known(record, reference, quantity, rho):
+        unknown = dict.fromkeys(("error", "bias_error", "seconds"), math.nan)
+        return {"way": record.way, "packings": 0, **unknown, "why": Why.UNKNOWN}
+    bias_error = 0.0
     if record is not reference:
         off = difference(record, reference, quantity, rho)
-        bias_error, correction = _student(off.freedom) * off.error, -off.value
+        bias_error = _student(off.freedom) * off.error
     one = scatter(record, quantity, rho)
     aim = room(error, bias_error)
     packings = bisect_left(
@@ -157,10 +139,17 @@ def _plan(record: WayRecord, reference: WayRecord, quantity: str, rho: float, er
     )
     reached = math.hypot(interval(one.deviation, one.freedom + packings - 1, packings), bias_error)
     seconds = packings / max(one.share, 1e-3) * one.seconds
-    return EnsemblePlan(quantity, rho, record.way, packings, reached, bias_error, correction, seconds, one)
+    why = None
+    if one.share < _LEAST_YIELD * scatter(reference, quantity, rho).share:
+        why, bias_error = Why.FAILS, math.nan
+    elif bias_error > _LARGEST_SHARE * error:
+        why = Why.UNSURE
+    columns = {"packings": packings, "error": reached, "bias_error": bias_error, "seconds": seconds}
+    return {"way": record.way, **columns, "why": why}
 
 
-def _check(table: Mapping[EnsembleWay, WayRecord], quantity: str, rho: float | None, error: float, model: str) -> None:
+def _check(table: Ways, quantity: str, rho: float | None, error: float, model: str) -> float:
+    """Refuse what the table does not tell; gives the packing fraction, nan at onset."""
     check_choice("quantity", quantity, ENSEMBLE_QUANTITIES)
     check_choice("model", model, ("auto", "sp", "dp"))
     check_number("error", error, math.inf)
@@ -170,9 +159,10 @@ def _check(table: Mapping[EnsembleWay, WayRecord], quantity: str, rho: float | N
             f"the table has no {reference_way()}: `dp.parameters` changed; make it anew with `jamlab chart estimates`"
         )
     if quantity == ONSET:
-        return
+        return math.nan
     low, high = reference.levels[0], reference.levels[-1]
     if rho is None:
         raise InputError(f"{quantity} needs rho, a true packing fraction: give one in {low:g} .. {high:g}")
     if not low <= rho <= high:
         raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; take a campaign beyond it")
+    return rho

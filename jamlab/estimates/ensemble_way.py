@@ -17,6 +17,7 @@ from jamlab.statistics.published_numbers import MODELS_PART
 
 STEP = 0.02  # of rho: means of z after steps of 0.01 and 0.02 agree within their errors
 OFF_TARGET = 1e-3  # of rho: a packing that jumps farther from the packing fraction asked for is left out
+ONSET = "rho-J"  # true packing fraction at jamming onset, of packings that have no rho
 COLUMNS = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides"}  # of `jamlab.measure`
 
 
@@ -107,7 +108,7 @@ def hand_over(way: EnsembleWay, disks: Packing) -> Packing:
 
 
 def value_at(packing: Packing, quantity: str) -> float:
-    """Measure a quantity of a packing; nan where it has none, see `quantities`."""
+    """Measure a quantity of a packing; nan where it has none, see `values_at`."""
     return values_at(packing, (quantity,))[quantity]
 
 

@@ -15,15 +15,14 @@ from threadpoolctl import threadpool_limits
 from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
-from jamlab.estimates.ensemble_plan import EnsemblePlan, plan_estimate
-from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset, value_at
-from jamlab.estimates.sampling import sample
-from jamlab.estimates.way_table import ONSET
+from jamlab.estimates.ensemble_plan import EnsemblePlan, plan_mean
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, value_at
+from jamlab.estimates.model_choice import Choice
+from jamlab.estimates.sampling import Sample, Stop, sample
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -37,10 +36,10 @@ class Estimate:
         packings: that the mean is over.
         left_out: seeds without a value: they jam above rho, came loose, are not stable, or failed.
         seconds: CPU time that it took.
-        choice: plan that it followed, with the expected cost and the reason.
+        choice: what it followed: way, number of packings, correction, expected cost, and the options there were.
         values: (packings,) of the packings as made, without the correction of the plan.
         seeds: (packings,) int64 of the packings.
-        stopped: why no more packings were made.
+        stopped: why no more packings were made, see `jamlab.estimates.sampling.Stop`.
 
     Example:
         >>> from dataclasses import fields
@@ -54,10 +53,10 @@ class Estimate:
     packings: int
     left_out: int
     seconds: float
-    choice: EnsemblePlan
+    choice: Choice
     values: Array
     seeds: NDArray[np.int64]
-    stopped: str
+    stopped: Stop
 
     __repr__ = short_repr
 
@@ -71,7 +70,8 @@ def estimate(
     seed: int = 1,
     model: str = "auto",
     processes: int = 1,
-    progress: Progress | None = None,
+    progress: Progress = no_progress,
+    dry_run: bool = False,
 ) -> Estimate:
     """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
 
@@ -91,24 +91,59 @@ def estimate(
         model: "auto", or "sp" or "dp" to choose among disks or droplets only. Where these are not known well enough
             the estimate stops as soon as their scatter counts no more, and `met` is False.
         processes: packings made at once.
-        progress: called with the number of seeds tried, and of those expected in all.
+        progress: called with the share of the seeds expected in all that were tried, and their number in words.
+        dry_run: plan alone: nothing is made, `value` is nan, and `error`, `packings` and `seconds` are those expected.
 
     Raises:
-        InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite, a
-            seed or a number of processes that there is not.
+        InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
+            takes too many packings, moduli from disks, a seed or a number of processes that there is not.
+        StorageError: the table was made with other parameters than those of `dp.parameters` now.
         ConvergenceError: nearly no packing jams below rho.
 
     Example:
         >>> e = jamlab.estimate("rho-J", None, error=0.02)
         >>> e.met, len(e.values) == e.packings, abs(e.value - 0.834) < e.error
         (True, True, True)
+        >>> loose, tight = (jamlab.estimate("z", rho=0.9, error=e, dry_run=True) for e in (0.1, 0.005))
+        >>> loose.seconds < tight.seconds, tight.choice.way.start
+        (True, 'droplets')
     """
-    check_run(seed, processes)
-    plan = plan_estimate(quantity, rho, error, model=model)
+    check_seed(seed)
+    if processes < 1:
+        raise InputError(f"processes = {processes}: must be 1 or more")
+    plan = plan_mean(quantity, rho, error, model=model)
+    if dry_run:
+        met, none = plan.error <= error, np.empty(0)
+        few = (math.nan, plan.error, met, plan.packings, 0, plan.seconds)
+        return Estimate(*few, _choice(plan), none, none.astype(np.int64), Stop.PLANNED)
+    found, seeds, stopped = _run(plan, error, seed, processes, progress)
+    good = found.good
+    return Estimate(
+        value=float(np.mean(good)) + plan.correction,
+        error=found.error,
+        met=found.error <= error,
+        packings=len(good),
+        left_out=len(seeds) - len(good),
+        seconds=found.seconds,
+        choice=_choice(plan),
+        values=np.array(good),
+        seeds=np.array(seeds)[np.isfinite(found.values)],
+        stopped=stopped,
+    )
+
+
+def _choice(plan: EnsemblePlan) -> Choice:
+    name = plan.quantity
+    return Choice(plan.way, {name: plan.error}, {name: plan.correction}, plan.seconds, plan.options, plan.packings)
+
+
+def _run(
+    plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
+) -> tuple[Sample, list[int], Stop]:
+    """Make the packings: what they gave, the seeds that were tried, and why no more."""
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
-    show = progress or (lambda done, expected: None)
     expected = round(plan.packings / plan.scatter.share)
 
     def make(count: int) -> list[tuple[float, float]]:
@@ -117,7 +152,8 @@ def estimate(
         seeds.extend(batch)
 
         def done(made: int) -> None:
-            show(before + made, max(expected, len(seeds)))
+            tried = before + made
+            progress(tried / max(expected, len(seeds)), f"{tried} packings")
 
         if processes > 1:
             return run_side_by_side(one, batch, processes, done=done)
@@ -129,30 +165,7 @@ def estimate(
         return made
 
     found, stopped = sample(plan, error, make)
-    good = found.good
-    return Estimate(
-        value=float(np.mean(good)) + plan.correction,
-        error=found.error,
-        met=found.error <= error,
-        packings=len(good),
-        left_out=len(seeds) - len(good),
-        seconds=found.seconds,
-        choice=plan,
-        values=np.array(good),
-        seeds=np.array(seeds)[np.isfinite(found.values)],
-        stopped=stopped,
-    )
-
-
-def check_run(seed: int, processes: int) -> None:
-    """Refuse what no packings can be made with; a plan does not depend on it.
-
-    Raises:
-        InputError: naming the value.
-    """
-    check_seed(seed)
-    if processes < 1:
-        raise InputError(f"processes = {processes}: must be 1 or more")
+    return found, seeds, stopped
 
 
 def make_one(

@@ -5,93 +5,112 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
-    LEAST_ERROR,
+    CHECK,
     SIZE,
+    SLIDING_BETAS,
+    SLIDING_CHECK,
     STOKES,
+    Flow,
+    Outside,
     law_number,
-    promised_error,
-    rearranging_error,
     relative_amplitude,
     relative_drag,
-    scatter_of_flow,
-    sliding_factor,
+    shipped_errors,
 )
-from jamlab.estimates.flow_reasons import (
-    about_inertia,
-    compare,
-    doubts,
-    doubts_of_flow,
-    flow_call,
-    linear_law,
-    oscillation_call,
-    percent,
-)
-from jamlab.flow.oscillate import LARGEST_AMPLITUDE
+from jamlab.estimates.options import OldWords, Why, judge, taken, warn_renamed
+from jamlab.flow.flow_curve import flow_curve
+from jamlab.flow.oscillate import LARGEST_AMPLITUDE, oscillate
 from jamlab.flow.shear import LARGEST_RATE
 from jamlab.flow.shear_run import TRANSIENT
+from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
+from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
-from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.rheology.nonlinear_drag import equivalent_time, modulus_at_strain
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
-RUN_ERROR = (
-    0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for steady flow
-)
-# too, where noise hides it
+RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
+# where noise hides it
 MOST_STRAIN = 1e3
 
 
-@dataclass(frozen=True)
-class FlowChoice:
-    """What a flow needs, and why.
+class Call(functools.partial):  # type: ignore[type-arg]  # of functions of all kinds
+    """A public function with its arguments but the packing: `call(p)` calls it, and it prints as it is written."""
+
+    def __repr__(self) -> str:
+        given = (f"{name}={_spell(value)}" for name, value in self.keywords.items())
+        return f"jamlab.{self.func.__name__}({', '.join(['p', *given])})"
+
+    __str__ = __repr__
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlowChoice(OldWords):
+    """What a flow needs, beside what else there was.
 
     Attributes:
         way: "static modulus", "linear spectrum", "equivalent damping", "oscillation", "linear flow" or "flow".
         error: relative error of |G*| or of the stress that 95 % of new packings stay below. That of a stress includes
             its average over `strain`: root of the sum of squares of the way's own error and of half the 95 % interval
             of that average.
-        others: way -> such an error of each that was considered, of steady flow with the average that it would get;
-            infinite where nothing was measured.
+        options: pandas DataFrame, a row for each way in the order of their cost: `way`, `error`, of steady flow with
+            the average that it would get, infinite where nothing is promised, `strain` that it would shear in all, and
+            `why`, "taken" or why not, see `jamlab.estimates.options.Why`.
         damping: least drag law that does: that asked for, linear drag in its place, or Stokes drag if both agree.
         strain: to shear in all: start-up and average of steady flow, or all cycles; 0 if nothing is run.
         modulus: G* by the way chosen, if nothing is run, else None.
-        call: what to call, with `p` for the packing.
-        reasons: one sentence each: way, drag law, inertia, length.
-        warning: what makes errors doubtful here; empty if nothing does.
+        call: public function that does it: `choice.call(p)`.
+        other_drag: relative change of G* under the other drag law, Stokes or contact; nan where it was not needed.
+        kept: how many checks, on other packings, of the same kind and beta kept what was promised, and of how many;
+            (0, 0) where nothing is promised from the table.
+        outside: what of packing and flow lies outside the table, for which it promises nothing.
 
     Example:
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
-        >>> print(jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05).way)
-        linear spectrum
+        >>> choice = jamlab.choose_flow(p, omega=1.0, amplitude=1e-5, tolerance=0.05)
+        >>> choice.way, choice.call
+        ('linear spectrum', jamlab.complex_modulus(p, omega=[1], damping=jamlab.ContactDamping()))
     """
 
     way: str
     error: float
-    others: dict[str, float]
+    options: pd.DataFrame
     damping: Damping
     strain: float
     modulus: complex | None
-    call: str
-    reasons: tuple[str, ...]
-    warning: str = ""
+    call: Call
+    other_drag: float = float("nan")
+    kept: tuple[int, int] = (0, 0)
+    outside: tuple[Outside, ...] = ()
 
     @property
-    def why(self) -> str:
-        """All reasons in one text."""
-        return "; ".join(self.reasons)
+    def others(self) -> dict[str, float]:
+        """Old name: way -> error."""
+        warn_renamed("FlowChoice.others", "read `options`")
+        return dict(zip(self.options["way"], self.options["error"], strict=True))
+
+    @property
+    def warning(self) -> str:
+        """Old name: what makes errors doubtful."""
+        warn_renamed("FlowChoice.warning", "read `outside`")
+        return "; ".join(map(str, self.outside))
 
     def __repr__(self) -> str:
-        doubt = f"; DOUBTFUL: {self.warning}" if self.warning else ""
-        return f"FlowChoice({self.way}, error {self.error:.2g}, {self.call}; {self.why}{doubt})"
+        checks = f", kept in {self.kept[0]} of {self.kept[1]} checks" if self.kept[1] else ""
+        unknown = f"; no promise: {'; '.join(map(str, self.outside))}" if self.outside else ""
+        return f"FlowChoice({self.way}: {self.call}, error {self.error:.2g}{checks}{unknown})"
 
 
 @checked
@@ -103,16 +122,16 @@ def choose_flow(
     amplitude: float | None = None,
     rate: float | None = None,
     tolerance: float = 0.1,
-    mass: float = 0.0,
+    mass: float | None = None,
 ) -> FlowChoice:
     """Choose the cheapest model expected to give G* at a frequency, or the stress of steady flow at a rate.
 
     Give `omega`, with `amplitude` unless strains are infinitely small, or `rate`. Nothing is run: linear response of
     the packing and a table of errors, `jamlab chart flow-table`, tell. It was measured on 64 disks at pressures from
     0.003 to 0.01 of the stiffness, and is taken to hold for larger packings, which scatter less. Of contact damping it
-    has beta from 0.1 to 10 and alpha from 0.5 to 1: beyond, the answer is a run. Steady flow was measured under contact
-    damping alone, at linear rates (tau_1 rate)^alpha from 0.01 to 0.1, and so was the scatter of averages, which a run
-    has too. `warning` names what lies outside: size, pressure, beta, drag law and rate of steady flow.
+    has beta from 0.1 to 10 and alpha from 0.5 to 1. Steady flow was measured under contact damping alone, at linear
+    rates (tau_1 rate)^alpha from 0.01 to 0.1. Outside of this the table promises nothing: of an oscillation the answer
+    is a run, and `outside` names why; of steady flow nobody measured how long an average takes, and it is refused.
     Stresses are those under a background drag of 0.01 beside contact drag, with which errors were measured.
 
     Args:
@@ -122,20 +141,22 @@ def choose_flow(
         amplitude: of the strain.
         rate: of steady shear, 1/tau_1.
         tolerance: relative error of |G*| or of the stress that is allowed.
-        mass: of the mean particle, k tau_1^2; whether it could matter is said.
+        mass: not used any more; goes with the next release.
 
     Raises:
         InputError: neither frequency nor rate or both, power-law drag without an amplitude, a tolerance that no run
-            keeps, a value out of range.
+            keeps, steady flow outside the table, a value out of range.
         ConvergenceError: the packing is not jammed, or not stable.
 
     Example:
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> slow = jamlab.choose_flow(p, jamlab.ContactDamping(alpha=0.5), omega=1e-4, amplitude=1e-3)
-        >>> slow.way, slow.others["equivalent damping"] > 0.1
-        ('oscillation', True)
+        >>> slow.way, slow.options["why"].tolist()[-2:]
+        ('oscillation', [<Why.UNKNOWN: 'no promise'>, <Why.TAKEN: 'taken'>])
     """
     law = damping or ContactDamping()
+    if mass is not None:
+        warn_renamed("mass of choose_flow", "inertia is not judged, see LAMMPS' pair_style gran/hooke")
     if (omega is None) == (rate is None):
         raise InputError(f"omega = {omega}, rate = {rate}: give one of them, a frequency or a rate of steady shear")
     check_number("tolerance", tolerance, 1.0)
@@ -143,99 +164,109 @@ def choose_flow(
         raise InputError(
             f"tolerance = {tolerance:g}: no error below {RUN_ERROR:g} was measured; run, and compare steps"
         )
-    if not (np.isfinite(mass) and mass >= 0):
-        raise InputError(f"mass = {mass!r}: must be 0 or a mass in k tau_1^2")
     if rate is not None:
         check_number("rate", rate, LARGEST_RATE)
-        return _for_flow(packing, law, rate, tolerance, mass)
+        return _for_flow(packing, law, rate, tolerance)
     assert omega is not None
     check_number("omega", omega, 1e3)
     if amplitude is not None:
         check_number("amplitude", amplitude, LARGEST_AMPLITUDE)
     elif law_number(law) not in (STOKES, 1.0):
         raise InputError(f"{law}: its moduli depend on amplitude however small it is: give amplitude")
-    return _for_oscillation(packing, law, omega, amplitude, tolerance, mass)
+    return _for_oscillation(packing, law, omega, amplitude, tolerance)
 
 
 def _for_oscillation(
-    packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float, mass: float
+    packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float
 ) -> FlowChoice:
-    number, linear = law_number(law), linear_law(law)
-    kind = "" if amplitude is None else "oscillation"  # infinitely small strains need no table
+    linear, table = _linear_law(law), shipped_errors()
     spectrum = complex_modulus(packing, [omega], linear)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
-    strain = amplitude or 0.0
-    best, error, condition = plain, 0.0, "infinitely small strain"
+    best, error, kept = plain, 0.0, (0, 0)
+    outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
-        error = promised_error("oscillation", number, drag, part, beta=_beta(law))
-        condition = f"strain of {part:.2g} overlaps, drag {drag:.2g} of elasticity"
-        rearranged = sliding_factor("oscillation", _beta(law)) * rearranging_error(drag, part)
-        if LEAST_ERROR < error < np.inf and error == rearranged:
-            condition += ", where packings begin to rearrange"
+        flow = Flow("oscillation", law_number(law), drag, part, _beta(law))
+        outside = table.outside(packing, flow)
+        error = np.inf if outside else table.promise(flow)
+        kept = _kept("oscillation", flow.beta) if np.isfinite(error) else kept
         if isinstance(law, ContactDamping) and law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
-    others = {"static modulus": _by_way_of(spectrum.g0, best, error), "linear spectrum": _by_way_of(plain, best, error)}
-    if number not in (STOKES, 1.0):
-        others["equivalent damping"] = error
-    others["oscillation"] = RUN_ERROR
-    way = next(name for name, each in others.items() if each <= tolerance)
-    values = {"static modulus": complex(spectrum.g0), "linear spectrum": plain, "equivalent damping": best}
-    cycles = _cycles(spectrum, omega) if way == "oscillation" else 0
-    least, about_drag = _least_drag(packing, law, linear, omega, best, tolerance, way)
-    about_mass, heavy = about_inertia(packing, linear, omega, mass, tolerance)
-    length = f"{cycles} cycles, until slow relaxation is over" if cycles else "nothing is run"
-    return FlowChoice(
-        way,
-        others[way],
-        others,
-        least,
-        4.0 * strain * cycles,
-        values.get(way),
-        oscillation_call(way, law, omega, strain, best, cycles),
-        (compare(way, others, tolerance, condition, kind, _beta(law)), about_drag, about_mass, length),
-        _warning(heavy, *(doubts(packing, kind, _beta(law)) if kind else ())),
-    )
-
-
-def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float, mass: float) -> FlowChoice:
-    beta, linear = _beta(law), linear_law(law)
-    slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
-    models = {"flow": RUN_ERROR}
+    static = complex(spectrum.g0)
+    values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
+    errors = {
+        name: _apart(value, best, error) for name, value in (("static modulus", static), ("linear spectrum", plain))
+    }
     if law_number(law) not in (STOKES, 1.0):
-        models = {"linear flow": promised_error("flow", law_number(law), slow, 1.0, beta=beta)} | models
-    scatter = float(scatter_of_flow(beta=beta) * np.sqrt(SIZE / packing.n))
+        values["equivalent damping"], errors["equivalent damping"] = best, error
+    cycles = _cycles(spectrum, omega)
+    run = 4.0 * (amplitude or 0.0) * cycles
+    errors["oscillation"] = RUN_ERROR
+    options = _options(errors, {name: run * (name == "oscillation") for name in errors}, tolerance)
+    way = str(options.at[taken(options), "way"])
+    least, other = _least_drag(packing, law, omega, best, tolerance, way)
+    calls = {
+        "static modulus": lambda: Call(shear_modulus),
+        "linear spectrum": lambda: Call(complex_modulus, omega=[omega], damping=linear),
+        "equivalent damping": lambda: Call(
+            complex_modulus, omega=[omega], damping=_equivalent_law(packing, law, omega, abs(best) * (amplitude or 0.0))
+        ),
+        "oscillation": lambda: Call(oscillate, omega=omega, amplitude=amplitude, damping=law, cycles=cycles),
+    }
+    strain = run if way == "oscillation" else 0.0
+    kept = (0, 0) if way == "oscillation" else kept  # runs are what checks are held against
+    return FlowChoice(way, errors[way], options, least, strain, values.get(way), calls[way](), other, kept, outside)
+
+
+def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
+    table, linear = shipped_errors(), _linear_law(law)
+    slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
+    flow = Flow("flow", law_number(law), slow, beta=_beta(law))
+    if outside := table.outside(packing, flow):
+        raise InputError(
+            f"{'; '.join(map(str, outside))}: nobody measured how steady flow scatters there; run flow_curve, whose "
+            "stress_error tells"
+        )
+    models = {"flow": RUN_ERROR}
+    if flow.alpha != 1.0:
+        models = {"linear flow": table.promise(flow)} | models
+    scatter = table.scatter_of_flow(flow.beta) * np.sqrt(SIZE / packing.n)
     noise = STANDARD_ERRORS * scatter  # half the 95 % interval of an average over unit strain
     average = {name: _average(noise, tolerance, error) for name, error in models.items()}
-    others = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
-    way = next((name for name, each in others.items() if each <= tolerance), None)
-    if way is None:
-        reached = f"{packing.n} particles sheared by {TRANSIENT + average['flow']:g} err by {percent(others['flow'])}"
+    errors = {name: float(np.hypot(error, noise / np.sqrt(average[name]))) for name, error in models.items()}
+    options = _options(errors, {name: TRANSIENT + each for name, each in average.items()}, tolerance)
+    row = taken(options)
+    if row is None:
+        reached = (
+            f"{packing.n} particles sheared by {TRANSIENT + average['flow']:g} err by {100 * errors['flow']:.2g} %"
+        )
         raise InputError(f"tolerance = {tolerance:g}: {reached}; give more, or a larger packing")
-    used, at, what = (
-        (linear, slow / law.tau, f"linear drag at rate {slow:.2g}") if way != "flow" else (law, rate, "run")
-    )
-    condition = f"{what} {percent(models[way])}, its average {percent(noise / np.sqrt(average[way]))}"
-    length = f"strain {TRANSIENT:g} of start-up and {average[way]:.4g} of average"
-    if not isinstance(used, StokesDrag):
-        length += f", under a background drag of {BACKGROUND:g} as its errors were measured"
-    about_mass, heavy = about_inertia(packing, linear, 1.0 / law.tau, mass, tolerance)
-    return FlowChoice(
-        way,
-        others[way],
-        others,
-        used,
-        TRANSIENT + average[way],
-        None,
-        flow_call(used, at, average[way]),
-        (
-            compare(way, others, tolerance, condition, "flow", beta),
-            "no linear spectrum flows, and drag laws part at any rate",
-            about_mass,
-            length,
-        ),
-        _warning(heavy, *doubts(packing, "flow", beta), *doubts_of_flow(law, slow)),
-    )
+    way = str(options.at[row, "way"])
+    used, at = (linear, slow / law.tau) if way == "linear flow" else (law, rate)
+    call = Call(flow_curve, rates=[at], damping=used, strain=average[way], background=BACKGROUND)
+    kept = _kept("flow", flow.beta) if way == "linear flow" else (0, 0)
+    return FlowChoice(way, errors[way], options, used, TRANSIENT + average[way], None, call, kept=kept)
+
+
+def _options(errors: dict[str, float], strains: dict[str, float], tolerance: float) -> pd.DataFrame:
+    """Options in the order in which ways were considered, the cheapest first."""
+
+    def why(error: float) -> Why | None:
+        if not np.isfinite(error):
+            return Why.UNKNOWN
+        return Why.LARGE if error > tolerance else None
+
+    rows = [
+        {"way": name, "error": error, "strain": strains[name], "order": k, "why": why(error)}
+        for k, (name, error) in enumerate(errors.items())
+    ]
+    return judge(rows, "order").drop(columns="order")
+
+
+def _kept(kind: str, beta: float) -> tuple[int, int]:
+    """How often promises of a kind were kept: at the same end of beta, or at both between them."""
+    end = beta if beta in SLIDING_BETAS else None
+    return shipped_errors().kept(CHECK if beta == 1 else SLIDING_CHECK, kind, end)
 
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:
@@ -248,15 +279,24 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
     return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
 
 
-def _warning(*found: str) -> str:
-    return "; ".join(each for each in found if each)
-
-
 def _beta(law: Damping) -> float:
     return law.beta if isinstance(law, ContactDamping) else 1.0
 
 
-def _by_way_of(value: complex, best: complex, error: float) -> float:
+def _linear_law(law: Damping) -> Damping:
+    """Linear drag in the place of a law."""
+    return law if isinstance(law, StokesDrag) else ContactDamping(beta=law.beta, tau=law.tau, arms=law.arms)
+
+
+def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float) -> ContactDamping:
+    """Linear drag that dissipates as much as a power law at a frequency and a stress amplitude."""
+    assert isinstance(law, ContactDamping)
+    length = 1.0 if packing.diameters is None else float(np.mean(packing.diameters))
+    time = equivalent_time(omega * law.tau, stress * length, law.alpha, stiffness=drag_stiffness(packing))[0]
+    return ContactDamping(beta=law.beta, tau=law.tau * float(time), arms=law.arms)
+
+
+def _apart(value: complex, best: complex, error: float) -> float:
     """Largest error of a value whose distance from another is known, which itself errs by so much."""
     apart = abs(value - best) / abs(best)
     return float(apart * (1 + error) + error) if np.isfinite(error) else float("inf")
@@ -269,16 +309,26 @@ def _cycles(spectrum: ComplexModulus, omega: float) -> int:
 
 
 def _least_drag(
-    packing: Packing, law: Damping, linear: Damping, omega: float, best: complex, tolerance: float, way: str
-) -> tuple[Damping, str]:
-    """The simplest law that gives the same modulus, in linear response, and why."""
+    packing: Packing, law: Damping, omega: float, best: complex, tolerance: float, way: str
+) -> tuple[Damping, float]:
+    """The simplest law that gives the same modulus, in linear response, and how far the other one is off."""
     if way == "static modulus":
-        return linear, "no drag matters: Stokes or contact"
+        return _linear_law(law), float("nan")
     other: Damping = ContactDamping(tau=law.tau) if isinstance(law, StokesDrag) else StokesDrag(0.0, law.tau)
     found = complex_modulus(packing, [omega], other)
     apart = abs(complex(found.storage[0], found.loss[0]) - best) / abs(best)
-    name = "contact damping" if isinstance(law, StokesDrag) else "Stokes drag"
     if apart > tolerance:
-        return (linear if way == "linear spectrum" else law), f"{name} instead would change G* by {percent(apart)}"
-    simpler = law if isinstance(law, StokesDrag) else other
-    return simpler, f"Stokes or contact drag: G* differs by {percent(apart)}"
+        return (_linear_law(law) if way == "linear spectrum" else law), apart
+    return (law if isinstance(law, StokesDrag) else other), apart
+
+
+def _spell(value: Any) -> str:
+    """An argument as it is written, a law with its defaults left out."""
+    if isinstance(value, ContactDamping | StokesDrag):
+        given = (
+            f"{f.name}={_spell(getattr(value, f.name))}" for f in fields(value) if getattr(value, f.name) != f.default
+        )
+        return f"jamlab.{type(value).__name__}({', '.join(given)})"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_spell, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)

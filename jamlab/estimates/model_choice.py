@@ -3,24 +3,27 @@
 The choice comes from the table behind `jamlab.estimate`. One packing asks another question than a mean over packings:
 how far z, G, A and the voids of a way are from those of default droplets (Boromand et al. with the parameters of
 `dp.parameters`) that the same disks carry, seed by seed. What a way is off by on average is corrected for; a third of
-that, and what it scatters by from packing to packing, is its expected error. Default droplets are the last resort.
+that, and the distance from it that few packings exceed, is its expected error. Default droplets are the last resort.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy import stats
+import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.checks import check_count, checked
+from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import EnsembleWay, default_way
-from jamlab.estimates.way_table import N, WayRecord, read_ways
+from jamlab.estimates.options import OldWords, Why, judge, taken
+from jamlab.estimates.quantiles import between, exceeded_by_few, neighbours
+from jamlab.estimates.way_errors import QUANTUM
+from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
 from jamlab.packing.law_parameters import MODELS
-from jamlab.statistics.confidence import CONFIDENCE
 
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",
@@ -32,28 +35,37 @@ _MOST_FAILURES = 0.1  # of the packings of a level: a way that fails more often 
 _TRANSFER = 1 / 3  # part of a mean error that may be another in packings of another size
 
 
-@dataclass(frozen=True)
-class Choice:
-    """What was chosen for a scene, and why.
+@dataclass(frozen=True, eq=False, repr=False)
+class Choice(OldWords):
+    """What was chosen, of `choose` or `estimate`, beside what else there was.
 
     Attributes:
-        way: model, contact form and vertices.
-        error: expected error of each quantity asked for, after correction: 95 % of new packings are nearer; 0 for
-            default droplets, against which errors are measured.
-        correction: what to add to each quantity of `QUANTITIES` as measured.
+        way: how packings are made: model, contact form, vertices, tolerance.
+        error: quantity -> expected error, after correction. Of `choose`: 95 % of new packings are nearer; 0 for default
+            droplets, against which errors are measured. Of `estimate`: half the width of the 95 % interval.
+        correction: quantity -> what to add to it as measured.
         seconds: expected CPU time on the machine of the table.
-        why: one sentence.
+        options: pandas DataFrame, a row for each way: `way`, `error` (of `choose` one column for each tolerance, such
+            as `error_z`), `seconds` and `why`, "taken" or why not, see `jamlab.estimates.options.Why`.
+        packings: that are made in all.
 
     Example:
-        >>> print(jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64).why)
-        64 disks: cheapest of 4 ways expected to keep z within 0.25, with z to 0.15
+        >>> jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
+        Choice(64 disks: z to 0.15, 1 packing in 0.55 s; cheapest of 4 ways that serve)
     """
 
     way: EnsembleWay
     error: dict[str, float]
     correction: dict[str, float]
     seconds: float
-    why: str
+    options: pd.DataFrame
+    packings: int = 1
+
+    def __repr__(self) -> str:
+        serve = int(self.options["why"].isin([Why.TAKEN, Why.DEARER]).sum())
+        many = f"{self.packings} packing{'s' * (self.packings > 1)} in {self.seconds:.2g} s"
+        rank = f"cheapest of {serve} ways that serve" if serve > 1 else "the only way that serves"
+        return f"Choice({self.way}: {_words(self.error)}, {many}; {rank})"
 
 
 @checked
@@ -63,7 +75,7 @@ def choose(
     n: int = 64,
     *,
     model: str = "auto",
-    table: Mapping[EnsembleWay, WayRecord] | None = None,
+    table: Ways | None = None,
 ) -> Choice:
     """Choose the cheapest way that is expected to meet every tolerance.
 
@@ -83,6 +95,8 @@ def choose(
         >>> choice = jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
         >>> choice.way.model, choice.error["z"] <= 0.25
         ('sp', True)
+        >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
+        [[0.15, <Why.TAKEN: 'taken'>], [0.0, <Why.DEARER: 'dearer'>]]
     """
     _check(rho, tolerance, model)
     check_count(n)
@@ -90,31 +104,27 @@ def choose(
     reference = table.get(default_way(N))
     if reference is None:
         raise InputError(f"the table has no {default_way(N)}: make it anew with `jamlab chart estimates`")
-    levels = reference.levels
-    if not levels[0] <= rho <= levels[-1]:
-        raise InputError(f"rho = {rho}: the table of ways spans {levels[0]:g} .. {levels[-1]:g}; name a model instead")
-    options = [
-        _option(record, reference, rho, tolerance, n)
-        for record in list_records(table)
-        if model in ("auto", record.way.model) and _succeeds(record, reference, rho)
-    ]
-    good = [o for o in options if all(o.error[name] <= limit for name, limit in tolerance.items())]
-    asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
-    if not good:
-        best = min(options, key=lambda o: max(o.error[k] / v for k, v in tolerance.items()), default=None)
-        close = "" if best is None else f"; {best.way} comes nearest with {_errors(best.error)}"
+    low, high = reference.levels[0], reference.levels[-1]
+    if not low <= rho <= high:
+        raise InputError(f"rho = {rho}: the table of ways spans {low:g} .. {high:g}; name a model instead")
+    records = [record for record in list_records(table) if model in ("auto", record.way.model)]
+    rows = [_option(record, reference, rho, tolerance, n) for record in records]
+    options = judge(rows, "seconds")
+    row = taken(options)
+    if row is None:
+        shares = [max(option[f"error_{name}"] / limit for name, limit in tolerance.items()) for option in rows]
+        best = rows[int(np.argmin(shares))]
+        asked = ", ".join(f"{name} within {limit:g}" for name, limit in tolerance.items())
+        close = f"; {best['way']} comes nearest with {_words(_errors(best, tolerance))}" if min(shares) < np.inf else ""
         raise InputError(f"nothing in the table meets {asked} at rho = {rho:g} with n = {n}{close}")
-    first = min(good, key=lambda o: o.seconds)
-    faster = [o for o in options if o.seconds < first.seconds]
-    why = f"{first.way}: cheapest of {len(good)} ways expected to keep {asked}, with {_errors(first.error)}"
-    if faster:
-        why += "; faster but not good enough: " + "; ".join(f"{o.way} with {_errors(o.error)}" for o in faster)
-    return replace(first, why=why)
+    best = rows[row]
+    correction = _corrections(records[row], reference, rho)
+    return Choice(best["way"], _errors(best, tolerance), correction, best["seconds"], options)
 
 
-def list_records(table: Mapping[EnsembleWay, WayRecord]) -> list[WayRecord]:
-    """List the ways to make one packing from disks that a table knows: a packing to keep has no looser minimum."""
-    return [r for w, r in table.items() if w.n == N and w.start != "droplets" and w.tolerance is None]
+def list_records(table: Ways) -> list[WayRecord]:
+    """Ways that serve a scene: packings as large as the reference, with its minima, on the same disks."""
+    return [r for r in table.values() if r.way.n == N and r.way.tolerance is None and r.way.start != "droplets"]
 
 
 def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Array]:
@@ -128,28 +138,22 @@ def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Ar
 def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) -> float:
     """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off.
 
-    Student's prediction interval, t s sqrt(1 + 1/m), from errors of m packings of n_table particles, scaled with
-    n^-1/2; `quantum`, the least step of the quantity, bounds s from below.
+    The distance from the mean of the other packings that few of m packings of n_table particles exceed, at least
+    `quantum`, the least step of the quantity, scaled with n^-1/2. Infinite for fewer packings than promise anything.
     """
-    m = len(errors)
-    if m < 2:
-        return float("inf")
-    spread = max(float(np.std(errors, ddof=1)), 0.5 * quantum)
-    t = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 1))
-    return t * spread * float(np.sqrt((1 + 1 / m) * n_table / n))
+    others = max(len(errors) - 1, 1)
+    distance = np.abs(errors - np.mean(errors)) * len(errors) / others if len(errors) else errors
+    return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))
 
 
 def _check(rho: float, tolerance: Mapping[str, float], model: str) -> None:
-    if model not in ("auto", *MODELS):
-        raise InputError(f"unknown model {model!r}: use auto, {', '.join(MODELS)}")
+    check_choice("model", model, ("auto", *MODELS))
     if not tolerance:
         raise InputError(f"no tolerance given: state one for any of {', '.join(QUANTITIES)}")
     for name, limit in tolerance.items():
-        if name not in QUANTITIES:
-            raise InputError(f"no tolerance can be asked for {name!r}: use {', '.join(QUANTITIES)}")
-        if not (isinstance(limit, int | float) and np.isfinite(limit) and limit > 0):
-            raise InputError(f"tolerance of {name} is {limit!r}: must be a positive number")
-    if not (isinstance(rho, int | float | np.floating) and 0 < rho < 1):
+        check_choice("tolerance of", name, QUANTITIES)
+        check_number(f"tolerance of {name}", limit, np.inf)
+    if not 0 < rho < 1:
         raise InputError(f"rho = {rho!r}: a true packing fraction lies between 0 and 1")
 
 
@@ -158,30 +162,44 @@ def _succeeds(record: WayRecord, reference: WayRecord, rho: float) -> bool:
     _, one, two = np.intersect1d(record.seeds, reference.seeds, return_indices=True)
     there = np.isfinite(reference.values["z"][two])
     failed = (there & ~np.isfinite(record.values["z"][one])).sum(axis=0)
-    above = int(np.searchsorted(record.levels, rho))
-    near = [above] if record.levels[above] == rho else [above - 1, above]
-    return bool((failed[near] <= _MOST_FAILURES * there.sum(axis=0)[near]).all())
+    beside = list(neighbours(record.levels, rho)[:2])
+    return bool((failed[beside] <= _MOST_FAILURES * there.sum(axis=0)[beside]).all())
 
 
-def _option(record: WayRecord, reference: WayRecord, rho: float, tolerance: Mapping[str, float], n: int) -> Choice:
-    """Errors and cost of a way at rho, interpolated between the levels of the table."""
-
-    def at_rho(values: list[float] | Array) -> float:
-        return float(np.interp(rho, record.levels, values))
-
-    error, correction = dict.fromkeys(tolerance, 0.0), dict.fromkeys(QUANTITIES, 0.0)
-    for name in QUANTITIES if record is not reference else ():
+def _option(
+    record: WayRecord, reference: WayRecord, rho: float, tolerance: Mapping[str, float], n: int
+) -> dict[str, Any]:
+    """Errors and cost of a way at rho, between the levels of the table."""
+    error = dict.fromkeys(tolerance, 0.0)
+    for name in tolerance if record is not reference else ():
         levels = errors_of(record, reference, name)
-        quantum = 2 / N if name == "z" else 0.0
-        mean = at_rho([float(np.mean(each)) if len(each) else float("inf") for each in levels])
-        if name in tolerance:
-            scatter = at_rho([expected_error(each, N, n, quantum) for each in levels])
-            error[name] = scatter + (1.0 if name == "g" else _TRANSFER) * abs(mean)
-        # errors of G are relative, its unit is not: a factor would be needed, and near onset there is none
-        correction[name] = 0.0 if name == "g" else -mean
-    seconds = at_rho(record.seconds.mean(axis=0)) * n / N
-    return Choice(replace(record.way, n=n), error, correction, seconds, "")
+        mean = between(record.levels, [abs(each.mean()) if len(each) else np.inf for each in levels], rho)
+        far = [expected_error(each, N, n, QUANTUM.get(name, 0.0) / N) for each in levels]
+        error[name] = between(record.levels, far, rho) + (1.0 if name == "g" else _TRANSFER) * mean
+    why = None
+    if not _succeeds(record, reference, rho):
+        why = Why.FAILS
+    elif not np.isfinite(list(error.values())).all():
+        why = Why.UNKNOWN
+    elif any(error[name] > limit for name, limit in tolerance.items()):
+        why = Why.LARGE
+    seconds = between(record.levels, record.seconds.mean(axis=0), rho) * n / N
+    columns = {f"error_{name}": value for name, value in error.items()}
+    return {"way": replace(record.way, n=n), **columns, "seconds": seconds, "why": why}
 
 
-def _errors(error: Mapping[str, float]) -> str:
+def _corrections(record: WayRecord, reference: WayRecord, rho: float) -> dict[str, float]:
+    """What to add to quantities; nothing to G, whose errors are relative to a mean that vanishes towards onset."""
+    found = dict.fromkeys(QUANTITIES, 0.0)
+    for name in ("z", "a", "void_sides") if record is not reference else ():
+        means = [each.mean() if len(each) else np.nan for each in errors_of(record, reference, name)]
+        found[name] = -between(record.levels, means, rho)
+    return found
+
+
+def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
+    return {name: option[f"error_{name}"] for name in names}
+
+
+def _words(error: Mapping[str, float]) -> str:
     return ", ".join(f"{name} to {value:.2g}" for name, value in error.items())

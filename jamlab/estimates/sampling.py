@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -21,6 +22,15 @@ Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> valu
 _MOST_GROWTH = 2.0  # of the number of packings where the first ones do not do
 _OVER_PLAN = 16  # times the packings planned: beyond, the table does not fit what is seen
 _TRIED, _LEAST_SHARE = 20, 0.1  # seeds after which at least this share must have given a value
+
+
+class Stop(StrEnum):
+    """Why no more packings were made."""
+
+    MET = "the interval is met"
+    WAY = "the way is known no better: more packings would not help, another model would"
+    SCATTER = "packings scatter more than the table says"
+    PLANNED = "nothing was made"
 
 
 @dataclass
@@ -69,7 +79,7 @@ class Sample:
         return interval(math.sqrt(variance), freedom, count)
 
 
-def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, str]:
+def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, Stop]:
     """Make packings until the error is reached, or until more would not help; and say which.
 
     Raises:
@@ -80,11 +90,7 @@ def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, str]:
         found.extend(wanted, make)
         ratio = found.half_width() / aim
         if ratio <= 1:
-            break
+            return found, Stop.MET if found.error <= error else Stop.WAY
         if wanted >= _OVER_PLAN * plan.packings:
-            return found, f"{wanted} packings scatter more than the table says, by {ratio:.2g}"
+            return found, Stop.SCATTER
         wanted = math.ceil(wanted * min(max(ratio**2, 1 + 1 / wanted), _MOST_GROWTH))
-    if found.error > error:
-        known = f"{plan.way} are known to {plan.bias_error:.2g} only"
-        return found, f"{known}: more packings would not help, another model would"
-    return found, f"the interval of -+{error:g} is met"

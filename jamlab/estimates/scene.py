@@ -19,7 +19,7 @@ class Scene:
         packing: at the packing fraction asked for; its provenance holds the choice.
         values: every quantity that a tolerance can be asked for, see `model_choice.QUANTITIES`, of the packing.
         estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
-        choice: model, contact form and vertices, expected error, and why.
+        choice: model, contact form and vertices, expected error, and what else there was.
         seconds: wall time.
 
     Example:
@@ -72,7 +72,7 @@ def scene(
     began = time.perf_counter()
     choice = choose(rho, tolerance, n, model=model)
     packing = bring_on(choice.way, find_onset(choice.way, seed), rho, step)
-    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_why": choice.why})
+    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.error})
     values = values_at(packing, tuple(QUANTITIES))
     estimate = {name: value + choice.correction[name] for name, value in values.items()}
     return Scene(packing, values, estimate, choice, time.perf_counter() - began)

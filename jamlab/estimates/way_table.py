@@ -1,4 +1,4 @@
-"""The table behind `jamlab.estimate`: what packings made in every way gave at some packing fractions, and their cost.
+"""The table behind `choose` and `estimate`: what packings made in every way gave at some packing fractions, and cost.
 
 `jamlab chart estimates` measures it. It holds one row for each packing and packing fraction, so every number that
 follows from it has an interval.
@@ -6,28 +6,28 @@ follows from it has an interval.
 
 from __future__ import annotations
 
-import csv
-import gzip
-import json
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import StorageError
-from jamlab.estimates.ensemble_way import EnsembleWay
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay
+from jamlab.estimates.table_file import read_table
 
 SHIPPED = "ways.csv.gz"
-ONSET = "rho-J"
 N = 64  # particles of the packings whose mean is estimated, and which one packing stands for
-_KEYS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", "seconds")
+QUANTITIES = ("z", "g", "b", "a", "void_sides")
+WAY = ("start", "n", "nv", "contact", "tolerance")
+COLUMNS = (*WAY, "seed", "rho", *QUANTITIES, ONSET, "seconds")
+_COMMAND = "jamlab chart estimates"
 
 
 @dataclass(frozen=True)
@@ -49,62 +49,65 @@ class WayRecord:
     seconds: Array
 
 
-@cache
-def read_ways(path: Path | None = None) -> dict[EnsembleWay, WayRecord]:
+Ways = Mapping[EnsembleWay, WayRecord]
+
+
+def read_ways(path: Path | None = None) -> Ways:
     """Read the shipped table, or one written by `jamlab chart estimates`.
 
     Raises:
         StorageError: it cannot be read, is not such a table, or was made with other parameters than the present ones.
     """
-    source = path or resources.files("jamlab.estimates").joinpath(SHIPPED)
-    try:
-        with source.open("rb") as file:
-            lines = gzip.decompress(file.read()).decode().splitlines()
-        made_with = json.loads(lines[0].removeprefix("#"))["parameters"]
-        found = collect(list(csv.DictReader(lines[1:])))
-    except (OSError, EOFError, zlib.error, ValueError, KeyError, IndexError) as error:
-        raise StorageError(
-            f"cannot read the table {source}: {error}; make one with `jamlab chart estimates`"
-        ) from error
+    return _shipped_ways() if path is None else _read(path)
 
+
+@cache
+def _shipped_ways() -> Ways:
+    return _read(None)
+
+
+def _read(path: Path | None) -> Ways:
+    table = read_table(path, SHIPPED, COLUMNS, _COMMAND)
+    try:
+        found, made_with = collect(table), table.attrs["parameters"]
+    except (ValueError, KeyError) as error:
+        raise StorageError(f"{path or SHIPPED} is no table of ways: {error}; make one with `{_COMMAND}`") from error
     law = defaults("dp")
     changed = [f"{name} = {was} (now {law.get(name)})" for name, was in made_with.items() if law.get(name) != was]
     if changed:
-        raise StorageError(f"{source} was made with {', '.join(changed)}: make it anew with `jamlab chart estimates`")
+        raise StorageError(f"{path or SHIPPED} was made with {', '.join(changed)}: make it anew with `{_COMMAND}`")
     return found
 
 
-def collect(rows: list[dict[str, str]]) -> dict[EnsembleWay, WayRecord]:
-    """Collect rows of a CSV table by the way that their packings were made in.
+def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
+    """Collect rows by the way that their packings were made in.
 
     Raises:
-        KeyError, ValueError: a column is missing, or a packing lacks a level.
+        ValueError: there is none, or a packing lacks a level.
     """
-    levels = np.array(sorted({float(row["rho"]) for row in rows}))
-    names = [name for name in rows[0] if name not in (*_KEYS, ONSET)]
-    by_way: dict[EnsembleWay, list[dict[str, str]]] = {}
-    for row in rows:
-        by_way.setdefault(way_of(row), []).append(row)
-    return {way: _record(way, own, levels, names) for way, own in by_way.items()}
+    if table.empty:
+        raise ValueError("it has no rows")
+    levels = np.unique(table["rho"].to_numpy(dtype=np.float64))
+    found = {}
+    for key, rows in table.groupby(list(WAY), dropna=False, sort=False):
+        ordered = rows.sort_values(["seed", "rho"])
+
+        def column(name: str, rows: pd.DataFrame = ordered) -> Array:
+            return rows[name].to_numpy(dtype=np.float64).reshape(-1, len(levels))
+
+        values = {name: column(name) for name in QUANTITIES} | {ONSET: column(ONSET)[:, :1]}
+        way = _way(*cast("tuple[Any, ...]", key))
+        found[way] = WayRecord(way, column("seed")[:, 0].astype(np.int64), levels, values, column("seconds"))
+    return found
 
 
-def way_of(row: Mapping[str, str]) -> EnsembleWay:
-    """The way of a row."""
-    nv = tuple(int(v) for v in row["nv"].split("/")) if row["nv"] else None
+def _way(start: str, n: int, nv: str | float, contact: str | float, tolerance: float) -> EnsembleWay:
+    """The way of a row, in which what is not given is nan."""
+    small, large = (int(count) for count in nv.split("/")) if isinstance(nv, str) else (0, 0)
     return EnsembleWay(
-        row["start"],
-        int(row["n"]),
-        None if nv is None else (nv[0], nv[1]),
-        row["contact"] or None,
-        float(row["tolerance"]) if row["tolerance"] else None,
+        start,
+        int(n),
+        (small, large) if large else None,
+        contact if isinstance(contact, str) else None,
+        None if np.isnan(tolerance) else float(tolerance),
     )
-
-
-def _record(way: EnsembleWay, rows: list[dict[str, str]], levels: Array, names: list[str]) -> WayRecord:
-    rows = sorted(rows, key=lambda row: (int(row["seed"]), float(row["rho"])))
-
-    def column(name: str) -> Array:
-        return np.array([float(row[name] or "nan") for row in rows]).reshape(-1, len(levels))
-
-    values = {name: column(name) for name in names} | {ONSET: column(ONSET)[:, :1]}
-    return WayRecord(way, column("seed")[:, 0].astype(np.int64), levels, values, column("seconds"))

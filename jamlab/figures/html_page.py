@@ -1,4 +1,4 @@
-"""Write one self-contained HTML page of sections, a picture with its tables each, and PNG and CSV files beside it."""
+"""Write one self-contained HTML page of sections, a picture with its tables each, and pictures and tables as files."""
 
 import base64
 import re
@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import matplotlib
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -18,6 +19,28 @@ from jamlab.storage.atomic_file import atomic_file
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# pictures made of lines, without the date: the same figure gives the same file
+_DATELESS: dict[str, dict[str, Any]] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+PICTURES = (".png", *_DATELESS)
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a figure as .png, .pdf or .svg, all or nothing.
+
+    Raises:
+        StorageError: see `jamlab.storage.atomic_file.atomic_file`.
+    """
+    kind = path.suffix.lower()
+    if kind == ".png":
+        save_png(figure, path)
+        return
+    buffer = BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "jamlab"}):  # else names inside an svg are random
+        figure.savefig(buffer, format=kind[1:], metadata=_DATELESS[kind])
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(buffer.getvalue())
+
 
 _NOTHING = Markup("")
 _WIDE = 1.7  # width over height of a picture

@@ -10,12 +10,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from jamlab.geometry.contact_network import contacts
-from jamlab.geometry.contact_plot import contact_lines
+from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import draw_particles, home_moves, periodic_moves, size_colours
-from jamlab.plotting.axes import label_axes
-from jamlab.plotting.modulus_curves import draw_modulus, draw_slopes, label_modulus
+from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
+from jamlab.plotting.drawable import label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE, RATTLER, ordered_colours
 from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra
@@ -39,7 +38,7 @@ def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     """
     network = contacts(packing)
     draw_particles(axes, packing, np.where(network.rattlers, RATTLER, size_colours(packing)))
-    line_everywhere(axes, contact_lines(packing, network), packing.box, color="black", linewidth=1.1)
+    line_everywhere(axes, contact_lines(network), packing.box, color="black", linewidth=1.1)
     frame_cell(axes, packing.box)
     axes.set_title(title, fontsize=12)
 

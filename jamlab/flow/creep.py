@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching
+from jamlab.flow.flow_run import FlowRun, Progress, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
+from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 _RESTS, _FLOWS = 0.02, 0.9  # d ln strain/d ln time over the last half of the time, below and above
 _LEFT = 0.02  # of the stress applied that drag may bear at rest
@@ -65,39 +66,36 @@ class CreepRun(FlowRun):
         return int(np.searchsorted(self.time, 0.5 * self.time[-1]) - 1) or 1
 
     @property
+    def state(self) -> Literal["rests", "creeps", "flows"]:
+        """What the packing does at the end: it rests, it still creeps, or it flows steadily."""
+        if self.slope < _RESTS and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
+            return "rests"
+        return "flows" if self.slope > _FLOWS and self.strain[-1] > _YIELDED else "creeps"
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words."""
         early = "" if self.time[-1] >= self.duration * (1 - 1e-9) else f"ended at time {self.time[-1]:.3g}: "
-        if self.slope < _RESTS and abs(self.viscous_stress[-1]) < _LEFT * abs(self.applied):
-            return f"{early}at rest at strain {self.strain[-1]:.4g}"
-        if self.slope > _FLOWS and self.strain[-1] > _YIELDED:
-            return f"{early}flows at rate {self.final_rate:.3g}"
-        return f"{early}STILL CREEPS: strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}"
+        words = {
+            "rests": f"at rest at strain {self.strain[-1]:.4g}",
+            "flows": f"flows at rate {self.final_rate:.3g}",
+            "creeps": f"STILL CREEPS: strain {self.strain[-1]:.3g} grows as time^{self.slope:.2f}",
+        }
+        return early + words[self.state]
 
     def __repr__(self) -> str:
         return f"CreepRun(stress={self.applied:g}, {self.describe()}; {self.verdict})"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
         """Draw the compliance over time, on logarithmic axes.
 
         >>> ax = jamlab.creep(jamlab.pack(n=32, pressure=1e-2, seed=1), stress=1e-7, duration=10.0).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_creep
-        from jamlab.plotting.axes import axes_for
-
-        with axes_for(ax, style) as axes:
-            draw_creep(axes, self, **style)
-        return axes
+        per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
+        name = label or rf"$\sigma$ = {self.applied:g}: {shortly(self.reached)}"
+        draw_in_time(axes, self.time[1:], self.compliance[1:], name, **style)
+        finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self.imbalance)
 
 
 TOLERANCE = 1e-3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
+from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     LIMIT,
     Progress,
@@ -21,6 +22,7 @@ from jamlab.flow.flow_run import (
     energy_gap,
     energy_imbalance,
     finer_steps,
+    say_balance,
     warn_of_imbalance,
 )
 from jamlab.flow.overdamped_session import background_drag, check_flowing
@@ -29,12 +31,14 @@ from jamlab.flow.shear import TOLERANCE, check_rates, shear
 from jamlab.flow.shear_run import TRANSIENT, ShearRun
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
+from jamlab.plotting.palette import COLOURS
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,28 +141,27 @@ class FlowCurve:
             )
         return herschel_bulkley(self.rates[kept], self.stress[kept], self.stress_error[kept], self.unit)
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw the stress over the rate with its errors; open symbols are not steady.
+    @drawn("Line2D; `label` names the curve in the legend")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the stress over the rate with its errors, on logarithmic axes; open symbols are not steady.
 
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> ax = jamlab.flow_curve(p, rates=[0.3, 1.0], strain=1.0, discard=0.2).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D; `label` names the curve in the legend.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_flow_curve
-        from jamlab.plotting.axes import axes_for
-
-        with axes_for(ax, style) as axes:
-            draw_flow_curve(axes, self, **style)
-        return axes
+        colour = COLOURS[len(axes.containers) % len(COLOURS)]
+        look = merged_line({"color": colour, "marker": "o", "markersize": 5, "linewidth": 1.2}, style)
+        stress, left_out = positive(self.stress)
+        name = (label or str(self.damping)) + left_out
+        axes.errorbar(self.rates, stress, self.stress_error, capsize=2.5, label=name, **look)
+        drifting = ~self.steady
+        if drifting.any():
+            open_symbols: dict[str, Any] = {"linestyle": "none", "markerfacecolor": "white", "zorder": 5}
+            axes.plot(self.rates[drifting], stress[drifting], **look | open_symbols | {"label": "not steady"})
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
+        axes.legend(fontsize=LEGEND)
+        say_balance(axes, self.imbalance.max(initial=0.0))
 
 
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1
@@ -176,6 +179,40 @@ _POINTS = (
 )
 
 
+@overload
+def flow_curve(
+    packing: Packing,
+    rates: Sequence[float],
+    damping: Damping | None = ...,
+    *,
+    strain: float = ...,
+    discard: float = ...,
+    tolerance: float = ...,
+    background: float | None = ...,
+    processes: int = ...,
+    out: str | Path | None = ...,
+    progress: Progress | None = ...,
+    dry_run: Literal[False] = ...,
+) -> FlowCurve: ...
+
+
+@overload
+def flow_curve(
+    packing: Packing,
+    rates: Sequence[float],
+    damping: Damping | None = ...,
+    *,
+    strain: float = ...,
+    discard: float = ...,
+    tolerance: float = ...,
+    background: float | None = ...,
+    processes: int = ...,
+    out: str | Path | None = ...,
+    progress: Progress | None = ...,
+    dry_run: Literal[True],
+) -> pd.DataFrame: ...
+
+
 @checked
 def flow_curve(
     packing: Packing,
@@ -189,10 +226,9 @@ def flow_curve(
     processes: int = 1,
     out: str | Path | None = None,
     progress: Progress | None = None,
-) -> FlowCurve:
+    dry_run: bool = False,
+) -> FlowCurve | pd.DataFrame:
     """Shear a packing into steady flow at each rate, from the same packing, and average.
-
-    `plan_flow` says before how long it takes.
 
     >>> c = jamlab.flow_curve(jamlab.pack(n=32, pressure=1e-2, seed=1), rates=[0.3, 1.0], strain=1.0, discard=0.2)
     >>> c.rates, bool(c.stress[1] > c.stress[0])
@@ -208,6 +244,8 @@ def flow_curve(
         processes: rates side by side, each on one core.
         out: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
         progress: called with the share of all strain that is done.
+        dry_run: run half a second at each rate alone, and give a pandas DataFrame of what all would take, to a factor
+            of two: `rate`, ascending, `strain` and `seconds` of one core.
 
     Raises:
         InputError: a value out of range.
@@ -224,6 +262,8 @@ def flow_curve(
     check_flowing(law, tolerance, background)
     if not 1 <= processes <= MOST_PROCESSES:
         raise InputError(f"processes = {processes}: must lie between 1 and {MOST_PROCESSES}")
+    if dry_run:
+        return cost_of_flow(packing, rates, law, strain=strain + discard, tolerance=tolerance, background=background)
     task = {"strain": strain, "discard": discard, "tolerance": tolerance, "background": background}
     file = RunFile(out, FlowCurve, packing, law, task)
     facts = {**task, "damping": law, "unit": UNIT_OF_STRESS[packing.model, packing.units]}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
+from jamlab.plotting.palette import BLACK, COLOURS, RED
 from jamlab.rheology.damping import Damping
 
 
@@ -174,3 +177,30 @@ def describe_drag(damping: Damping | None, background: float, tolerance: float) 
     """Say in words with which drag and accuracy a flow was run."""
     beside = f", background drag {background:g} k τ1" if background else ""
     return f"{damping}{beside}, tolerance {tolerance:g}"
+
+
+def say_balance(axes: Any, imbalance: float) -> None:
+    """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
+    doubtful = imbalance > LIMIT
+    if doubtful or not axes.get_title("right"):
+        words = f"{describe_balance(imbalance)}: DOUBTFUL" if doubtful else describe_balance(imbalance)
+        axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
+
+
+def draw_in_time(axes: Any, time: Array, values: Array, name: str, **style: Any) -> None:
+    """Draw values (m,) over time (m,), both logarithmic; the legend counts values that are not positive."""
+    shown, left_out = positive(values)
+    look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name + left_out}
+    axes.loglog(time, shown, **merged_line(look, style))
+
+
+def finish_in_time(axes: Any, y: str, imbalance: float) -> None:
+    """Name the axes of a response in time, and say how well energy is balanced."""
+    label_axes(axes, r"time $t/\tau_1$", y)
+    axes.legend(fontsize=LEGEND)
+    say_balance(axes, imbalance)
+
+
+def shortly(reached: str) -> str:
+    """Shorten what a run has reached to what a legend has room for."""
+    return reached.partition(":")[0] if reached.startswith(("STILL", "NOT")) else reached

@@ -11,14 +11,16 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching
+from jamlab.flow.flow_run import FlowRun, Progress, check_touching, say_balance
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import COLOURS
 from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 HARMONICS = 7  # of the stress: those beyond the fifth are below 1 % of the first even where it yields
@@ -101,29 +103,26 @@ class Oscillation(FlowRun):
         """Rows of the last cycle, both its ends included."""
         return slice(len(self.time) - 1 - self.points, len(self.time))
 
-    def plot(self, ax: Any = None, *, against: str = "strain", **style: Any) -> Axes:
-        """Draw the Lissajous figure: stress over strain, or over its rate, in the last cycle.
+    @drawn("Line2D", raises="`against` is neither strain nor rate, ")
+    def plot(self, axes: Any, /, *, against: str = "strain", label: str = "", **style: Any) -> None:
+        """Draw the Lissajous figure: stress less its mean over strain, or over its rate, in the last cycle.
+
+        `against` is "strain" (the area is what is lost) or "rate".
 
         >>> ax = jamlab.oscillate(jamlab.pack(n=32, pressure=1e-2, seed=1), omega=1.0, amplitude=0.1, cycles=2).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            against: "strain" (the area is what is lost) or "rate".
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` or `against` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_lissajous
-        from jamlab.plotting.axes import axes_for
-
         check_choice("against", against, ("strain", "rate"))
-        with axes_for(ax, style) as axes:
-            draw_lissajous(axes, self, against, **style)
-        return axes
+        rows = self.last_cycle
+        x = self.strain[rows] if against == "strain" else self.rate[rows]
+        stress = self.stress[rows]
+        name = label or rf"$\gamma_0$ = {self.amplitude:g}, $\omega\,\tau_1$ = {self.omega:g}"
+        look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name}
+        axes.plot(x, stress - stress[1:].mean(), **merged_line(look, style))
+        across = r"strain $\gamma$" if against == "strain" else r"rate of strain $\dot\gamma\,\tau_1$"
+        axes.locator_params(axis="x", nbins=5)
+        label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", self.unit))
+        axes.legend(fontsize=LEGEND)
+        say_balance(axes, self.imbalance)
 
 
 def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) -> Complex:

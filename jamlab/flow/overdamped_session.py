@@ -17,6 +17,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.packing.natural_units import Scales
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping, StokesDrag
 
@@ -90,7 +91,7 @@ class OverdampedSession:
             settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
             if packing.model == "dp":
                 self._outlines = f" drag {damping.tau:.17g} {damping.beta:.17g} {damping.alpha:.17g}"
-        self._session = Session(packing)
+        self._session = Session(packing, scales=Scales())  # words of the fix are in the units of the packing
         try:
             self._session.set_variables(settings)
             if packing.model == "sp":

@@ -11,11 +11,12 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import describe_balance
+from jamlab.flow.flow_run import describe_balance, say_balance
 from jamlab.flow.oscillate import Oscillation
+from jamlab.plotting.drawable import LABEL, drawn, label_axes, merged_line
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,8 @@ class Pipkin:
         balance = describe_balance(self.imbalance)
         return f"Pipkin({len(self.oscillations)} oscillations, {len(set(self.omega))} frequencies, {balance}; {words})"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D, of all loops")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw stress over strain of each oscillation, scaled to one size, at its frequency and amplitude.
 
         Colour says how large the third harmonic is beside the first.
@@ -71,23 +73,25 @@ class Pipkin:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> found = [jamlab.oscillate(p, w, a, cycles=2) for w in (1.0, 3.0) for a in (0.01, 0.1)]
         >>> ax = jamlab.pipkin(found).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of all loops.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_pipkin
-        from jamlab.plotting.axes import axes_for
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
 
-        with axes_for(ax, style) as axes:
-            draw_pipkin(axes, self, **style)
-        return axes
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        width, height = (_spacing(np.log10(values)) for values in (self.omega, self.amplitude))
+        shares = [each.third_over_first for each in self.oscillations]
+        colours = ScalarMappable(Normalize(0.0, max(*shares, 1e-2)), "viridis")
+        for each, share in zip(self.oscillations, shares, strict=True):
+            rows = each.last_cycle
+            stress = each.stress[rows] - each.stress[rows][1:].mean()
+            x = each.omega * 10 ** (0.4 * width * each.strain[rows] / each.amplitude)
+            y = each.amplitude * 10 ** (0.4 * height * stress / np.abs(stress).max())
+            axes.plot(x, y, **merged_line({"color": colours.to_rgba(np.array(share)), "linewidth": 1.4}, style))
+        label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
+        scale = axes.figure.colorbar(colours, ax=axes)
+        scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
+        say_balance(axes, self.imbalance)
 
 
 @checked
@@ -107,3 +111,9 @@ def pipkin(oscillations: Sequence[Oscillation]) -> Pipkin:
     if not len(oscillations):
         raise InputError("a Pipkin diagram needs an oscillation: give results of jamlab.oscillate")
     return Pipkin(tuple(oscillations))
+
+
+def _spacing(places: Array) -> float:
+    """Smallest distance of two different places; 1 if there is one only."""
+    steps = np.diff(np.unique(places))
+    return float(steps.min()) if len(steps) else 1.0

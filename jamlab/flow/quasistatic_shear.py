@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
@@ -28,14 +26,14 @@ from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
-from jamlab.plotting.axes import LEGEND, axes_for, in_unit, label_axes, merged
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -113,26 +111,28 @@ class QuasistaticShear(ShearRun):
     def __repr__(self) -> str:
         return f"QuasistaticShear(strain={self.strain[-1]:.4g}, {self.describe()}; {self.verdict})"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn('Line2D, such as color="k"')
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw stress over strain; plastic events are the steep falls, with a mark where the stress ends up.
 
         >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=0, strain=0.01, step=2e-3).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, such as color="k".
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.quasistatic_shear import draw_shear
-
-        with axes_for(ax, style) as axes:
-            draw_shear(axes, self, **style)
-        return axes
+        plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
+        axes.plot(self.strain, self.stress, **merged_line(plain, style))
+        ends = self.strain.searchsorted(self.events.strain)
+        if len(ends):
+            label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
+            axes.plot(self.strain[ends], self.stress[ends], "v", color=RED, markersize=4, label=label)
+        if not self.converged.all():
+            missed = ~self.converged
+            label = f"not converged: {missed.sum()}"
+            axes.plot(self.strain[missed], self.stress[missed], "x", color=BLACK, markersize=6, label=label)
+        label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
+        legend = axes.legend(
+            *axes.get_legend_handles_labels(), title=describe_balance(self.imbalance), fontsize=LEGEND, ncols=3,
+            title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
+        )  # fmt: skip  # above: curves fill the axes
+        legend.get_title().set_color(RED if self.imbalance > LIMIT else BLACK)
 
 
 LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back
@@ -268,26 +268,6 @@ def _event(before: Minimum, after: Minimum) -> Event:
     width = after.strain - before.strain
     work = 0.5 * (before.stress + after.stress) * width
     return Event(after.strain, before.stress - after.stress, work - (after.energy - before.energy), width)
-
-
-def draw_shear(axes: Axes, found: QuasistaticShear, /, **style: Any) -> None:
-    """Draw stress over strain, where events end and where no minimum was reached; see `QuasistaticShear.plot`."""
-    plain = {"color": BLUE, "linewidth": 1.2, "label": "minima, quasi-static"}
-    axes.plot(found.strain, found.stress, **merged(Line2D, plain, style))
-    ends = found.strain.searchsorted(found.events.strain)
-    if len(ends):
-        label = f"{len(ends)} stress drop{'s' * (len(ends) > 1)}"
-        axes.plot(found.strain[ends], found.stress[ends], "v", color=RED, markersize=4, label=label)
-    if not found.converged.all():
-        missed = ~found.converged
-        label = f"not converged: {missed.sum()}"
-        axes.plot(found.strain[missed], found.stress[missed], "x", color=BLACK, markersize=6, label=label)
-    label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", found.unit))
-    legend = axes.legend(
-        *axes.get_legend_handles_labels(), title=describe_balance(found.imbalance), fontsize=LEGEND, ncols=3,
-        title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
-    )  # fmt: skip  # above: curves fill the axes
-    legend.get_title().set_color(RED if found.imbalance > LIMIT else BLACK)
 
 
 LARGEST_STRAIN, LARGEST_STEP = 1e3, 0.1

@@ -11,14 +11,15 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching
+from jamlab.flow.flow_run import FlowRun, Progress, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
+from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 _RESTS = 1e-3  # relative fall of the modulus over the last half of the time
 
@@ -60,27 +61,15 @@ class StressRelaxation(FlowRun):
     def __repr__(self) -> str:
         return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.verdict})"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw the modulus over time, on logarithmic axes.
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the relaxation modulus over time, on logarithmic axes.
 
         >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_relaxation
-        from jamlab.plotting.axes import axes_for
-
-        with axes_for(ax, style) as axes:
-            draw_relaxation(axes, self, **style)
-        return axes
+        name = label or rf"$\gamma$ = {self.step_strain:g}: {shortly(self.reached)}"
+        draw_in_time(axes, self.time, self.modulus, name, **style)
+        finish_in_time(axes, in_unit(r"relaxation modulus $G(t)$", self.unit), self.imbalance)
 
 
 TOLERANCE = 1e-3

@@ -10,11 +10,13 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun
+from jamlab.flow.flow_run import FlowRun, say_balance
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import COLOURS
 from jamlab.statistics.block_average import FEWEST_BLOCKS, BlockAverage, block_average
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 class StressDrops(NamedTuple):
@@ -141,24 +143,18 @@ class ShearRun(FlowRun):
         kind = f"rate={self.shear_rate:g}" if self.shear_rate else "quasi-static"
         return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.verdict})"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw shear stress and its elastic part over strain.
+    @drawn("Line2D, of both curves; `label` names them in the legend")
+    def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
+        """Draw the shear stress (solid) and its elastic part (dashed) over strain.
 
         >>> ax = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1.0, strain=0.1, rows=10).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.flow.flow_plot import draw_startup
-        from jamlab.plotting.axes import axes_for
-
-        with axes_for(ax, style) as axes:
-            draw_startup(axes, self, **style)
-        return axes
+        colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
+        name = label or (f"rate {self.shear_rate:g}/$\\tau_1$" if self.shear_rate else "quasi-static")
+        parts = ((self.stress, name, "-", 1.6), (self.elastic_stress, "elastic part", "--", 1.2))
+        for stress, text, line, width in parts:
+            look = {"color": colour, "linestyle": line, "linewidth": width, "label": text}
+            axes.plot(self.strain, stress, **merged_line(look, style))
+        label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
+        axes.legend(fontsize=LEGEND)
+        say_balance(axes, self.imbalance)

@@ -16,9 +16,11 @@ from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.neighbors import periodic_pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLUE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 _QUARTER_SEGMENTS = 32  # of a right angle in arcs around corners: the radius is short by 3e-4 of delta at most
 
@@ -45,29 +47,18 @@ class ContactLengths:
 
     __repr__ = short_repr
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D", raises="there are no contacts, ")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the distribution of lengths, as the share that is shorter.
 
         >>> ax = jamlab.contact_lengths(jamlab.jam(model="dp", n=8, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: there are no contacts, `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.contact_plot import draw_lengths
-        from jamlab.plotting.axes import axes_for
-
         if not len(self.length):
             raise InputError("no two droplets touch: there are no lengths to draw")
-        with axes_for(ax, style) as axes:
-            draw_lengths(axes, self.length, self.unit, **style)
-        return axes
+        plain = {"color": BLUE, "label": f"{len(self.length)} contacts, mean {self.length.mean():.3g}"}
+        axes.ecdf(self.length, **merged_line(plain, style))
+        label_axes(axes, in_unit("contact length", self.unit), "share that is shorter")
+        axes.legend(fontsize=LEGEND)
 
 
 @checked

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import checked
+from jamlab.checks import checked, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import (
     VertexContacts,
@@ -20,12 +20,15 @@ from jamlab.geometry.vertex_contacts import (
     vertex_contacts,
 )
 from jamlab.packing.force_laws import disk_law, reach, rim_law
+from jamlab.packing.law_parameters import UNIT_OF_FORCE
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import CELL, drawn
+from jamlab.plotting.palette import BLUE, OUTLINE, PARTICLE, RATTLER
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 # A particle held by fewer forces than this is not in stable equilibrium: two forces balance only on one line. Boromand
 # et al. say "less than 2", which leaves such disks in. The same number is `least` of lammps_inputs/in.sp.contacts,
@@ -54,6 +57,9 @@ def find_rattlers(
         if not loose.any():
             return rattlers, np.asarray(bearing)
         rattlers |= loose
+
+
+MEAN_WIDTH = 2.0  # points, of the mean force: the strongest of disordered packings are three to four times as strong
 
 
 @dataclass(frozen=True)
@@ -174,7 +180,8 @@ class Contacts:
         """Force and gap of every contact, by the force law of the packing."""
         return contact_forces(self.packing, self.meetings)
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("LineCollection, such as color='black'; `linewidth` is that of the mean force, points", CELL)
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the force network in the periodic cell: lines between centres, as wide as their forces are strong.
 
         The legend gives the width of the mean force. Rattlers are grey, other particles pale; axes that show particles
@@ -182,23 +189,27 @@ class Contacts:
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.contacts(p).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's LineCollection, such as color="black"; `linewidth` is that of the mean force, points.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.contact_plot import draw_force_network
-        from jamlab.plotting.axes import CELL, axes_for
+        from matplotlib.collections import LineCollection
 
-        with axes_for(ax, style, CELL) as axes:
-            draw_force_network(axes, self, **style)
-        return axes
+        from jamlab.packing.packing_plot import draw_background
+        from jamlab.plotting.axes import merged
+        from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
+
+        packing, strength = self.packing, self.forces.size
+        look = merged(LineCollection, {"color": BLUE, "linewidth": MEAN_WIDTH, "capstyle": "round"}, style)
+        width = look.pop("linewidth")
+        if not is_number(width):
+            raise InputError(f"linewidth = {width!r:.60}: give one number, the width of the mean force in points")
+        bare = not axes.collections
+        if bare:
+            draw_background(axes, packing, np.where(self.rattlers, RATTLER, PARTICLE))
+        if len(strength):
+            mean = float(strength.mean())
+            widths = width * strength / mean if mean > 0 else strength  # disks in one place press in no direction
+            line_everywhere(axes, contact_lines(self), packing.box, linewidth=widths, **look)
+        frame_cell(axes, packing.box)
+        _draw_legend(axes, self, look.get("edgecolor", look.get("color")), width, bare)
 
 
 def find_meetings(packing: Packing) -> Meetings:
@@ -274,3 +285,32 @@ def _grow(packing: Packing, growth: float) -> Packing:
     if packing.diameters is not None:
         return packing.with_state(diameters=packing.diameters + growth)
     return packing.with_state(params={**packing.params, "delta": packing.params["delta"] + growth})
+
+
+def contact_lines(network: Contacts) -> Array:
+    """(m, 2, 2) from the centre of i, moved into the cell, to that of the image of j that it touches."""
+    from jamlab.packing.packing_plot import home_moves
+
+    packing = network.packing
+    starts = (packing.centroids + home_moves(packing))[network.pairs[:, 0]]
+    return np.stack([starts, starts + network.r], axis=1)
+
+
+def _draw_legend(axes: Any, network: Contacts, colour: Any, width: float, bare: bool) -> None:
+    """Say below a force network how strong its mean force is, and how many particles rattle."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    from jamlab.plotting.axes import legend_below
+
+    packing = network.packing
+    handles: list[Any] = [Line2D([], [], linestyle="none", label="no contacts")]
+    if len(network.pairs):
+        mean = float(network.forces.size.mean())
+        label = f"mean force {mean:.3g} {UNIT_OF_FORCE[packing.model, packing.units]}"
+        handles = [Line2D([], [], color=colour, linewidth=width, label=label)]
+    if bare and network.rattlers.any():
+        count = int(network.rattlers.sum())
+        label = "every particle rattles" if count == packing.n else f"{count} rattler{'s' * (count > 1)}"
+        handles.append(Patch(facecolor=RATTLER, edgecolor=OUTLINE, label=label))
+    legend_below(axes, handles)

@@ -15,9 +15,10 @@ from jamlab.errors import InputError
 from jamlab.packing.neighbors import periodic_copies
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import CELL, drawn
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -55,29 +56,22 @@ class OrientationalOrder:
         """|Mean of psi_k| over particles."""
         return float(np.abs(self.local.mean()))
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("PolyCollection", CELL, raises="it was made by hand without a packing, ")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles, coloured by |psi_k| from 0 to 1.
 
         >>> ax = jamlab.orientational_order(jamlab.jam(n=64, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's PolyCollection.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: it was made by hand without a packing, `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.cell_plot import draw_order
-        from jamlab.plotting.axes import CELL, axes_for
+        from matplotlib.colors import Normalize
+
+        from jamlab.packing.packing_plot import draw_coloured
+        from jamlab.plotting.periodic_cell import frame_cell
 
         if self.packing is None:
             raise InputError("this order has no packing to draw: use that of jamlab.orientational_order(packing)")
-        with axes_for(ax, style, CELL) as axes:
-            draw_order(axes, self.packing, np.abs(self.local), self.k, **style)
-        return axes
+        label = rf"bond-orientational order $|\psi_{{{self.k}}}|$"
+        draw_coloured(axes, self.packing, np.abs(self.local), Normalize(0, 1), label, **style)
+        frame_cell(axes, self.packing.box)
 
 
 @checked

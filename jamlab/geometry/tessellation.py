@@ -28,9 +28,11 @@ from jamlab.packing.neighbors import periodic_copies, positive_image
 from jamlab.packing.outlines import cross
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import CELL, drawn
+from jamlab.plotting.palette import RED
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 SPACING = 0.05  # of the points along a polygon, in sqrt(cell area / particles): areas to 1e-3, see `tessellation`
@@ -68,27 +70,26 @@ class Tessellation:
 
     __repr__ = short_repr
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw the walls of the cells; particles are coloured by their local packing fraction.
+    @drawn("LineCollection that draws the walls, such as linewidth=2", CELL)
+    def plot(self, axes: Any, /, **style: Any) -> None:
+        """Draw the walls of the cells; particles are coloured by their local packing fraction, with a scale beside.
 
         >>> ax = jamlab.tessellation(jamlab.jam(n=64, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's LineCollection that draws the walls, such as linewidth=2.
-
-        Returns:
-            The axes; the scale of colours has axes of its own.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.cell_plot import draw_cells
-        from jamlab.plotting.axes import CELL, axes_for
+        from matplotlib.collections import LineCollection
+        from matplotlib.colors import Normalize
 
-        with axes_for(ax, style, CELL) as axes:
-            draw_cells(axes, self, covered_fraction(self), **style)
-        return axes
+        from jamlab.packing.packing_plot import draw_coloured
+        from jamlab.plotting.axes import merged
+        from jamlab.plotting.periodic_cell import frame_cell, line_everywhere, moves_home
+
+        packing, fraction = self.packing, covered_fraction(self)
+        look = merged(LineCollection, {"color": RED, "linewidth": 1.0}, style)
+        walls = self.lines + moves_home(self.lines.mean(axis=1), packing.box)[:, None]
+        scale = Normalize(np.nanmin(fraction), np.nanmax(fraction))
+        draw_coloured(axes, packing, fraction, scale, "local packing fraction")
+        line_everywhere(axes, walls, packing.box, **look)
+        frame_cell(axes, packing.box)
 
 
 @dataclass(frozen=True)

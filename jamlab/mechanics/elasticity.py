@@ -21,9 +21,11 @@ from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLACK, BLUE, RED
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 # Of a static solution, relative: stable packings leave 1e-13 and less, onset included; a floppy network leaves more.
@@ -55,30 +57,23 @@ class ElasticTensor:
 
     __repr__ = short_repr
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D, of both curves")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the shear modulus over the direction of shear, relaxed (solid) and affine (dashed); dotted: its mean.
 
         >>> ax = jamlab.elastic_tensor(jamlab.pack(n=64, pressure=1e-2, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of both curves.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.mechanics.linear_response_plot import draw_directions
-        from jamlab.plotting.axes import axes_for
-
         angles = np.linspace(0, np.pi, 181)
-        curves = {name: modulus_along(c, angles) for name, c in (("relaxed", self.relaxed), ("affine", self.affine))}
+        for name, c, line, colour in (("relaxed", self.relaxed, "-", BLUE), ("affine", self.affine, "--", RED)):
+            look = merged_line({"color": colour, "linestyle": line, "label": name}, style)
+            axes.plot(np.degrees(angles), modulus_along(c, angles), **look)
         mean = float(modulus_along(self.relaxed, AVERAGING_ANGLES).mean())
-        with axes_for(ax, style) as axes:
-            draw_directions(axes, angles, curves, mean, self.unit, **style)
-        return axes
+        axes.axhline(mean, color=BLACK, linestyle=":", linewidth=1.4, label=f"mean, relaxed: {mean:.4g}")
+        axes.set_xticks(np.arange(0, 181, 45))
+        axes.set_xlim(0, 180)
+        axes.margins(y=0.25)
+        label_axes(axes, "direction of shear, degrees from x", in_unit("shear modulus $G$", self.unit))
+        axes.legend(fontsize=LEGEND)
 
 
 @checked

@@ -20,9 +20,11 @@ from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLUE, GREEN, RED
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -64,32 +66,26 @@ class SlowShear:
         """Median length of the non-affine displacement, ~ p^(-1/4)."""
         return float(np.median(np.hypot(*self.nonaffine.T)))
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D, of all three curves")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the distributions of |approach|, |sliding| and non-affine displacement, medians in the legend.
 
         >>> ax = jamlab.slow_shear(jamlab.pack(n=64, pressure=1e-3, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of all three curves.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.mechanics.linear_response_plot import draw_displacements
-        from jamlab.plotting.axes import axes_for
-
-        parts = {
-            "approach": np.abs(self.normal),
-            "sliding": np.abs(self.tangential),
-            "non-affine": np.hypot(*self.nonaffine.T),
-        }
-        with axes_for(ax, style) as axes:
-            draw_displacements(axes, parts, self.unit, **style)
-        return axes
+        parts = (
+            ("approach", np.abs(self.normal), "-", BLUE),
+            ("sliding", np.abs(self.tangential), "--", RED),
+            ("non-affine", np.hypot(*self.nonaffine.T), "-.", GREEN),
+        )
+        for name, values, line, colour in parts:
+            lengths = values[values > 0]
+            zero = len(values) - len(lengths)
+            label = f"{name}, median {np.median(values):.3g}" + (f", {zero} that do not move left out" if zero else "")
+            if len(lengths):
+                axes.ecdf(lengths, **merged_line({"color": colour, "linestyle": line, "label": label}, style))
+        axes.set_xscale("log")
+        label_axes(axes, in_unit(r"displacement per strain", self.unit), "share that is smaller")
+        axes.legend(fontsize=LEGEND)
 
 
 @checked

@@ -17,9 +17,11 @@ from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLACK, BLUE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 _DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
@@ -66,29 +68,20 @@ class Modes:
 
     __repr__ = short_repr
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the eigenvalues over the number of the mode; the legend counts those below zero, beyond rounding.
 
         >>> ax = jamlab.lowest_modes(jamlab.pack(n=64, pressure=1e-3, seed=1), 40).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.mechanics.linear_response_plot import draw_modes
-        from jamlab.plotting.axes import axes_for
-
         rounding = SETTINGS.zero * np.abs(self.eigenvalues).max()
         below = int(np.sum(self.eigenvalues < -rounding))
-        with axes_for(ax, style) as axes:
-            draw_modes(axes, self.eigenvalues, below, self.unit, **style)
-        return axes
+        label = f"{len(self.eigenvalues)} lowest modes" + (f", {below} below zero" if below else "")
+        plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
+        axes.axhline(0.0, color=BLACK, linewidth=0.8)
+        axes.plot(np.arange(1, len(self.eigenvalues) + 1), self.eigenvalues, **merged_line(plain, style))
+        label_axes(axes, "number of the mode", in_unit("eigenvalue of the Hessian", self.unit))
+        axes.legend(fontsize=LEGEND)
 
 
 @checked

@@ -10,14 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.interpolate import griddata
 
+from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 LEAST_NOISE = 0.004  # of the range of the picture, one grey level of 8 bit: below, flat pixels are no sign
 LEAST_FLAT = 24  # pixels alike, side by side

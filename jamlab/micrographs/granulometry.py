@@ -11,10 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-Array = NDArray[np.float64]
+from jamlab.arrays import Array, Mask
 
 RADII = 20  # discs, in equal ratios
 LONGEST = 600  # pixels along a side on which openings are made
@@ -39,7 +38,7 @@ class Granulometry:
     smallest: float
 
 
-def granulometry(mask: NDArray[np.bool_]) -> Granulometry:
+def granulometry(mask: Mask) -> Granulometry:
     """Open a mask by discs.
 
     Args:
@@ -63,7 +62,7 @@ def granulometry(mask: NDArray[np.bool_]) -> Granulometry:
     return Granulometry(radii * step, share, float(places[0]), float(places[1]))
 
 
-def _depth(mask: NDArray[np.bool_]) -> Array:
+def _depth(mask: Mask) -> Array:
     """Distance from the ground; beyond the edge of the picture droplets go on."""
     if mask.all():
         return np.zeros(mask.shape)

@@ -13,13 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from jamlab.arrays import Array, Mask
 from jamlab.micrographs.granulometry import granulometry
-from jamlab.micrographs.scikit_image import scikit_image
-
-Array = NDArray[np.float64]
+from jamlab.micrographs.picture_files import scikit_image
 
 ENVELOPE = 0.95  # weight of pixels beyond an envelope; the others weigh 1 - ENVELOPE
 ROUNDS = 12  # of an asymmetric fit: its weights settle in six to ten
@@ -61,7 +59,7 @@ class Darkness:
     opening: float
     contrast: float
 
-    def covered(self, where: NDArray[np.bool_]) -> Darkness:
+    def covered(self, where: Mask) -> Darkness:
         """The same with ground where labels cover droplets, so that droplets end there."""
         return replace(self, values=np.where(where, 1.0, self.values), smooth=np.where(where, 1.0, self.smooth))
 
@@ -78,7 +76,7 @@ def noise_level(grey: Array) -> float:
     return float(MAD * np.median(np.abs(ndimage.convolve(grey, kernel))))
 
 
-def remove_background(bright: Array, valid: NDArray[np.bool_]) -> Darkness | None:
+def remove_background(bright: Array, valid: Mask) -> Darkness | None:
     """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
 
     Args:
@@ -131,7 +129,7 @@ def _width_of_filter(noise: float) -> float:
     return min(noise / (2 * np.sqrt(np.pi) * SMOOTH_NOISE), LARGEST_FILTER) if noise > SMOOTH_NOISE else 0.0
 
 
-def _blur(values: Array, width: float, valid: NDArray[np.bool_]) -> Array:
+def _blur(values: Array, width: float, valid: Mask) -> Array:
     return np.asarray(ndimage.gaussian_filter(values, width, mode="nearest")) if width > 0 else values.copy()
 
 
@@ -149,7 +147,7 @@ def _grid(shape: tuple[int, ...]) -> tuple[Array, Array]:
     return np.broadcast_to(y[:, None], shape), np.broadcast_to(x, shape)
 
 
-def _envelope(grey: Array, valid: NDArray[np.bool_], above: float) -> Array:
+def _envelope(grey: Array, valid: Mask, above: float) -> Array:
     """Surface of second degree that pixels are above of (`above` small) or below of (large)."""
     step = max(1, round(max(grey.shape) / COARSE))
     rows, columns = (slice(step // 2, None, step) for _ in range(2))
@@ -177,7 +175,7 @@ def _surface(fit: Array, shape: tuple[int, ...], degree: int) -> Array:
     return total
 
 
-def _droplet_level(grey: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+def _droplet_level(grey: Array, kept: Mask, reach: float) -> Array:
     """Level of droplets: a surface of second degree through the kept pixels, and what lies `reach` wide beside it."""
     step = max(1, round(max(grey.shape) / COARSE))
     y, x = _grid(grey.shape)
@@ -190,7 +188,7 @@ def _droplet_level(grey: Array, kept: NDArray[np.bool_], reach: float) -> Array:
     return trend + _near_mean(grey - trend, kept, reach)
 
 
-def _near_mean(values: Array, kept: NDArray[np.bool_], reach: float) -> Array:
+def _near_mean(values: Array, kept: Mask, reach: float) -> Array:
     """Mean of the kept pixels near each pixel, `reach` wide; 0 far from all of them."""
     step = max(1, int(reach / 8))  # a field that smooth needs no more samples
     small = np.s_[::step, ::step]
@@ -205,7 +203,7 @@ def _near_mean(values: Array, kept: NDArray[np.bool_], reach: float) -> Array:
     )
 
 
-def _ground_level(grey: Array, ground: NDArray[np.bool_], otherwise: Array) -> tuple[Array, int, float]:
+def _ground_level(grey: Array, ground: Mask, otherwise: Array) -> tuple[Array, int, float]:
     """Surface through the middles of the widest voids; second degree, first or none by their number."""
     depth = ndimage.distance_transform_edt(ground)
     tops = (depth == ndimage.maximum_filter(depth, 9)) & (depth > 1.5)

@@ -17,18 +17,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
-from jamlab.micrographs.picture_files import read_grey
-from jamlab.micrographs.polarity import droplets_are_bright
-
-Array = NDArray[np.float64]
+from jamlab.micrographs.picture_files import read_grey, scikit_image
+from jamlab.micrographs.segmentation import find_droplets
 
 LARGEST = 1e100  # size of a pixel, so that areas are finite
 MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
@@ -93,3 +92,26 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
             raise InputError("no droplets stand out from light and noise beside bars and labels: cut them off")
         darkness = again.covered(found.thick)
     return darkness, found
+
+
+TRIED = 256  # pixels along a side on which both are tried
+
+
+def roundness(grey: Array) -> float:
+    """Area of the largest discs inside bright segments off the edge over the area of the segments; 0 without any."""
+    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool))
+    segments = find_droplets(darkness.smooth, darkness.noise) if darkness is not None else None
+    if segments is None:
+        return 0.0
+    cells = segments.cells
+    area = np.bincount(cells[segments.droplets], minlength=segments.count).astype(np.float64)
+    area[np.unique(np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]]))] = 0.0  # cut, or around all others
+    discs = np.minimum(np.pi * segments.inner**2, area)
+    return float(discs.sum() / max(area.sum(), 1.0))
+
+
+def droplets_are_bright(grey: Array) -> bool:
+    """Whether bright segments of a picture are rounder than dark ones."""
+    step = max(1, round(max(grey.shape) / TRIED))
+    small = scikit_image().transform.downscale_local_mean(grey, (step, step)) if step > 1 else grey
+    return roundness(small) >= roundness(1 - small)

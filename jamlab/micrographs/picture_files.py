@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.micrographs.scikit_image import scikit_image
-
-Array = NDArray[np.float64]
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
 LEAST_SIDE = 8  # pixels
@@ -107,3 +105,21 @@ def _check_size(path: Path, width: int, height: int, pages: int) -> None:
 def _refusal(path: Path, error: Exception) -> InputError:
     lines = str(error).splitlines() or [type(error).__name__]
     return InputError(f"{path} cannot be read as a picture: {lines[0]}")
+
+
+def scikit_image() -> Any:
+    """The package with the parts that pictures need.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import skimage.color
+        import skimage.filters
+        import skimage.measure
+        import skimage.morphology
+        import skimage.segmentation
+        import skimage.transform
+    except ImportError:
+        raise InputError("pictures need scikit-image: install it with pip install 'jamlab[images]'") from None
+    return skimage

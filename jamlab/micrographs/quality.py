@@ -11,14 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Mask
 from jamlab.micrographs.illumination import Darkness
+from jamlab.micrographs.measured_droplets import Mean
 from jamlab.micrographs.segmentation import NECK, Segments, find_markers
-from jamlab.micrographs.standard_errors import Mean
 from jamlab.micrographs.walls import Walls
-
-Array = NDArray[np.float64]
 
 # errors up to these are right: droplets, packing fraction, coordination, mean shape factor
 LIMITS = {"count": 2.0, "rho": 0.02, "z": 0.4, "shape": 0.02}
@@ -65,7 +63,7 @@ class Checks:
         annotated: share of the picture under annotations.
     """
 
-    whole: NDArray[np.bool_]
+    whole: Mask
     roundness: Array
     closed: Array
     radii: Array
@@ -184,7 +182,7 @@ def _doubt_numbers(darkness: Darkness, segments: Segments, checks: Checks) -> li
     return reasons
 
 
-def _unstable(smooth: Array, segments: Segments, whole: NDArray[np.bool_]) -> int:
+def _unstable(smooth: Array, segments: Segments, whole: Mask) -> int:
     """Most whole droplets that hold another number of markers than one, over other thresholds and other necks."""
     most = 0
     for level, neck in ((0.35, NECK), (0.65, NECK), (0.5, 0.8), (0.5, 0.94)):

@@ -14,15 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.granulometry import granulometry
-from jamlab.micrographs.scikit_image import scikit_image
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from jamlab.micrographs.picture_files import scikit_image
 
 NECK = 0.88  # two maxima are one droplet if the neck is wider than this part of the smaller; a hexagon in contact: 0.58
 SPECK = 0.25  # of the smallest droplets by granulometry: what is smaller is no droplet

@@ -13,12 +13,11 @@ import shapely
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from jamlab.arrays import Array, Mask
 from jamlab.checks import check_choice, check_seed, checked
 from jamlab.errors import InputError
 from jamlab.geometry.rims import rims
 from jamlab.packing.packing import Packing
-
-Array = NDArray[np.float64]
 
 FINER = 2  # samples a pixel, in each direction
 MARGIN = 0.1  # of the period, around whole droplets
@@ -98,7 +97,7 @@ def synthetic_micrograph(
     return np.asarray(picture)
 
 
-def _in_film(scene: _Scene, width: float, rim: float) -> NDArray[np.bool_]:
+def _in_film(scene: _Scene, width: float, rim: float) -> Mask:
     """Where a film of a width divides the two nearest droplets, narrower by the gap between their rims."""
     known = np.isfinite(scene.second)
     nearest, second = (np.where(known, distance, far) for distance, far in ((scene.nearest, 0.0), (scene.second, 1e9)))

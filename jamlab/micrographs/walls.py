@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from jamlab.arrays import Array, Indices, Mask
 from jamlab.micrographs.illumination import Darkness
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 TOLERANCE = 0.012  # of the radius, by which a gap may be wider than a film
 LEAST_TOLERANCE = 0.6  # pixels
@@ -53,9 +50,9 @@ class Walls:
     length: Array
     film: float
     widest: float
-    touching: NDArray[np.bool_]
+    touching: Mask
     void: Indices
-    void_pixels: NDArray[np.bool_]
+    void_pixels: Mask
     width: Array
     inside: Array
 
@@ -111,7 +108,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
 
 
 def _measure_strips(
-    owner: Indices, wall: NDArray[np.bool_], away: Array, darkness: Darkness, half: float
+    owner: Indices, wall: Mask, away: Array, darkness: Darkness, half: float
 ) -> tuple[Array, Array, Array]:
     """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
 
@@ -181,7 +178,7 @@ def _film_width(gaps: Array, radius: float, smear: float, film: float | None) ->
     return own, own + tolerance
 
 
-def _wall_pixels(cells: Indices) -> tuple[NDArray[np.bool_], Indices]:
+def _wall_pixels(cells: Indices) -> tuple[Mask, Indices]:
     """(h, w) pixels beside another cell, and the pair of cells there as one number; -1 elsewhere."""
     count = int(cells.max()) + 1
     pair = np.full(cells.shape, -1)

@@ -21,7 +21,7 @@ def at_phi(packing: Packing, phi: float) -> Packing:
     factor = float(np.sqrt(packing.phi / phi))
     centres = packing.centroids
     moved = packing.positions + ((factor - 1) * centres)[packing.particle]
-    return packing.with_state(box=factor * packing.box, positions=moved)
+    return packing._trusted(box=factor * packing.box, positions=moved)
 
 
 def sheared(packing: Packing, strain: float) -> Packing:
@@ -45,7 +45,7 @@ def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])
     box = box @ rotation.T
     box[0, 1] = 0.0  # rounding
-    return packing.with_state(box=box, positions=packing.positions @ (rotation @ gradient).T), rotation
+    return packing._trusted(box=box, positions=packing.positions @ (rotation @ gradient).T), rotation
 
 
 def simple_shear(strain: float, angle: float) -> Array:

@@ -34,12 +34,14 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
             f"gamma = {gamma:g} at ka = {ka:g}: line tension shrinks a free droplet to a point; "
             f"lower gamma or raise ka, gamma/ka must not be above {largest:.4g}"
         )
+    unit = 2.0 ** (2 * np.round(np.log2(np.sqrt(a0)).mean()))  # newton's tolerance is absolute, for areas of order one
+    rest, tension = a0 / unit, gamma / unit**1.5
     area: Array = newton(
-        lambda a: ka * (a - a0) + gamma * np.sqrt(c / a),
-        a0,
-        fprime=lambda a: ka - 0.5 * gamma * np.sqrt(c / a**3),
+        lambda a: ka * (a - rest) + tension * np.sqrt(c / a),
+        rest,
+        fprime=lambda a: ka - 0.5 * tension * np.sqrt(c / a**3),
     )
-    return area
+    return np.asarray(area * unit)
 
 
 def free_area(nv: ArrayLike, params: dict[str, Any]) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,40 @@ from jamlab.checks import check_choice, check_positive, checked, checked_class, 
 from jamlab.errors import InputError, SelfCrossingError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS, UNITS, check_magnitudes, check_params
 from jamlab.packing.outlines import outlines, self_crossings
+from jamlab.plotting.drawable import CELL, drawn
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # what a minimum is a minimum of
+
+
+class ReadOnlyDict(dict[str, Any]):
+    """A dict that refuses changes: several packings share it, and `converged` is said of what it holds.
+
+    >>> jamlab.pack(n=32, pressure=1e-2, seed=1).params["k"] = 2.0
+    Traceback (most recent call last):
+        ...
+    jamlab.errors.InputError: params and provenance of a packing do not change: give a changed copy to `with_state`
+    """
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise InputError("params and provenance of a packing do not change: give a changed copy to `with_state`")
+
+    __setitem__ = __delitem__ = clear = pop = popitem = setdefault = update = __ior__ = _refuse
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        return type(self), (dict(self),)  # pickle and copy would set one item after the other
+
+
+def _frozen(value: Any) -> Any:
+    """Copy a mapping, with those inside it, so that nobody else can change it."""
+    if isinstance(value, ReadOnlyDict):
+        return value
+    if isinstance(value, Mapping):
+        return ReadOnlyDict({name: _frozen(entry) for name, entry in value.items()})
+    return [_frozen(entry) for entry in value] if isinstance(value, list) else value
 
 
 @checked_class
@@ -32,7 +60,7 @@ _STATE = frozenset({"box", "positions", "params", "diameters", "offsets"})  # wh
 class Packing:
     """Disks or deformable polygons in a periodic parallelogram.
 
-    Arrays are its own and read-only: change a copy and give it to `with_state`.
+    Arrays, `params` and `provenance` are its own and read-only: change a copy and give it to `with_state`.
 
     Attributes:
         model: "sp" (soft disks) or "dp" (deformable polygons).
@@ -105,7 +133,9 @@ class Packing:
         self._lock()  # pickle drops the flag
 
     def _lock(self) -> None:
-        """Make the arrays read-only: `converged` would go on being said of what they no longer hold."""
+        """Make everything read-only: `converged` would go on being said of what it no longer holds."""
+        self._set("params", _frozen(self.params))
+        self._set("provenance", _frozen(self.provenance))
         rest_areas = self.params["a0"] if self.model == "dp" else None
         for array in (self.box, self.positions, self.diameters, self.offsets, rest_areas):
             if array is not None:
@@ -261,12 +291,28 @@ class Packing:
         A copy with other particles, another box or another force law is at no known minimum: `max_force` and
         `converged` are cleared there and in the provenance, unless they are among the changes.
         """
+        changes, entries = self._changed(changes)
+        return replace(self, **changes, provenance={**entries, **(provenance or {})})
+
+    def _trusted(self, **changes: Any) -> Packing:
+        """Copy as `with_state` makes it, without its checks: for arrays that are float64 and right by construction.
+
+        `provenance`, if given, stands in the place of the old one.
+        """
+        changes, entries = self._changed(changes)
+        copy = object.__new__(Packing)
+        copy.__dict__.update({**self.__dict__, "provenance": entries, **changes})
+        copy._lock()
+        return copy
+
+    def _changed(self, changes: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Changes and provenance of a copy, which is at no known minimum if its state differs."""
         entries = dict(self.provenance)
         if not _STATE.isdisjoint(changes):
             changes = {"max_force": None, "converged": False, **changes}
             for name in ("max_force", "converged"):
                 entries.pop(name, None)
-        return replace(self, **changes, provenance={**entries, **(provenance or {})})
+        return changes, entries
 
     @checked
     def select(self, particles: NDArray[np.bool_]) -> Packing:
@@ -307,32 +353,20 @@ class Packing:
 
         write(path, [self])
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("PolyCollection, such as alpha=1", CELL)
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles in their periodic cell: large ones blue, small ones pink; droplets with their rims.
 
         `jamlab.contacts(p).plot(ax)` draws the force network over it.
 
         >>> ax = jamlab.jam(n=64, seed=1).plot()
         >>> ax.figure.savefig("packing.png")
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's PolyCollection, such as alpha=1.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.packing.packing_plot import draw_particles, size_colours
-        from jamlab.plotting.axes import CELL, axes_for
         from jamlab.plotting.periodic_cell import frame_cell
 
-        with axes_for(ax, style, CELL) as axes:
-            draw_particles(axes, self, size_colours(self), **style)
-            frame_cell(axes, self.box)
-        return axes
+        draw_particles(axes, self, size_colours(self), **style)
+        frame_cell(axes, self.box)
 
     @property
     def _polygon_offsets(self) -> NDArray[np.int64]:

@@ -6,10 +6,12 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
+import matplotlib
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
@@ -149,3 +151,12 @@ def home_moves(packing: Packing) -> Array:
 def periodic_moves(packing: Packing) -> Array:
     """(m, 2) translations of the cell to itself, in the middle, and to the images that reach into a picture."""
     return lattice_moves(packing.box)
+
+
+def draw_coloured(axes: Axes, packing: Packing, values: Array, scale: Normalize, label: str, /, **style: Any) -> None:
+    """Fill particles by values (n,), white where there is none, and add the scale of colours beside the axes."""
+    colours = matplotlib.colormaps["cividis"](scale(values))
+    colours[~np.isfinite(values)] = 1.0
+    fills = move_home(packing, particle_shapes(packing)[0])
+    fill_everywhere(axes, fills, packing.box, **merged(PolyCollection, {"facecolor": colours}, style))
+    axes.figure.colorbar(matplotlib.cm.ScalarMappable(scale, "cividis"), ax=axes, label=label, shrink=0.8)

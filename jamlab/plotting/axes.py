@@ -1,4 +1,4 @@
-"""Axes to draw into: those of the caller, or new ones; labels, and style that matplotlib does not know."""
+"""Axes to draw into: those of the caller, or new ones; the caller's style over defaults."""
 
 from __future__ import annotations
 
@@ -11,12 +11,9 @@ from matplotlib.cbook import normalize_kwargs
 
 from jamlab.errors import InputError, JamlabError
 
-CURVES, CELL = (6.4, 4.6), (6.2, 6.4)  # inches of a new figure
-LABEL, TICK, LEGEND = 12, 11, 10  # points
-
 
 @contextmanager
-def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float] = CURVES) -> Iterator[Axes]:
+def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> Iterator[Axes]:
     """Give the axes of the caller, or those of a new figure of pyplot, as notebooks show them.
 
     A new figure is closed again if nothing could be drawn.
@@ -61,20 +58,6 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
     if "color" in own:  # of a collection: both, so neither default may stay
         defaults = {name: value for name, value in defaults.items() if name not in ("facecolor", "edgecolor")}
     return {**defaults, **own}
-
-
-def label_axes(axes: Axes, x: str, y: str) -> None:
-    """Name both axes, with their units, at a legible size, over a light grid."""
-    axes.set_xlabel(x, fontsize=LABEL)
-    axes.set_ylabel(y, fontsize=LABEL)
-    axes.tick_params(labelsize=TICK)
-    axes.grid(alpha=0.3, which="major")
-    axes.set_axisbelow(True)
-
-
-def in_unit(text: str, unit: str) -> str:
-    """Add a unit in brackets to a label; nothing where none is known."""
-    return f"{text}  [{unit}]" if unit else text
 
 
 def legend_below(axes: Axes, handles: list[Any], title: str = "", columns: int = 6) -> None:

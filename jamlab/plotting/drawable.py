@@ -1,19 +1,25 @@
-"""Results that draw themselves: one decorator gives every `plot` its axes, its errors and the common docstring."""
+"""Results that draw themselves: one decorator gives every `plot` its axes, its errors and the common docstring.
+
+What a `plot` method needs besides, labels and style, stands here too. Nothing imports matplotlib before it draws.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
-from inspect import cleandoc
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from inspect import Parameter, Signature, cleandoc, signature
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jamlab.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 CURVES, CELL = (6.4, 4.6), (6.2, 6.4)  # inches of a new figure: of curves, of a periodic cell
+LABEL, TICK, LEGEND = 12, 11, 10  # points
 
-_Result = TypeVar("_Result")
-_Style = ParamSpec("_Style")
 _ARGUMENTS = """
 Args:
     ax: matplotlib Axes; by default those of a new figure.
@@ -29,8 +35,8 @@ Raises:
 
 def drawn(
     artist: str, size: tuple[float, float] = CURVES, raises: str = ""
-) -> Callable[[Callable[Concatenate[_Result, Any, _Style], None]], Callable[..., Axes]]:
-    """Make a method `plot(self, axes, **style)` that draws into axes the public `plot(self, ax=None, **style)`.
+) -> Callable[[Callable[..., None]], Callable[..., Axes]]:
+    """Make a method `plot(self, axes, /, **style)` that draws into axes the public `plot(self, ax=None, **style)`.
 
     The method's docstring says what is drawn and gives an example; what all have in common is added to it.
 
@@ -40,16 +46,49 @@ def drawn(
         raises: what else is refused, in words that end in a comma.
     """
 
-    def decorate(draw: Callable[Concatenate[_Result, Any, _Style], None]) -> Callable[..., Axes]:
+    def decorate(draw: Callable[..., None]) -> Callable[..., Axes]:
         @wraps(draw)
-        def plot(self: _Result, ax: Any = None, **style: Any) -> Axes:
+        def plot(self: Any, ax: Any = None, **style: Any) -> Axes:
             from jamlab.plotting.axes import axes_for
 
             with axes_for(ax, style, size) as axes:
-                draw(self, axes, **style)  # type: ignore[call-arg]
+                draw(self, axes, **style)
             return axes
 
+        own, _, *rest = signature(draw).parameters.values()
+        ax = Parameter("ax", Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Any)
+        own = own.replace(kind=Parameter.POSITIONAL_OR_KEYWORD)
+        plot.__signature__ = Signature([own, ax, *rest])  # type: ignore[attr-defined]
         plot.__doc__ = cleandoc(draw.__doc__ or "") + "\n" + _ARGUMENTS.format(artist=artist, raises=raises)
         return plot
 
     return decorate
+
+
+def merged_line(defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:
+    """Take the caller's style of a Line2D over the defaults; see `jamlab.plotting.axes.merged`."""
+    from matplotlib.lines import Line2D
+
+    from jamlab.plotting.axes import merged
+
+    return merged(Line2D, defaults, style)
+
+
+def label_axes(axes: Any, x: str, y: str) -> None:
+    """Name both axes, with their units, at a legible size, over a light grid."""
+    axes.set_xlabel(x, fontsize=LABEL)
+    axes.set_ylabel(y, fontsize=LABEL)
+    axes.tick_params(labelsize=TICK)
+    axes.grid(alpha=0.3, which="major")
+    axes.set_axisbelow(True)
+
+
+def in_unit(text: str, unit: str) -> str:
+    """Add a unit in brackets to a label; nothing where none is known."""
+    return f"{text}  [{unit}]" if unit else text
+
+
+def positive(values: Array) -> tuple[Array, str]:
+    """Values with nan where a logarithm has none, and how a legend says so; "" if all are positive."""
+    shown = values > 0
+    return np.where(shown, values, np.nan), "" if shown.all() else f", {np.sum(~shown)} value(s) not above 0 left out"

@@ -106,7 +106,7 @@ def _children(count: int) -> Iterator[list[Connection]]:
             ours, theirs = Pipe()
             connections.append(ours)
             with theirs:  # closed here, so that a process that dies ends its connection
-                started.append(_start(theirs.fileno()))
+                started.append(start_child(theirs.fileno()))
         yield connections
     finally:
         for process in started:
@@ -117,7 +117,8 @@ def _children(count: int) -> Iterator[list[Connection]]:
             connection.close()
 
 
-def _start(descriptor: int) -> subprocess.Popen[bytes]:
+def start_child(descriptor: int) -> subprocess.Popen[bytes]:
+    """Start a process that answers calls through this end of a pipe; it dies with the thread that started it."""
     line = [sys.executable, "-P", "-m", "jamlab.processes.child", str(descriptor), str(os.getpid())]
     # Ctrl-C reaches the whole process group; a child inherits this mask, and its parent ends it
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

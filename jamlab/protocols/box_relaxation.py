@@ -74,13 +74,12 @@ def relax_disks_and_box(
     ended = near and _ends(session.packing(), state, border, tolerance)
     if ended and not (may_shear and _leave_saddle(session, state)):
         return _judge(session.packing(), state, border, tolerance, newton_steps)
-    lowest = 0.5 * tolerance
-    state = quench(session, BOX_RELAXATION.jammed, floor=max(least_pressure, lowest / BOX_RELAXATION.jammed))
+    state = quench(session, BOX_RELAXATION.jammed, floor=max(least_pressure, tolerance / BOX_RELAXATION.jammed))
     if state.pressure < least_pressure or contacts(session.packing()).rattlers.all():
         return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
     fire = fire_settings()
     for noise in BOX_RELAXATION.noise * BOX_RELAXATION.finer ** np.arange(BOX_RELAXATION.rounds):
-        floor = max(least_pressure, lowest / noise)
+        floor = max(least_pressure, tolerance / noise)
         state = quench(session, noise, floor=floor, border=border, fire=fire)
         if state.pressure < least_pressure:
             return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)

@@ -22,6 +22,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.mechanics.elasticity import compression_modulus, elastic_tensor, follow
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
@@ -135,8 +136,9 @@ def compress(
         error: follow the basin: go on by sub-steps so short that linear response predicts every pressure to this
             relative error. By default each state is reached in one step, which may jump to another basin. A small
             packing may come loose even when compressed, at an instability; with 1e-3 small jumps show in `step_error`.
-        tolerance: largest force at a minimum, in units of the packing; default `force` of `*.minimum.parameters`, 1e-12
-            for disks and 1e-10 for droplets; from 1e-15 to 1e-3.
+        tolerance: largest force at a minimum, over eps/length or k d of the packing (to the next power of two, as in
+            `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
+            droplets; from 1e-15 to 1e-3.
         ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
         progress: called with the stage and the packing fraction after each minimisation.
 
@@ -201,6 +203,8 @@ def _sweep(
     def measure(state: Packing) -> float:
         return packing_fraction(state) if by == "rho" else state.phi
 
+    scales = natural_scales(packing)
+    packing = scales.to_natural(packing)
     value, slope = measure(packing), 1.0
     relax_state = minimizer(packing.ensemble)
     before = value
@@ -238,7 +242,7 @@ def _sweep(
             value = before = reached
             if progress is not None:
                 progress("compress", value)
-            yield packing
+            yield scales.from_natural(packing)
 
 
 def _follow(session: Session, packing: Packing, phi: float, error: float, force: float) -> tuple[Relaxed, float]:

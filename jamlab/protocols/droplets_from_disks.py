@@ -24,6 +24,7 @@ from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import radical_height
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.packing.deformation import at_phi
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
@@ -44,7 +45,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         packing: SP, at a minimum; two sizes or more. Best below rho = 0.88, where the models part (Boromand et al.
             fig 5): beyond, the disks have contacts that droplets have not.
         seed: of the orientations.
-        tolerance: largest force at the minimum; default `force` of `dp.minimum.parameters`, 1e-10.
+        tolerance: largest force at the minimum, over eps/l; default `force` of `dp.minimum.parameters`, 1e-10.
         parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
             alike: (nv_small + nv_large)/2 for a disk of mean diameter.
 
@@ -71,7 +72,10 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     check_seed(seed)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     began = time.perf_counter()
-    start = inscribe(packing, seed=seed, **parameters)
+    packing = natural_scales(packing).to_natural(packing)
+    droplets = inscribe(packing, seed=seed, **parameters)
+    scales = natural_scales(droplets)
+    start = scales.to_natural(droplets)
     rho = packing_fraction(packing)
     reached = float("nan")
     with Session(start) as session:
@@ -89,7 +93,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
     before, after = contacts(packing), contacts(state)
     kept = _common(before.pairs, after.pairs)
     continuous = bool(abs(after.z - before.z) <= _Z_JUMP and kept >= _KEPT)
-    return record(
+    recorded = record(
         state,
         found,
         protocol="from disks",
@@ -97,6 +101,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         wall_time=time.perf_counter() - began,
         **versions(),
     )
+    return scales.from_natural(recorded)
 
 
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:

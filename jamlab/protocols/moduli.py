@@ -16,15 +16,18 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
+from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 
 METHODS = ("linear-response", "finite-strain", "affine")
 
 # At small strain soft modes turn a force f that is left into an error of the stress of 100 f and more; Newton steps on
-# LAMMPS forces reach these, the minimisers of plain decks do not.
+# LAMMPS forces reach these, the minimisers of plain decks do not. Rounding leaves little less: over the energy of the
+# law, which natural units leave between 0.7 and 1.4, and over the mean size.
 _FORCE = {"sp": 2e-14, "dp": 1e-13}
 
 
@@ -78,8 +81,10 @@ def shear_modulus(
     first = _first_strain(packing, strain)
     angles = AVERAGING_ANGLES if average else np.atleast_1d(asked)
     if method == "finite-strain":
-        with Session(packing) as session:
-            moduli = np.array([_sheared(session, packing, float(a), first) for a in angles])
+        scales = natural_scales(packing)
+        state = scales.to_natural(packing)
+        with Session(state) as session:
+            moduli = scales.stress * np.array([_sheared(session, state, float(a), first) for a in angles])
     else:
         tensor = elastic_tensor(packing)
         moduli = modulus_along(tensor.affine if method == "affine" else tensor.relaxed, angles)
@@ -107,8 +112,10 @@ def bulk_modulus(packing: Packing, method: str = "linear-response", *, strain: f
     _check_method(method)
     first = _first_strain(packing, strain)
     if method == "finite-strain":
-        with Session(packing) as session:
-            return _compressed(session, packing, first)
+        scales = natural_scales(packing)
+        state = scales.to_natural(packing)
+        with Session(state) as session:
+            return scales.stress * _compressed(session, state, first)
     tensor = elastic_tensor(packing)
     pressure = 0.5 * float(np.trace(stress(packing)))
     return compression_modulus(tensor.affine if method == "affine" else tensor.relaxed, pressure)
@@ -147,10 +154,16 @@ def _compressed(session: Session, packing: Packing, strain: float) -> float:
 
 def _minimum(session: Session, packing: Packing) -> tuple[Evaluation, Packing]:
     session.load(packing)
-    found = relax(session, _FORCE[packing.model], near=True)
+    found = relax(session, _FORCE[packing.model] * max(1.0, _typical_force(packing)), near=True)
     if not found.converged:
         raise ConvergenceError(f"no minimum after a small strain: max force {found.evaluation.max_force:.2g} is left")
     return found.evaluation, session.packing()
+
+
+def _typical_force(packing: Packing) -> float:
+    """Stiffness times size, of the packing itself."""
+    size = mean_size(packing)
+    return float(packing.params["k"]) * size if packing.units == "k" else float(packing.params["eps"]) / size
 
 
 def _same_contacts(one: Packing, two: Packing) -> bool:

@@ -15,6 +15,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
@@ -58,7 +59,7 @@ def jam(
             is sheared until no shear stress is left.
         start: DP: "carried": disks carry the droplets to `phi_carried` or until the disks jam, which costs less and
             leads to the same distribution of onsets. "scratch": the droplets are compressed from `phi_start` on.
-        tolerance: largest force at the minimum, eps over length, 1e-15 to 1e-9; default `force` of
+        tolerance: largest force at the minimum, over eps/length, 1e-15 to 1e-9; default `force` of
             `*.minimum.parameters`, 1e-12 for disks and 1e-10 for droplets.
         ranks: SP: processors for first-order minimisation; pays from about 10 000 disks.
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
@@ -93,14 +94,17 @@ def jam(
     check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
-    loose = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    scales = natural_scales(placed)
+    loose = scales.to_natural(placed)
     force = force_tolerance(model) if tolerance is None else tolerance
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
     entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
-    return record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
+    recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
+    return scales.from_natural(recorded)
 
 
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:

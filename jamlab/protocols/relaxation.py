@@ -196,19 +196,18 @@ def _entangled(session: Session) -> bool:
 
 
 def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
-    lowest = 0.5 * tolerance  # LAMMPS compares components, jamlab compares norms
     if session.size >= SETTINGS.many_disks or not session.springs:  # CG crawls where barely touching disks are soft
         noise = SETTINGS.newton_noise * 0.1**round_
-        return quench(session, noise, floor=max(least_pressure, lowest / noise))
+        return quench(session, noise, floor=max(least_pressure, tolerance / noise))
     style = "cg" if round_ % 2 == 0 else "fire"
     if not least_pressure:
-        return session.minimize(lowest, style=style, steps=SETTINGS.cg_steps)
+        return session.minimize(tolerance, style=style, steps=SETTINGS.cg_steps)
     state = session.evaluate()
     for noise in SETTINGS.first_noise * 0.1 ** np.arange(SETTINGS.stages):
-        target = max(noise * state.pressure, lowest)
+        target = max(noise * state.pressure, tolerance)
         if state.max_force > target:
             state = session.minimize(target, style=style, steps=SETTINGS.cg_steps)
-        if state.pressure < least_pressure or state.max_force <= lowest:
+        if state.pressure < least_pressure or state.max_force <= tolerance:
             break
     return state
 

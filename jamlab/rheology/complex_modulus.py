@@ -15,6 +15,7 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
 from jamlab.rheology.reduced_model import reduce
@@ -23,7 +24,7 @@ from jamlab.rheology.rounding_error import larger_relative, rounding_error, solv
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 METHODS = ("auto", "dense", "direct", "reduced")
@@ -82,31 +83,19 @@ class ComplexModulus:
         """Time of the slowest relaxation that carries stress, tau* = eta_0/G_0 (Baumgarten & Tighe, below eq 22)."""
         return self.eta0 / self.g0
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D, of both curves; `label` names them in the legend")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw G' (solid, filled) and G'' (dashed, open) over frequency, on logarithmic axes.
 
         The legend counts values that are not positive, which a logarithm cannot show.
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).plot(label="p = 0.001")
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+        from jamlab.plotting.curves import draw_modulus, label_modulus
 
-        with axes_for(ax, style) as axes:
-            draw_modulus(axes, self.omega, self.storage, self.loss, **style)
-            label_modulus(axes, self.unit, legend=True)
-        return axes
+        draw_modulus(axes, self.omega, self.storage, self.loss, **style)
+        label_modulus(axes, self.unit, legend=True)
 
 
 @checked

@@ -11,12 +11,14 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import ordered_colours
 from jamlab.rheology.complex_modulus import ComplexModulus
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 HIGHEST = (
@@ -76,7 +78,8 @@ class Collapse:
         mu, lam = _with_error(self.mu, self.mu_error), _with_error(self.lam, self.lam_error)
         return f"μ = {mu}, λ = {lam}, Δ = {_with_error(self.exponent, self.exponent_error)}"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D, of all curves", raises="it was made by hand without curves, ")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw G'/p^mu (filled) and G''/p^mu (open) over omega/p^lambda; exponents stand over the legend.
 
         Pressures are taken as numbers in the unit of stress, and frequencies are those that take part in the fit.
@@ -85,25 +88,20 @@ class Collapse:
         >>> packings = [jamlab.pack(n=64, pressure=p, seed=1) for p in pressures]
         >>> spectra = [[jamlab.complex_modulus(q, np.logspace(-5, 1, 31), prestress=False)] for q in packings]
         >>> ax = jamlab.collapse(pressures, spectra).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of all curves.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: it was made by hand without curves, `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.rheology.oscillation_plot import draw_collapse
-
         if not len(self.pressures):
             raise InputError("this Collapse holds no curves to draw: use that of jamlab.collapse(pressures, spectra)")
-        with axes_for(ax, style) as axes:
-            draw_collapse(axes, self, **style)
-        return axes
+        order = np.argsort(self.pressures)
+        for colour, k in zip(ordered_colours(len(order)), order, strict=True):
+            p = self.pressures[k]
+            name = f"$p$ = {p:.3g} {self.unit}"
+            for values, fill, label in ((self.storage[k], colour, name), (self.loss[k], "white", None)):
+                plain = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 0.8, "label": label}
+                look = merged_line(plain, style)
+                look.setdefault("markerfacecolor", fill)
+                axes.loglog(self.omega / p**self.lam, values / p**self.mu, **look)
+        label_axes(axes, r"$\omega\,\tau_1/p^\lambda$", in_unit(r"$G'/p^\mu$ (filled), $G''/p^\mu$ (open)", self.unit))
+        axes.legend(title=self.exponents, fontsize=LEGEND, title_fontsize=LEGEND, loc="lower right")  # below all curves
 
 
 def _with_error(value: float, error: float) -> str:

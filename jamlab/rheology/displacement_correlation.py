@@ -19,13 +19,15 @@ from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLACK, BLUE
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.rounding_error import solve_frequency
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -65,28 +67,22 @@ class DisplacementCorrelation:
         (x0, x1), (c0, c1) = self.delta[k - 1 : k + 1], self.correlation[k - 1 : k + 1]
         return float(x0 + (x1 - x0) * c0 / (c0 - c1))
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw C over the distance along the flow; the legend gives the distance at which it first falls through zero.
 
         >>> p = jamlab.pack(n=256, pressure=1e-3, seed=1)
         >>> ax = jamlab.displacement_correlation(p, omega=1e-3).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.rheology.oscillation_plot import draw_correlation
-
-        with axes_for(ax, style) as axes:
-            draw_correlation(axes, self, **style)
-        return axes
+        try:
+            label = f"first zero at {self.length:.3g} {self.unit}".rstrip()
+        except ConvergenceError:
+            label = "no zero within half the box"
+        axes.axhline(0.0, color=BLACK, linewidth=0.8)
+        plain = {"color": BLUE, "marker": "o", "markersize": 4, "label": label}
+        axes.plot(self.delta, self.correlation, **merged_line(plain, style))
+        label_axes(axes, in_unit(r"distance along the flow $\delta$", self.unit), r"correlation $C(\delta)$ of $u_y$")
+        axes.legend(fontsize=LEGEND)
 
 
 @checked

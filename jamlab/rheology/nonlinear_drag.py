@@ -22,11 +22,12 @@ from jamlab.errors import InputError
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import drawn
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 _LOG_STRESS = 1e-4  # to which the stress amplitude of a strain is found: the method errs by far more
@@ -58,29 +59,17 @@ class NonlinearModulus:
 
     __repr__ = short_repr
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
-        """Draw G' (solid, filled) and G'' (dashed, open) over frequency, as `ComplexModulus.plot` does.
+    @drawn("Line2D, of both curves; `label` names them in the legend")
+    def plot(self, axes: Any, /, **style: Any) -> None:
+        """Draw G' (solid, filled) and G'' (dashed, open) over frequency, on logarithmic axes.
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.nonlinear_modulus(p, np.logspace(-6, 2, 41), 0.5, 1e-5).plot(label="α = 1/2")
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, of both curves; `label` names them in the legend.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.modulus_curves import draw_modulus, label_modulus
+        from jamlab.plotting.curves import draw_modulus, label_modulus
 
-        with axes_for(ax, style) as axes:
-            draw_modulus(axes, self.omega, self.storage, self.loss, **style)
-            label_modulus(axes, self.unit, legend=True)
-        return axes
+        draw_modulus(axes, self.omega, self.storage, self.loss, **style)
+        label_modulus(axes, self.unit, legend=True)
 
 
 @checked

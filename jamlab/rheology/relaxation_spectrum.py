@@ -17,11 +17,13 @@ from jamlab.arrays import Array, Complex
 from jamlab.errors import InputError
 from jamlab.mechanics.symmetric_factors import SymmetricFactors
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
+from jamlab.plotting.palette import BLUE
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.slow_and_fast_limits import Limits
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 LARGEST_DENSE = 2048  # displacements, so 1024 sites: 3 s and 0.4 GB; time grows as the cube
@@ -66,28 +68,19 @@ class RelaxationSpectrum:
         loss = self.eta_inf * omega + np.sum(weight * y, axis=1)
         return np.asarray(storage + 1j * loss)
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn('Line2D, such as marker="s"')
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the strength of every Maxwell element over its rate; spring and dashpot stand in the legend.
 
         >>> p = jamlab.pack(n=64, pressure=1e-3, seed=1)
         >>> ax = jamlab.complex_modulus(p, np.logspace(-6, 2, 41)).spectrum.plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D, such as marker="s".
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for
-        from jamlab.rheology.oscillation_plot import draw_elements
-
-        with axes_for(ax, style) as axes:
-            draw_elements(axes, self, **style)
-        return axes
+        count = len(self.rates)
+        label = f"{count} Maxwell elements\n$G_0$ = {self.g0:.3g}, $\\eta_\\infty$ = {self.eta_inf:.3g}"
+        plain = {"color": BLUE, "marker": "o", "markersize": 4, "linestyle": "none", "label": label}
+        axes.loglog(self.rates, self.strengths, **merged_line(plain, style))
+        label_axes(axes, r"relaxation rate $\lambda_i\,\tau_1$", in_unit("strength $g_i$", self.unit))
+        axes.legend(fontsize=LEGEND)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class Interval:
     low: Array
     high: Array
 
-    def __getitem__(self, index: int) -> Interval:
+    def __getitem__(self, index: int | tuple[int | slice, ...]) -> Interval:
         return Interval(self.value[index], self.low[index], self.high[index])
 
 

@@ -12,10 +12,11 @@ from scipy.optimize import curve_fit
 from jamlab.arrays import Array
 from jamlab.checks import checked, finite_array
 from jamlab.errors import ConvergenceError, InputError
+from jamlab.plotting.drawable import drawn, in_unit, label_axes
 from jamlab.statistics.confidence import STANDARD_ERRORS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 _STEEPEST = 2.0  # exponent
@@ -66,32 +67,20 @@ class HerschelBulkley:
         yields = f"σ_y = {self.yield_stress:.3g} ± {self.yield_stress_error:.1g}"
         return f"{yields}, n = {self.exponent:.3f} ± {self.exponent_error:.3f}"
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn("Line2D that draws the law")
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the points with their errors and the law through them, on logarithmic axes.
 
         >>> from jamlab.statistics.herschel_bulkley import herschel_bulkley
         >>> rates = np.array([1e-3, 1e-2, 1e-1, 1.0])
         >>> ax = herschel_bulkley(rates, 2e-3 + 0.05 * rates**0.5, 1e-5 * np.ones(4)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's Line2D that draws the law.
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.plotting.axes import axes_for, in_unit, label_axes
-        from jamlab.plotting.fitted_curves import draw_fit
+        from jamlab.plotting.curves import draw_fit
 
         rates = np.geomspace(self.rates.min(), self.rates.max(), 200)
         label = rf"$\sigma_y$ = {self.yield_stress:.3g}, $n$ = {self.exponent:.3f}"
-        with axes_for(ax, style) as axes:
-            draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_error), True, **style)
-            label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
-        return axes
+        draw_fit(axes, rates, self(rates), label, (self.rates, self.stress, self.stress_error), True, **style)
+        label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
 
 
 @checked

@@ -74,11 +74,12 @@ class PowerLaw:
             InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.fitted_curves import draw_fit
+        from jamlab.plotting.curves import draw_fit
+        from jamlab.plotting.drawable import CURVES
 
         terms = [f"{c:.3g} $x^{{{e:.3g}}}$" for c, e in zip(self.coefficients, self.exponents, strict=True)]
         x = np.geomspace(self.low, self.high, 200)
-        with axes_for(ax, style) as axes:
+        with axes_for(ax, style, CURVES) as axes:
             draw_fit(axes, x, self(x), " + ".join(terms), (self.x, self.y, self.error), ax is None, **style)
         return axes
 
@@ -247,13 +248,14 @@ class FiniteSize:
             InputError: it was made by hand without values, `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
-        from jamlab.plotting.fitted_curves import draw_fit, draw_limit
+        from jamlab.plotting.curves import draw_fit, draw_limit
+        from jamlab.plotting.drawable import CURVES
 
         if self.n is None:
             raise InputError("this FiniteSize holds no values to draw: use that of finite_size(n, y)")
         n = np.geomspace(self.n.min(), 4 * self.n.max(), 200)
         label = f"{self.limit:.4g} {self.amplitude:+.3g} $N^{{-{self.exponent:.3g}}}$"
-        with axes_for(ax, style) as axes:
+        with axes_for(ax, style, CURVES) as axes:
             draw_limit(axes, self.limit)
             points = (self.n, self.y, self.error)
             draw_fit(axes, n, self(n), label, points, ax is None, "number of particles $N$", **style)

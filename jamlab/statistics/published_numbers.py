@@ -20,12 +20,14 @@ class Published(NamedTuple):
         relation: "=", or ">" and "<" where the paper gives a bound only.
         scale: what an interval must be narrow against to tell anything: 0 stands for the value itself; the distance to
             onset of a packing fraction, A - 1 of a shape factor.
+        where: figure, table, equation or section that prints it.
     """
 
     value: float
     margin: float = 0.0
     relation: str = "="
     scale: float = 0.0
+    where: str = ""
 
 
 NEAR_ONSET = 0.04  # scale of packing fractions and of z at onset: what models part at, and the spread of small systems
@@ -38,18 +40,18 @@ TABLE_2 = {"SP(φ)": (0.42, 0.0), "SP(ρ)": (0.38, 0.35), "DP(ρ)": (0.07, 1.7)}
 
 # stress of steady flow at onset goes as this power of the rate, by linear drag: the critical regime of Tighe et al.,
 # Phys. Rev. Lett. 105, 088303 (2010)
-FLOW_AT_ONSET = Published(0.5)
+FLOW_AT_ONSET = Published(0.5, where="Tighe et al. 2010")
 
 # critical point, exponent of stress over rate there, of the yield stress and of the viscosity, with drag against the
 # mean flow and corrections to scaling: Olsson & Teitel, Phys. Rev. E 83, 030302 (2011)
-JAMMING_IN_SHEAR = Published(0.84347, 0.0002, scale=NEAR_ONSET)
-STRESS_AT_ONSET = Published(0.28, 0.02)
-YIELD_EXPONENT = Published(1.08, 0.03)
-VISCOSITY_EXPONENT = Published(2.77, 0.2)
+JAMMING_IN_SHEAR = Published(0.84347, 0.0002, scale=NEAR_ONSET, where="Olsson & Teitel 2011")
+STRESS_AT_ONSET = Published(0.28, 0.02, where="Olsson & Teitel 2011")
+YIELD_EXPONENT = Published(1.08, 0.03, where="Olsson & Teitel 2011")
+VISCOSITY_EXPONENT = Published(2.77, 0.2, where="Olsson & Teitel 2011")
 
 # strain at which the answer of soft disks to shear stops being linear goes as this power of the pressure: Boschan et
 # al., Soft Matter 12, 5450 (2016)
-SOFTENING_EXPONENT = Published(1.0, 0.1)
+SOFTENING_EXPONENT = Published(1.0, 0.1, where="Boschan et al. 2016")
 
 
 def table_law(coefficients: tuple[float, ...], distance: Distance) -> Distance:
@@ -72,76 +74,90 @@ def table_modulus(series: str, distance: Distance) -> Distance:
 
 def table_entry(value: float) -> Published:
     """A coefficient z_k or G_k of the tables, which print one decimal from 1 on and two below."""
-    return Published(value, 0.5 * 10.0 ** -(1 if value >= 1 else 2))
+    return Published(value, 0.5 * 10.0 ** -(1 if value >= 1 else 2), where="[B] sec 3, tables 1 and 2")
 
 
 def table_onset(value: float) -> Published:
     """z_J, phi_J or rho_J of table 1, known to 0.005."""
-    return Published(value, 0.005, scale=NEAR_ONSET)
+    return Published(value, 0.005, scale=NEAR_ONSET, where="[B] sec 3, table 1")
 
 
 # [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
-EQ_11_C = Published(1.21, 0.005)
+EQ_11_C = Published(1.21, 0.005, where="[B] fig 4 a, eq 11")
 LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
 SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
-SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03)
-SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">")
-SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07)
+SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03, where="[B] fig 1")
+SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">", where="[B] sec 3, fig 4 c")
+SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07, where="[B] sec 3, fig 4 c")
 CONFLUENCE = 0.16  # drho at which droplets are confluent
-AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, scale=0.04)
+AREA_OF_DENSE_DROPLETS = Published(1.0, 0.01, scale=0.04, where="[B] sec 3, fig 4 b")
 
 # [B] figs 5 to 7
-MODELS_PART = Published(0.88, 0.005, scale=NEAR_ONSET)  # rho
-ALPHA_0 = Published(0.5, 0.05)  # z - z_J ~ dphi^alpha_0
-BETA_0 = Published(0.5, 0.05)  # G ~ dphi^beta_0
-DROPLET_EXPONENT = Published(0.8, 0.05)  # of z - z_J and of G in drho
-CROSSOVER_EXPONENT = Published(2.0, 0.05)  # a of the crossover at dphi N^a
-MISSING_CONTACTS_LIMIT = {"sp": Published(2.0, 0.05), "dp": Published(0.0, 0.05)}  # (z_conf - z) N at confluence
-MISSING_CONTACTS_EXPONENT = Published(1.0, 0.05)  # of z_conf - z in rho* - rho, droplets; fig 9 again
+MODELS_PART = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 5")  # rho
+ALPHA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alpha_0
+BETA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
+DROPLET_EXPONENT = Published(0.8, 0.05, where="[B] sec 3, fig 6 c, f")  # of z - z_J and of G in drho
+CROSSOVER_EXPONENT = Published(2.0, 0.05, where="[B] sec 3, fig 6")  # a of the crossover at dphi N^a
+MISSING_CONTACTS_LIMIT = {
+    m: Published(v, 0.05, where="[B] sec 3, fig 7") for m, v in (("sp", 2.0), ("dp", 0.0))
+}  # (z_conf - z) N at confluence
+MISSING_CONTACTS_EXPONENT = Published(
+    1.0, 0.05, where="[B] sec 3, figs 7 and 9"
+)  # of z_conf - z in rho* - rho, droplets; fig 9 again
 
 # [B] fig 8
-VOID_SHARES = {3: Published(0.4, 0.05), 4: Published(0.4, 0.05), 5: Published(0.18, 0.005), 6: Published(0.02, 0.005)}
+VOID_SHARES = {  # P_l near onset
+    sides: Published(share, margin, where="[B] sec 3, fig 8 a")
+    for sides, share, margin in ((3, 0.4, 0.05), (4, 0.4, 0.05), (5, 0.18, 0.005), (6, 0.02, 0.005))
+}
 TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
-DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005)  # P_3 from there on
-PLATEAU_SHAPE = Published(4.87, 0.05)
-DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<")
+DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005, where="[B] sec 3, fig 8 a")  # P_3 from there on
+PLATEAU_SHAPE = Published(4.87, 0.05, where="[B] sec 3, fig 8 b")
+DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<", where="[B] sec 3, fig 8 b")
 
 # [B] fig 10
-THETA = Published(0.55, 0.005)  # sigma ~ N^-theta
-ONSET_LIMIT = Published(0.842, 0.0005, scale=0.01)
+THETA = Published(0.55, 0.005, where="[B] appendix, fig 10")  # sigma ~ N^-theta
+ONSET_LIMIT = Published(0.842, 0.0005, scale=0.01, where="[B] appendix, fig 10")
 
 # [B] fig 11
-KAPPA = Published(0.75, 0.005)  # phi - rho ~ (U/N)^kappa
-ZETA = (Published(1.5, 0.1), Published(LOST_AREA_EXPONENT, 0.1))  # 1 - <a>/a_J ~ drho^zeta, small and large drho
+KAPPA = Published(0.75, 0.005, where="[B] appendix, fig 11 a")  # phi - rho ~ (U/N)^kappa
+ZETA = tuple(
+    Published(v, 0.1, where="[B] appendix, fig 11 c") for v in (1.5, LOST_AREA_EXPONENT)
+)  # 1 - <a>/a_J ~ drho^zeta, small and large drho
 OMEGA = {  # drho ~ (A - A_J)^omega, small and large A
-    "sp": (Published(0.66, 0.05), Published(0.3, 0.05)),
-    "dp": (Published(1.0, 0.05), Published(0.3, 0.05)),
+    model: tuple(Published(v, 0.05, where=f"[B] appendix, fig 11 {panel}") for v in (small, 0.3))
+    for model, small, panel in (("sp", 0.66, "d"), ("dp", 1.0, "e"))
 }
 
 # O'Hern et al., Phys. Rev. E 68, 011306 (2003): correction N^-0.7 of the mean onset
 ONSET_CORRECTION = 0.7
 
 # [T] figs 1, 3 and 6
-KELVIN_VOIGT_SLOPE = Published(1.0, 0.05)  # of G'' at both ends of the spectrum
-CRITICAL_SLOPE = Published(0.5, 0.05)  # of G' and G'' between them
-MU = Published(0.5, 0.05)  # G_0 ~ p^mu
-LAMBDA = Published(1.0, 0.05)  # tau* ~ p^-lambda
-DELTA = Published(0.5, 0.05)  # G* ~ omega^Delta
-FLUID_VISCOSITY = Published(1.0, 1e-3)  # d eta_0 / d eta_F
+KELVIN_VOIGT_SLOPE = Published(1.0, 0.05, where="[T] Balanced damping, fig 1")  # of G'' at both ends of the spectrum
+CRITICAL_SLOPE = Published(0.5, 0.05, where="[T] Balanced damping, fig 1")  # of G' and G'' between them
+MU = Published(0.5, 0.05, where="[T] Balanced damping, fig 3")  # G_0 ~ p^mu
+LAMBDA = Published(1.0, 0.05, where="[T] Balanced damping, fig 3")  # tau* ~ p^-lambda
+DELTA = Published(0.5, 0.05, where="[T] Balanced damping, fig 3")  # G* ~ omega^Delta
+FLUID_VISCOSITY = Published(1.0, 1e-3, where="[T] Stokes drag, fig 6 b")  # d eta_0 / d eta_F
 
 # [T] fig 4
-UNDAMPED_LOSS = Published(0.0, 1e-6)  # G''/(omega G_0) - 1 without damping of sliding, eq 18
-UNDAMPED_VISCOSITY = Published(0.5, 0.05)  # exponent of eta_0 in p, eq 22
-SLIDING_VISCOSITY = Published(1.0, 0.01)  # exponent of eta_0(beta) - eta_0(0) in beta, eq 22
+UNDAMPED_LOSS = Published(
+    0.0, 1e-6, where="[T] Imbalanced contact damping, eq 18"
+)  # G''/(omega G_0) - 1 without damping of sliding, eq 18
+UNDAMPED_VISCOSITY = Published(0.5, 0.05, where="[T] Relation to floppiness, eq 22")  # exponent of eta_0 in p, eq 22
+SLIDING_VISCOSITY = Published(
+    1.0, 0.01, where="[T] Relation to floppiness, eq 22"
+)  # exponent of eta_0(beta) - eta_0(0) in beta, eq 22
 
 # [T] figs 5, 7 and 8
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k
 SLOW_SHEAR = {  # exponents in p of displacements per strain
-    "approach": Published(0.25, 0.03),
-    "sliding": Published(-0.25, 0.03),
-    "nonaffine": Published(-0.25, 0.03),
+    name: Published(value, 0.03, where="[T] Relation to floppiness, fig 5")
+    for name, value in (("approach", 0.25), ("sliding", -0.25), ("nonaffine", -0.25))
 }
-CORRELATION_LENGTH = Published(0.25, 0.03)  # l/L, where the box cuts it off
-LOG_EXPONENT = Published(0.65, 0.1)  # l (-ln p)^0.65
-SIZE_EXPONENT = {"contact": Published(1.0, 0.05), "stokes": Published(1.09, 0.05)}  # a: eta_0/N^a against p N^2
-VISCOSITY_TAIL = Published(-0.5, 0.05)  # slope of eta_0/N for large p N^2
+CORRELATION_LENGTH = Published(0.25, 0.03, where="[T] Correlations, fig 7")  # l/L, where the box cuts it off
+LOG_EXPONENT = Published(0.65, 0.1, where="[T] Correlations, fig 7 d")  # l (-ln p)^0.65
+SIZE_EXPONENT = {
+    law: Published(a, 0.05, where="[T] Finite size effects, fig 8") for law, a in (("contact", 1.0), ("stokes", 1.09))
+}  # a: eta_0/N^a against p N^2
+VISCOSITY_TAIL = Published(-0.5, 0.05, where="[T] Finite size effects, fig 8")  # slope of eta_0/N for large p N^2

@@ -1,15 +1,20 @@
-"""Set a number of a paper beside ours and say whether the two agree, and if not, why."""
+"""A claim sets a number of a paper beside ours, and says whether the two agree, and if not, why."""
 
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
 RESOLVED = 0.25  # half-width of an interval over the scale of a number up to which it could have disagreed
+SUMMARY = "summary.txt"  # beside the figures, and beside the reference data
+_OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper has
 
 
 class Verdict(StrEnum):
@@ -32,6 +37,22 @@ class Verdict(StrEnum):
     MISSING = "not measured"
 
 
+class Kind(StrEnum):
+    """How much a number tells.
+
+    Attributes:
+        MEASURED: it could have come out otherwise.
+        IDENTITY: it follows from counting or from the equations, whatever the packings are.
+        DUPLICATE: another claim measures the same number on the same packings.
+        FIT_TARGET: parameters that the paper does not print were chosen to meet it.
+    """
+
+    MEASURED = "measured"
+    IDENTITY = "identity"
+    DUPLICATE = "duplicate"
+    FIT_TARGET = "fit target"
+
+
 @dataclass(frozen=True)
 class Claim:
     """One number of a paper beside ours.
@@ -46,6 +67,9 @@ class Claim:
         shown_by: figure or command that shows the cause or the contradiction.
         contradiction: of the paper with itself.
         calibrated: why the number is no independent test.
+        where: section, figure or table of the paper.
+        systematic: error of window, convention or size, which no interval over packings holds; None if not measured.
+        kind: see `Kind`.
     """
 
     figure: str
@@ -62,6 +86,9 @@ class Claim:
     shown_by: str = ""
     contradiction: str = ""
     calibrated: str = ""
+    where: str = ""
+    systematic: float | None = None
+    kind: Kind = Kind.MEASURED
 
     @property
     def measured(self) -> bool:
@@ -135,15 +162,75 @@ class Claim:
 
     def row(self) -> dict[str, Any]:
         """Plain values for CSV and JSON."""
-        return asdict(self) | {"verdict": str(self.verdict), "reason": self.reason}
+        return asdict(self) | {"verdict": str(self.verdict), "kind": str(self.kind), "reason": self.reason}
 
 
-def claim(figure: str, quantity: str, found: Interval | None, paper: Published, **words: str) -> Claim:
+def claim(
+    figure: str, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+) -> Claim:
     """Make a claim from an interval, None where the data do not give one.
 
     Args:
-        words: how, cause, shown_by, contradiction and calibrated of `Claim`.
+        kind: that of a number with the word `calibrated` is a fit target.
+        words: how, cause, shown_by, contradiction and calibrated of `Claim`, and where, if another place than that of
+            the published number says it.
     """
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
-    number = {"paper": paper.value, "margin": paper.margin, "relation": paper.relation, "scale": paper.scale}
-    return Claim(figure, quantity, value, low, high, **number | words)  # type: ignore[arg-type]
+    kind = Kind.FIT_TARGET if words.get("calibrated") else kind
+    number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
+    return Claim(figure, quantity, *number, kind=kind, **{"where": paper.where} | words)  # type: ignore[arg-type]
+
+
+# numbers as text, for captions and reasons ----------------------------------------------------------------------------
+
+
+def write_interval(found: Interval | None, digits: int = 2) -> str:
+    """Write a number with its 95 % interval, such as "0.21 [0.19, 0.23]"."""
+    if found is None:
+        return "not measured"
+    return f"{_fixed(found.value, digits)} [{_fixed(found.low, digits)}, {_fixed(found.high, digits)}]"
+
+
+def _fixed(value: ArrayLike, digits: int) -> str:
+    number = float(np.ravel(value)[0])
+    return f"{number:.{digits}f}" if abs(number) >= 10.0**-digits or number == 0 else f"{number:.2g}"
+
+
+def write_list(values: Iterable[Any], form: str = "g") -> str:
+    """Write numbers in one format, with commas between; None and nan are "none"."""
+    numbers = [np.nan if v is None else float(v.value if isinstance(v, Interval) else v) for v in values]
+    return ", ".join(f"{v:{form}}" if np.isfinite(v) else "none" for v in numbers)
+
+
+def write_by(values: Mapping[Any, Any], form: str, of: str = "N") -> str:
+    """Write numbers and what they belong to, such as "0.61, 0.58 at N = 32, 64"."""
+    return f"{write_list(values.values(), form)} at {of} = {write_list(values)}"
+
+
+# all claims together --------------------------------------------------------------------------------------------------
+
+
+def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
+    """Count the claims of each verdict, in the order of `Verdict`."""
+    found = Counter(c.verdict for c in claims)
+    return {verdict: found[verdict] for verdict in Verdict}
+
+
+def first_line(claims: Sequence[Claim]) -> str:
+    """Write how many numbers of the papers agree, differ, and so on."""
+    theirs = _of_papers(claims)
+    numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(theirs).items() if number)
+    return f"{len(theirs)} numbers of both papers: {numbers}."
+
+
+def summary(claims: Sequence[Claim]) -> list[str]:
+    """Write the first line, then one line for each number of the papers that differs, with its cause."""
+    lines = [first_line(claims)]
+    for c in _of_papers(claims):
+        if c.verdict is Verdict.DIFFERS:
+            lines.append(f"  {c.figure}, {c.quantity}: {c.value:.4g} for {c.paper_text}: {c.reason}")
+    return lines
+
+
+def _of_papers(claims: Sequence[Claim]) -> list[Claim]:
+    return [c for c in claims if not c.figure.startswith(_OF_NO_PAPER)]

@@ -1,4 +1,9 @@
-"""Measure as Boromand et al. do, where that differs from what one would do: each convention once, with its name."""
+"""Conventions of Boromand et al.: how they measure where others might not, and where they contradict themselves.
+
+Each stands here once, with its name, for all figures.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -6,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
-from jamlab.studies.ensembles import Ensemble, ensemble, sampled_sizes
+from jamlab.statistics.power_laws import FiniteSize, finite_size
+from jamlab.studies.ensembles import Ensemble, ensemble, log_places, sampled_sizes
 
 SERIES = {"SP(φ)": ("sp", "d_phi"), "SP(ρ)": ("sp", "d_rho"), "DP(ρ)": ("dp", "d_rho")}
 
@@ -16,6 +22,10 @@ SUBTRACTED = 3.97  # z_J of table 1, taken off at every size, although z_J = 4 -
 # [B] steps evenly, by 1e-4, so its least squares weigh every distance alike; its regimes begin at these distances
 LOWEST = {"sp": 1e-3, "dp": 1e-2}
 HIGHEST = {"d_phi": 0.2, "d_rho": 0.13}  # [B] fig 6 a for phi; below confluence for rho
+NEAR = log_places(1e-6, 0.4, 5)  # distances from onset of panels with logarithmic axes
+FRACTIONS = np.arange(0.80, 1.25, 0.01)  # packing fractions of panels with linear axes
+DISTANCES = np.arange(0.0, 0.43, 0.01)  # distances from onset of panels with linear axes
+TWO_OVERLAPS = 0.36  # dphi up to which only pairs of disks overlap: phi < 1.2
 STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
 
 
@@ -60,6 +70,33 @@ def at(place: float, x: Array, y: ArrayLike) -> float:
     return float(np.interp(place, x, np.asarray(y)[kept]))
 
 
+def eq_11(d_phi: ArrayLike) -> Array:
+    """drho over C, [B] eq 11."""
+    d = np.asarray(d_phi, dtype=np.float64)
+    return np.asarray(d - d**1.5)
+
+
+def fit_prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
+    """Fit C of eq 11 by least squares; by default where the paper has it exact: pairs overlap, but no triples."""
+    kept = np.isfinite(y) & (x >= low) & (x < high)
+    f = eq_11(x[kept])
+    return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
+
+
+def onset_law(n: Sequence[int], groups: Sequence[Array]) -> FiniteSize:
+    """Fit the mean onset against N, each size weighted by its standard error, with the correction of O'Hern et al."""
+    means, errors = [v.mean() for v in groups], [v.std(ddof=1) / len(v) ** 0.5 for v in groups]
+    return finite_size(n, means, errors, exponent=published.ONSET_CORRECTION)
+
+
+def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:
+    """Select states of one size below the first with z >= 6; adds to_confluence = rho* - rho and missing = 6 - z."""
+    full = states[states["z"] >= 6].groupby("seed")["rho"].min().rename("rho_star")
+    s = states.join(full, on="seed").dropna(subset=["rho_star"])
+    s = s[(s["rho"] < s["rho_star"]) & (s["z"] < 6)]
+    return s.assign(to_confluence=s["rho_star"] - s["rho"], missing=6 - s["z"])
+
+
 def matched_sizes(states: pd.DataFrame) -> list[int]:
     """Every N of which there are enough packings of both models, ascending."""
     return sorted(set(sampled_sizes(states, "sp")) & set(sampled_sizes(states, "dp")))
@@ -68,36 +105,45 @@ def matched_sizes(states: pd.DataFrame) -> list[int]:
 # contradictions of the paper with itself, in its own numbers ----------------------------------------------------------
 
 
-def eq_11(d_phi: ArrayLike) -> Array:
-    """drho over C, [B] eq 11."""
-    d = np.asarray(d_phi, dtype=np.float64)
-    return np.asarray(d - d**1.5)
+def same_states(d_rho: float = 0.1) -> tuple[float, float, float]:
+    """Find dphi of states at drho by eq 11, and z - z_J of these states by rows SP(φ) and SP(ρ) of table 1."""
+    d_phi = np.linspace(0, 0.4, 4001)
+    same = float(np.interp(d_rho, published.EQ_11_C.value * eq_11(d_phi), d_phi))
+    one, other = (published.table_law(published.TABLE_1[s][2:], d) for s, d in (("SP(φ)", same), ("SP(ρ)", d_rho)))
+    return same, one, other
 
 
 def contradiction_of_disks(d_rho: float = 0.1) -> str:
     """Table 1: rows SP(φ) and SP(ρ) describe the same states, joined by eq 11, and give different z."""
-    d_phi = np.linspace(0, 0.4, 4001)
-    same = float(np.interp(d_rho, published.EQ_11_C.value * eq_11(d_phi), d_phi))
-    one, other = (published.table_law(published.TABLE_1[s][2:], d) for s, d in (("SP(φ)", same), ("SP(ρ)", d_rho)))
+    same, one, other = same_states(d_rho)
     return (
         f"by eq 11 drho = {d_rho:g} is dphi = {same:.3f}, where row SP(φ) of table 1 gives z - z_J = {one:.2f};"
         f" row SP(ρ) gives {other:.2f} for the same states"
     )
 
 
+def gap_of_models(rho: float = published.MODELS_PART.value) -> float:
+    """Find by how much z of row DP(ρ) of table 1 exceeds that of row SP(ρ)."""
+    one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
+    return other - one
+
+
 def contradiction_of_models(rho: float = published.MODELS_PART.value) -> str:
     """Table 1: rows SP(ρ) and DP(ρ) differ where the text says that the models still agree."""
-    one, other = (published.table_contacts(s, rho - published.TABLE_1[s][1]) for s in ("SP(ρ)", "DP(ρ)"))
-    differ = f"{other - one:.2f} in z at rho = {rho:g}"
+    differ = f"{gap_of_models(rho):.2f} in z at rho = {rho:g}"
     return f"rows SP(ρ) and DP(ρ) of table 1 differ by {differ}, where its text has them equal"
 
 
-def contradiction_of_single_exponent(column: str) -> str:
-    """Text: one exponent of 0.8; the fits of tables 1 and 2 to the same data rise otherwise."""
-    table = published.TABLE_1["DP(ρ)"][2:] if column == "d_z" else published.TABLE_2["DP(ρ)"]
+def exponent_of_table(number: int) -> float:
+    """Find the single exponent of the fit DP(ρ) of table 1 (z) or 2 (G) by least squares, as of our data."""
+    table = published.TABLE_1["DP(ρ)"][2:] if number == 1 else published.TABLE_2["DP(ρ)"]
     x = even_places("dp", "d_rho")
-    slope = fit_exponent(x, published.table_law(table, x))
-    number = 1 if column == "d_z" else 2
+    return fit_exponent(x, published.table_law(table, x))
+
+
+def contradiction_of_single_exponent(number: int) -> str:
+    """Text: one exponent of 0.8; the fits of tables 1 and 2 to the same data rise otherwise."""
+    slope = exponent_of_table(number)
     return f"the fit of table {number} to the same data rises with an exponent of {slope:.2f}, not 0.8"
 
 
@@ -117,11 +163,17 @@ def contradiction_of_confluence() -> str:
     )
 
 
+def sides_and_contacts() -> tuple[float, float]:
+    """Find the mean number of sides of voids of the paper's shares, and the z that it asks for by Euler's relation."""
+    shares = {side: share.value for side, share in published.VOID_SHARES.items()}
+    sides = sum(side * share for side, share in shares.items()) / sum(shares.values())
+    return sides, 2 * sides / (sides - 2)
+
+
 def contradiction_of_voids() -> str:
     """Fig 8: mean number of sides of voids follows from z by Euler's relation."""
-    shares = {side: share.value for side, share in published.VOID_SHARES.items()}
-    mean = sum(side * share for side, share in shares.items()) / sum(shares.values())
+    sides, z = sides_and_contacts()
     return (
-        f"its four shares make {mean:.2f} sides on average, z = {2 * mean / (mean - 2):.2f} by Euler's relation:"
-        " not the z_J of states at onset"
+        f"its four shares make {sides:.2f} sides on average, z = {z:.2f} by Euler's relation: not the z_J of states at"
+        " onset"
     )

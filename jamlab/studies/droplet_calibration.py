@@ -26,7 +26,7 @@ from jamlab.storage.atomic_file import atomic_file, make_folder
 if TYPE_CHECKING:
     import pandas as pd
 
-    from jamlab.campaign.worker import Outcome
+    from jamlab.campaign.driver import Outcome
 
 
 FITTED = ("gamma", "ka", "delta")
@@ -271,7 +271,7 @@ def calibrate(
     with atomic_file(file) as temporary:
         temporary.write_text(text, encoding="utf-8")
     campaign = open_campaign(file)
-    campaign.run(workers, progress=progress)
+    campaign.run(workers, done=progress)
     tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
     changes = sensitivity(tables)
     centre = {name: float(defaults("dp")[name]) for name in FITTED} | dict(law or {})

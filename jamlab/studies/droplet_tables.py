@@ -1,4 +1,4 @@
-"""Reduce the tables of `beyond_the_papers.toml` to what figures beyond-* are drawn from: droplets of several laws."""
+"""Tables of droplets of several force laws: how those of a campaign are reduced, and which of their rows are drawn."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.rheology.mode_motion import MOTIONS
-from jamlab.studies.ensembles import add_distances
+from jamlab.studies.ensembles import FEWEST, add_distances, select_usual
 
 COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
 LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
@@ -17,6 +17,8 @@ PACKING = ["model", "n", "seed", *LAW]
 DAMPING = ["law", "beta", "eta_f"]
 SHARED, OBSERVABLE = "shared_fraction", "jamlab.geometry.packing_fraction:shared_fraction"
 FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
+SCANNED = 0.90  # packing fraction at which line tension is varied
+DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
 RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
 _MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
 _WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
@@ -133,3 +135,35 @@ def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
         more=rows["self_stresses"] - 1,
         more_each=(rows["self_stresses"] - 1) / held,
     )
+
+
+def usual_law(table: pd.DataFrame) -> dict[str, float]:
+    """Find the force law that most rows of droplets have.
+
+    Raises:
+        InputError: there are no droplets.
+    """
+    droplets = table[table["model"] == "dp"]
+    if droplets.empty:
+        raise InputError("the table has no droplets: run the campaign beyond_the_papers")
+    return dict(select_usual(droplets, LAW, None)[LAW].iloc[0])
+
+
+def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
+    """Select the droplets of the usual force law, but for some of its parameters."""
+    return _with(table, usual_law(table) | changes)
+
+
+def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
+    """List the values of one parameter that `FEWEST` packings have, the others of the force law being usual."""
+    others = {name: value for name, value in usual_law(table).items() if name != parameter}
+    packings = _with(table, others).drop_duplicates(PACKING)[parameter].value_counts()
+    return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
+
+
+def _with(table: pd.DataFrame, law: dict[str, float]) -> pd.DataFrame:
+    """Droplets with some parameters of the force law."""
+    rows = table[table["model"] == "dp"]
+    for name, value in law.items():
+        rows = rows[np.isclose(rows[name], value)]
+    return rows

@@ -1,8 +1,9 @@
-"""Arrange rows of states as packings x places, from which bands and fits with intervals are made."""
+"""An ensemble is what packings of one kind measure at the same places: rows are selected, arranged and averaged."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,9 +20,9 @@ Statistic = Callable[[Array, Array], ArrayLike]
 PROTOCOL = ("units", "ensemble", "gamma", "ka", "delta", "eps", "nv_small", "contact")
 RESAMPLES = 200  # give the ends of a 95 % interval to about 5 % of its width
 FEWEST = 5  # packings of an interval: below, the spread itself is not known
+ENOUGH = 20  # packings of a size that may stand for the paper's: an interval from five is three times as wide
 bootstrap = partial(resample, resamples=RESAMPLES, least=FEWEST)
 _PACKING = ["model", "n", "seed"]
-ENOUGH = 20  # packings of a size that may stand for the paper's: an interval from five is three times as wide
 SHARE = 0.5  # of the packings must reach a place, else its mean is that of a selection
 
 
@@ -49,16 +50,33 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def select_usual(table: pd.DataFrame) -> pd.DataFrame:
-    """Select the rows of the protocol (units, ensemble, parameters) that is most frequent for each model."""
-    names = [name for name in PROTOCOL if name in table]
+def select_usual(
+    table: pd.DataFrame, names: Sequence[str] = PROTOCOL, by: str | None = "model", *, of: pd.DataFrame | None = None
+) -> pd.DataFrame:
+    """Select the rows whose values of some columns are those that most rows have together.
+
+    Args:
+        names: of the columns; by default what tells protocols apart. Those that the table lacks are left out.
+        by: column whose values have each their own most frequent rows; None: one choice for the whole table.
+        of: rows that decide, by default those of the table; then each column is decided after the one before.
+    """
+    if of is not None:
+        for name in names:
+            of = select_usual(of, [name], None)
+            table = table[table[name].isin(of[name])]
+        return table
+    names = [name for name in names if name in table]
     if not names or table.empty:
         return table
-    parts = []
-    for _, part in table.groupby("model"):
-        number = part.groupby(names, dropna=False).ngroup()
-        parts.append(part[number == number.mode()[0]])
-    return pd.concat(parts, ignore_index=True)
+    number = table.groupby(names, dropna=False).ngroup()
+    usual = number.mode()[0] if by is None else number.groupby(table[by]).transform(lambda part: part.mode()[0])
+    return table[number == usual].reset_index(drop=True)
+
+
+def enough(table: pd.DataFrame, by: str, least: int = FEWEST) -> list[Any]:
+    """List the values of a column that enough packings have, ascending; those with the most packings if none has."""
+    packings = table.groupby(by)["seed"].nunique()
+    return sorted(packings.index[packings >= min(least, packings.max())].tolist())
 
 
 def select_followed(states: pd.DataFrame) -> pd.DataFrame:
@@ -82,8 +100,7 @@ def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
     A larger size that is only begun would take the place of one with a hundred packings, with an interval that tells
     nothing.
     """
-    packings = table.loc[table["model"] == model].groupby("n")["seed"].nunique()
-    return sorted(int(n) for n in packings.index[packings >= min(ENOUGH, packings.max())])
+    return enough(table[table["model"] == model], "n", ENOUGH)
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
@@ -121,6 +138,33 @@ def median(values: Array) -> Array:
     return out
 
 
+def mean_over_packings(groups: Sequence[Array]) -> Interval:
+    """Compute the mean of each group of packings, with intervals over packings.
+
+    Args:
+        groups: arrays (packings, ...), all (...) alike, such as one for each system size; nan where a packing has none.
+
+    Returns:
+        (groups, ...) means.
+    """
+    return bootstrap(groups, lambda drawn: np.array([average(values) for values in drawn]))
+
+
+def scaled(found: Interval, factor: ArrayLike) -> Interval:
+    """Multiply a number and the ends of its interval."""
+    by = np.asarray(factor, dtype=np.float64)
+    return Interval(found.value * by, found.low * by, found.high * by)
+
+
+def line_in_inverse(n: Sequence[float], groups: Sequence[Array]) -> tuple[float, float]:
+    """Fit a line to means over 1/n, each weighted by its standard error; its value at 1/n = 0 and its slope."""
+    errors = np.array([values.std(ddof=1) / len(values) ** 0.5 for values in groups])
+    if not (errors > 0).all():
+        return float("nan"), float("nan")
+    slope, limit = np.polyfit(1 / np.array(n), [values.mean() for values in groups], 1, w=1 / errors)
+    return float(limit), float(slope)
+
+
 @dataclass(frozen=True)
 class Ensemble:
     """Values of each packing at the same places.
@@ -144,27 +188,33 @@ class Ensemble:
         """(places,) ensemble averages."""
         return average(self.x), average(self.y)
 
-    def band(self, transform: Callable[[Array], Array] = lambda y: y) -> tuple[Array, Interval]:
+    @property
+    def band(self) -> tuple[Array, Interval]:
         """(places,) x, and the mean of y with its interval."""
-        found = bootstrap([self.y], lambda g: transform(average(g[0])))
-        return average(self.x), found
+        return average(self.x), mean_over_packings([self.y])[0]
 
-    def interval(self, statistic: Statistic, middle: Callable[[Array], Array] = average) -> Interval | None:
-        """Statistic of the mean curve (x, y) with its interval; None if there are too few points or no law fits.
+    @property
+    def curves(self) -> Array:
+        """(packings, places, 2) x and y, the form that a bootstrap draws packings from."""
+        return np.stack([self.x, self.y], axis=-1)
 
-        Args:
-            statistic: function of (places,) x and y.
-            middle: of the packings, such as `median` instead of the mean.
-        """
-        both = np.stack([self.x, self.y], axis=-1)
+    def between(self, low: float, high: float) -> "Ensemble":
+        """Cut the curve to the places whose mean x lies between two values."""
+        x = average(self.x)
+        kept = (x > low) & (x < high)
+        return Ensemble(self.x[:, kept], self.y[:, kept])
 
-        def of(groups: list[Array]) -> ArrayLike:
-            return statistic(average(groups[0][..., 0]), middle(groups[0][..., 1]))
-
+    def interval(self, statistic: Statistic) -> Interval | None:
+        """Statistic of the mean curve, (places,) x and y, with its interval; None without points or if no law fits."""
         try:
-            return bootstrap([both], of)
+            return bootstrap([self.curves], lambda drawn: statistic(*mean_curve(drawn[0])))
         except (ConvergenceError, InputError):
             return None
+
+
+def mean_curve(curves: Array) -> tuple[Array, Array]:
+    """Average x and y (places,) of curves (packings, places, 2)."""
+    return average(curves[..., 0]), average(curves[..., 1])
 
 
 def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
@@ -204,6 +254,17 @@ def interpolate(x: Array, y: Array, places: Array) -> Array:
         return np.full(places.shape, np.nan)
     curve = PchipInterpolator(np.sqrt(x), y[kept][first], extrapolate=False)
     return np.asarray(curve(np.sqrt(places)))
+
+
+def of_packings(rows: pd.DataFrame, columns: str, value: str) -> tuple[Array, Array]:
+    """Arrange rows as places (m,), such as rates, and values (packings, m); nan where a packing has none."""
+    table = rows.pivot_table(index="seed", columns=columns, values=value, dropna=False)
+    return table.columns.to_numpy(dtype=np.float64), table.to_numpy(dtype=np.float64)
+
+
+def nearest(values: Sequence[float], wanted: float) -> float:
+    """Pick the value that is nearest to the one wanted."""
+    return min(values, key=lambda value: abs(value - wanted))
 
 
 def log_places(low: float, high: float, per_decade: int = 5) -> Array:

@@ -10,8 +10,7 @@ import pandas as pd
 
 from jamlab.errors import InputError, JamlabError
 from jamlab.figures.explorer.write_page import explorer_assets
-from jamlab.figures.html_page import Section, TextTable, save_png, write_csv, write_report
-from jamlab.figures.picture_file import save_picture
+from jamlab.figures.html_page import Section, TextTable, save_picture, save_png, write_csv, write_report
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
@@ -34,18 +33,15 @@ from jamlab.studies.boromand import pictures as boromand_pictures
 from jamlab.studies.boromand import power_laws as boromand_power_laws
 from jamlab.studies.boromand import tables as boromand_tables
 from jamlab.studies.boromand import voids as boromand_voids
-from jamlab.studies.claims import Claim
+from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
 from jamlab.studies.dynamics import amplitudes as dynamics_amplitudes
 from jamlab.studies.dynamics import collapse as dynamics_collapse
-from jamlab.studies.dynamics import droplets as dynamics_droplets
 from jamlab.studies.dynamics import equivalent_damping as dynamics_equivalent_damping
 from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
 from jamlab.studies.dynamics import power_law as dynamics_power_law
-from jamlab.studies.dynamics import startup as dynamics_startup
 from jamlab.studies.dynamics import yielding as dynamics_yield
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.panels import Drawing
-from jamlab.studies.summary import SUMMARY, first_line, summary
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": boromand_pictures.figure_1,
@@ -72,12 +68,12 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "baumgarten-8": baumgarten_motion.figure_8,
     "dynamics-flow-curves": dynamics_flow_curves.flow_curves,
     "dynamics-collapse": dynamics_collapse.flow_collapse,
-    "dynamics-overshoot": dynamics_startup.overshoot,
+    "dynamics-overshoot": dynamics_yield.overshoot,
     "dynamics-yield": dynamics_yield.yield_stress,
     "dynamics-amplitudes": dynamics_amplitudes.amplitude_sweeps,
     "dynamics-power-law": dynamics_power_law.power_law_collapse,
     "dynamics-equivalent-damping": dynamics_equivalent_damping.equivalent_damping,
-    "dynamics-droplets": dynamics_droplets.droplets_beside_disks,
+    "dynamics-droplets": dynamics_flow_curves.droplets_beside_disks,
     "beyond-droplet-spectra": beyond_droplet_spectra.droplet_spectra,
     "beyond-droplet-modes": beyond_droplet_modes.droplet_modes,
     "beyond-droplet-contacts": beyond_droplet_contacts.droplet_contacts,
@@ -152,7 +148,7 @@ class Written:
     """A figure whose files are written.
 
     Attributes:
-        name, caption, claims: see `Drawing`.
+        name, caption, claims, numbers: see `Drawing`.
         png: the picture.
     """
 
@@ -160,6 +156,7 @@ class Written:
     caption: str
     claims: list[Claim]
     png: bytes
+    numbers: dict[str, dict[str, float]]
 
 
 def write_all(
@@ -223,7 +220,7 @@ def _draw_and_write(
     except JamlabError as error:
         return Failure(name, str(error))
     _, png = write(drawing, folder)
-    return Written(name, drawing.caption, drawing.claims, png)
+    return Written(name, drawing.caption, drawing.claims, png, drawing.numbers)
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

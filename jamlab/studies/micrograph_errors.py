@@ -1,8 +1,8 @@
 """Draw the errors of `jamlab.micrograph` against light, noise, blur, films and size, from the table shipped beside.
 
-`micrograph_errors.csv` is `jamlab.micrographs.error_table.error_table` of packings of 64 droplets, seed 2, at rho 0.84,
-0.90 and 0.95; `tests/micrographs/benchmark_error_table.py` makes it anew. Limits of the verdict were set on that seed
-and on seed 1; `tests/micrographs/benchmark_degraded_pictures.py` judges others.
+`micrograph_errors.csv` is `error_table` of `tests/support/rendered_pictures.py`, of packings of 64 droplets, seed 2, at
+rho 0.84, 0.90 and 0.95; `tests/micrographs/benchmark_error_table.py` makes it anew. Limits of the verdict were set on
+that seed and on seed 1; `tests/micrographs/benchmark_degraded_pictures.py` judges others.
 """
 
 from importlib import resources

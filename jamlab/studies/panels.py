@@ -1,6 +1,6 @@
-"""Draw panels of a figure that keeps the numbers behind every curve."""
+"""A drawing is a figure that keeps every point and every number behind it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, MODEL_STYLE, ORANGE, PINK, RED, SKY
-from jamlab.studies.claims import Claim
+from jamlab.statistics.bootstrap import Interval
+from jamlab.statistics.published_numbers import Published
+from jamlab.studies.claims import Claim, Kind, claim, write_interval
 
 COLOURS = (RED, BLUE, GREEN, PINK, ORANGE, SKY, BLACK)
 MARKERS = "so^vDP*"
@@ -62,21 +64,58 @@ def size_style(n: int) -> dict[str, Any]:
 
 @dataclass
 class Drawing:
-    """One figure of a paper.
+    """A figure with its points, its numbers, and what it says of them.
 
     Attributes:
         name: such as "boromand-6".
         figure: matplotlib.
         claims: numbers of the paper beside ours.
+        values: further numbers of the figure, of which captions and reasons are written; nan ends: without interval.
         caption: what is drawn, and what of the paper's figure is missing.
-        rows: one dict per point drawn.
+        rows: one table per curve drawn.
     """
 
     name: str
     figure: Figure
     caption: str = ""
     claims: list[Claim] = field(default_factory=list)
+    values: dict[str, Interval] = field(default_factory=dict)
     rows: list[pd.DataFrame] = field(default_factory=list)
+
+    def claim(
+        self, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+    ) -> Claim:
+        """Add a claim, see `jamlab.studies.claims.claim`."""
+        self.claims.append(claim(self.name, quantity, found, paper, kind, **words))
+        return self.claims[-1]
+
+    def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
+        """Keep numbers of the figure by name, and return them as they are; None is kept as nan.
+
+        Args:
+            name: of the number; several get what tells them apart: "theta" by N=[32, 64] is "theta, N = 32" and so on.
+            found: an interval, or a number without any; of several, a sequence or an interval of arrays.
+            by: name and values of what tells them apart.
+        """
+        if not by:
+            self.values[name] = _interval(found)
+            return found
+        ((what, places),) = by.items()
+        for k, place in enumerate(places):
+            self.values[f"{name}, {what} = {place:g}"] = _interval(None if found is None else found[k])
+        return found
+
+    @property
+    def numbers(self) -> dict[str, dict[str, float]]:
+        """`values` as plain numbers, the form that JSON takes: value, low and high by name."""
+        return {
+            name: {end: float(getattr(found, end)) for end in ("value", "low", "high")}
+            for name, found in self.values.items()
+        }
+
+    def write(self, name: str, digits: int = 2) -> str:
+        """Write a number of the figure with its interval, such as "0.21 [0.19, 0.23]"."""
+        return write_interval(self.values[name], digits)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -88,9 +127,7 @@ class Drawing:
         axes: Any,
         series: str,
         x: ArrayLike,
-        y: ArrayLike,
-        low: ArrayLike | None = None,
-        high: ArrayLike | None = None,
+        y: ArrayLike | Interval,
         *,
         label: str | None = "",
         band: bool = True,
@@ -99,10 +136,14 @@ class Drawing:
         """Draw a curve with its interval, as a band or as bars, and keep its points; nan are left out.
 
         Args:
+            y: an `Interval` is drawn with its ends.
             label: in the legend; "" takes the name of the series, None leaves the curve out of it.
         """
-        px, py = _row(x), _row(y)
-        bottom, top = (np.full(py.shape, np.nan) if e is None else _row(e) for e in (low, high))
+        if isinstance(y, Interval):
+            px, py, bottom, top = map(_row, (x, y.value, y.low, y.high))
+        else:
+            px, py = _row(x), _row(y)
+            bottom, top = np.full((2, *py.shape), np.nan)
         kept = np.isfinite(px) & np.isfinite(py)
         if axes.get_xscale() == "log":
             kept &= px > 0
@@ -147,11 +188,8 @@ class Drawing:
         axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
 
 
-BESIDE: dict[str, Any] = {
-    "loc": "upper left",
-    "bbox_to_anchor": (1.01, 1.0),
-    "borderaxespad": 0.0,
-}  # a legend, where curves fill a panel
+# of a legend, where curves fill a panel
+BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
 
 
 def drawing(name: str, rows: int, columns: int, width: float = 4.6, height: float = 3.8) -> tuple[Drawing, list[Any]]:
@@ -184,6 +222,12 @@ def scale(axes: Any, x: str = "log", y: str = "log") -> None:
     """Set the scales before curves are drawn, so that points that a logarithm cannot show are left out."""
     axes.set_xscale(x)
     axes.set_yscale(y)
+
+
+def _interval(found: Any) -> Interval:
+    if isinstance(found, Interval):
+        return found
+    return Interval(*(np.asarray(np.nan if v is None else v, dtype=np.float64) for v in (found, None, None)))
 
 
 def _row(values: ArrayLike) -> Array:

@@ -1,4 +1,4 @@
-"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data files and dumps, GSD."""
+"""Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, files of other groups."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ from jamlab.storage.verified_file import FilePath
 from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.lammps_data import read_data
 from jamlab.trajectories.lammps_dump import read_dump, sites
+from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
 
 DATA = (".data", ".lmp", ".lammps")
 DUMP = (".dump", ".lammpstrj", ".lammpsdump")
 GSD = (".gsd",)
+XYZ = (".xyz", ".extxyz")
 
 
 @checked
@@ -36,10 +38,11 @@ def read(
 ) -> Packing:
     """Read one frame, by default the last; negative numbers count from the end.
 
-    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. For files of
-    other programs give what they lack: parameters found nowhere have the defaults of the decks, and their names stand
-    in `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`) leave `converged`
-    False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
+    HDF5 files of jamlab hold everything; so do data files (`.data`) and dumps (`.dump`) that jamlab wrote. Packings of
+    other groups are read as they publish them: text of the Leiden group, netCDF of Goodrich and Liu, extended xyz.
+    For files of other programs give what they lack: parameters found nowhere have the defaults of the decks, and
+    their names stand in `provenance["assumed"]`. Coordinates with fewer digits than float64 (GSD, dumps with `%g`)
+    leave `converged` False and `Packing.rounding` above 0: moduli and G* are refused, see `jamlab.relaxed`.
 
     Args:
         path: file.
@@ -99,11 +102,13 @@ def read_all(
 
 def _kind(path: FilePath) -> str:
     if h5py.is_hdf5(path):
-        return "hdf5"
+        return "netcdf" if is_netcdf(path) else "hdf5"
     suffix = Path(path).suffix.lower()
-    for kind, suffixes in (("data", DATA), ("dump", DUMP), ("gsd", GSD)):
+    for kind, suffixes in (("data", DATA), ("dump", DUMP), ("gsd", GSD), ("xyz", XYZ)):
         if suffix in suffixes:
             return kind
+    if is_leiden(path):
+        return "leiden"
     return "hdf5"  # its reader refuses other files with a reason
 
 
@@ -123,8 +128,11 @@ def _frames(
 
         yield from read_gsd(path, radii, units, params, frame)
         return
+    foreign = {"leiden": read_leiden, "netcdf": read_netcdf, "xyz": read_xyz}
     if kind == "data":
         found: Iterable[Any] = [] if frame not in (None, 0, -1) else [(0, read_data(path))]
+    elif kind in foreign:
+        found = _chosen(foreign[kind](path), frame)
     else:
         found = ((k, sites(path, text)) for k, text in _chosen(read_dump(path), frame))
     for k, atoms in found:

@@ -4,6 +4,7 @@ import numpy as np
 
 from jamlab.checks import checked
 from jamlab.engine.session import Session
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.compression import LARGEST_TOLERANCE
@@ -20,7 +21,7 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
 
     Args:
         packing: SP or DP.
-        tolerance: largest force at the minimum; default as in `jamlab.compress`.
+        tolerance: largest force at the minimum, as in `jamlab.compress`.
 
     Returns:
         The minimum, with `rounding` 0; `converged` is False if the tolerance was not met. `provenance["moved"]` is the
@@ -40,8 +41,10 @@ def relaxed(packing: Packing, tolerance: float | None = None) -> Packing:
         (True, True)
     """
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    with Session(packing) as session:
-        found = minimizer(packing.ensemble)(session, tolerance)
+    scales = natural_scales(packing)
+    start = scales.to_natural(packing)
+    with Session(start) as session:
+        found = minimizer(start.ensemble)(session, tolerance)
         state = session.packing()
-    moved = float(np.hypot(*(state.positions - packing.positions).T).max())
-    return record(state, found, precision="float64", rounding=0.0, moved=moved)
+    moved = float(np.hypot(*(state.positions - start.positions).T).max())
+    return scales.from_natural(record(state, found, precision="float64", rounding=0.0, moved=moved))

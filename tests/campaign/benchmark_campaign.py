@@ -28,7 +28,7 @@ def timed(folder, name, workers, seeds, step=2e-3):
         spans.append(outcome.seconds)
 
     began = time.perf_counter()
-    assert jamlab.open_campaign(path).run(workers, progress=progress).finished == seeds
+    assert jamlab.open_campaign(path).run(workers, done=progress).finished == seeds
     return ends[-1] - ends[0], time.perf_counter() - began, spans[1:]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from commands import call
 
-from jamlab.campaign.file_tables import CampaignTable
+from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError
 

@@ -9,9 +9,8 @@ from campaigns import SWEEP, names, written
 
 import jamlab
 from jamlab.campaign.driver import remaining_tasks
-from jamlab.campaign.file import read_campaign_file
-from jamlab.campaign.file_tables import CampaignTable
-from jamlab.campaign.tasks import batches, task_name
+from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 
@@ -61,7 +60,7 @@ from jamlab.errors import InputError
         ({"ranks": 0}, r"ranks = 0: must be 1 or more"),
         ({"ranks": 2.5}, r"ranks = 2.5: must be a whole number"),
         ({"model": "dp", "ranks": 2}, r"ranks = 2 is for model sp: .*ranks = 1"),
-        ({"force_law": {"gamma": 0.1}}, r"force_law is for model dp"),
+        ({"force_law": {"gamma": 0.1}}, r"model sp has no parameter"),
         ({"observables": ["void"]}, r"observables\[1\] = 'void': use one of"),
         ({"observables": ["spectra"]}, r"'spectra' needs omega"),
         ({"omega": [1.0]}, r"omega is given, but observable 'spectra' is not"),
@@ -183,9 +182,9 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
     )
     assert done.stdout.split() == names(path)
     task = next(batches(read_campaign_file(path))[0].tasks())
-    assert task_name(dict(reversed(task.parameters.items()))) == task.name
+    assert task_name(Parameters.from_record(dict(reversed(task.parameters.record().items())))) == task.name
     # the defaults of the decks are part of the name: new ones make new tasks
-    assert task.parameters["force_law"]["ka"] == defaults("dp")["ka"]
+    assert task.parameters.force_law["ka"] == defaults("dp")["ka"]
     before = set(names(path))
     assert not before & set(names(written(path, model="dp", force_law={"gamma": 0.11})))
 
@@ -193,5 +192,5 @@ def test_task_names_are_the_same_in_another_process_and_for_other_droplets_not(t
 def test_a_task_of_two_sweeps_is_done_once():
     content = CampaignTable.model_validate({"name": "c", "sweep": [SWEEP, SWEEP | {"name": "again", "seeds": 3}]})
     tasks = list(remaining_tasks(batches(content), set()))
-    assert sorted(task.parameters["seed"] for task in tasks) == [1, 2, 3]
-    assert [t.parameters["seed"] for t in remaining_tasks(batches(content), {tasks[0].name})] == [2, 3]
+    assert sorted(task.parameters.seed for task in tasks) == [1, 2, 3]
+    assert [t.parameters.seed for t in remaining_tasks(batches(content), {tasks[0].name})] == [2, 3]

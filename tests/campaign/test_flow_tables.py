@@ -5,8 +5,8 @@ import pytest
 from campaigns import run_here, written
 
 import jamlab
-from jamlab.campaign.cost import measuring_seconds
 from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.plan import measuring_seconds
 from jamlab.campaign.tasks import batches, state_key
 
 FLOW = {"rates": [0.5, 1.0], "strain": 1.0, "discard": 0.1, "background": 1e-2}

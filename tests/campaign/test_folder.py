@@ -13,12 +13,12 @@ from campaigns import FULL, run_here, written
 
 import jamlab
 from jamlab.campaign import states as sweep_states
+from jamlab.campaign.driver import run_task
 from jamlab.campaign.exchange import export, merge
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.tables import TABLES
+from jamlab.campaign.observables import TABLES
 from jamlab.campaign.task_file import damage, read_task_file
-from jamlab.campaign.tasks import batches, task_name
-from jamlab.campaign.worker import run_task
+from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.errors import InputError, StorageError
 
 
@@ -96,10 +96,13 @@ def test_a_task_that_cannot_be_done_is_recorded_and_not_tried_again(tmp_path):
     (record,) = status.failures.values()
     assert (record["label"], record["error"]) == ("sp n=8 seed=1", "ConvergenceError")
     assert campaign.run(1) == type(campaign.run(1))(0, 0, {})  # nothing is left: no worker starts
-    first = campaign.folder.failure_file(task_name(record["parameters"])).stat().st_mtime_ns
+    kept = campaign.folder.failure_file(task_name(Parameters.from_record(record["parameters"])))
+    first = kept.stat().st_mtime_ns
     done = campaign.run(1, retry_failed=True)
     assert (done.finished, done.failed) == (0, 1)
-    assert campaign.folder.failure_file(task_name(record["parameters"])).stat().st_mtime_ns > first
+    assert (
+        campaign.folder.failure_file(task_name(Parameters.from_record(record["parameters"]))).stat().st_mtime_ns > first
+    )
 
 
 def test_a_sweep_that_breaks_off_keeps_its_states_and_says_so(tmp_path, monkeypatch):
@@ -143,13 +146,13 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path,
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", no_space)
-    outcome = run_task(place, task.name, task.parameters)
+    outcome = run_task(place, task)
     assert outcome[0] == "full"
     assert "No space left" in outcome[1]
     assert not list((campaign.folder.path / "tasks").iterdir())  # nothing half-written
     assert not campaign.folder.failed()
     monkeypatch.undo()
-    assert run_task(place, task.name, task.parameters)[0] == "finished"
+    assert run_task(place, task)[0] == "finished"
 
 
 def test_two_drivers_do_not_share_a_folder(tmp_path):
@@ -250,7 +253,7 @@ def test_a_task_that_is_a_link_out_of_the_folder_is_not_written(tmp_path):
     campaign.folder.prepare()
     task = next(batches(campaign.content)[0].tasks())
     campaign.folder.task_file(task.name).symlink_to(tmp_path / "elsewhere")
-    outcome = run_task(str(campaign.folder.path), task.name, task.parameters)
+    outcome = run_task(str(campaign.folder.path), task)
     assert outcome.state == "full" and "is a link out of the campaign folder" in outcome.line
     assert not (tmp_path / "elsewhere").exists()
 

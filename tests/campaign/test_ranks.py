@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from campaigns import names, written
+from campaigns import dask_worker, names, written
 from commands import call
 
 import jamlab
@@ -13,7 +13,6 @@ from jamlab.campaign import states
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.plan import total_time
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker_supply import WorkerSupply
 from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError
 from jamlab.processes.cores import cores_given
@@ -68,12 +67,12 @@ def scheduler():
 @pytest.mark.slow
 def test_a_scheduler_needs_workers_that_hold_as_many_cores(tmp_path, scheduler):
     campaign = jamlab.open_campaign(written(tmp_path / "c.toml", **PRESSED, ranks=2))
-    with WorkerSupply(scheduler, 1, pytest.fail):
+    with dask_worker(scheduler):
         with pytest.raises(InputError, match=r"ranks = 2: no worker .*--resources cores=2"):
             while True:  # until the worker is there
-                with Workers(scheduler=scheduler, ranks=2).client():
+                with Workers(scheduler=scheduler, ranks=2).crew():
                     pass
-    with WorkerSupply(scheduler, 1, pytest.fail, 2):
+    with dask_worker(scheduler, "--resources", "cores=2"):
         done = campaign.run(scheduler=scheduler)
     assert (done.finished, done.failed) == (2, 0)
 

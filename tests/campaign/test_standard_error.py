@@ -8,10 +8,10 @@ from campaigns import run_here, written
 from commands import call
 
 import jamlab
-from jamlab.campaign import standard_error
+from jamlab.campaign import status
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.standard_error import FIRST_SEEDS, precision
+from jamlab.campaign.status import FIRST_SEEDS, precision
 from jamlab.campaign.tasks import batches
 from jamlab.errors import InputError
 
@@ -28,7 +28,7 @@ def spread(tmp_path, monkeypatch):
         names = list(batch.names())
         rows = dict(zip(names, values, strict=False))
         monkeypatch.setattr(
-            standard_error, "read_last_state", lambda file: {"converged": 1.0, "z": rows[file.name.removesuffix(".h5")]}
+            status, "read_last_state", lambda file: {"converged": 1.0, "z": rows[file.name.removesuffix(".h5")]}
         )
         found, finished, failed = [], set(), {names[k] for k in failing}
         while not found or not found[-1].met:

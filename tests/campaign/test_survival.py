@@ -13,9 +13,8 @@ import pytest
 from campaigns import compression
 
 import jamlab
-from jamlab.campaign.driver import remaining_tasks
+from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker import run_task
 
 
 def write_file(folder, **changes):
@@ -50,7 +49,7 @@ def workers_of(driver):
     found = []
     for process in descendants(driver):
         try:
-            if "worker_process" in " ".join(process.cmdline()):
+            if "jamlab.processes.child" in " ".join(process.cmdline()):
                 found.append(process)
         except psutil.Error:
             continue
@@ -111,7 +110,7 @@ def undisturbed(tmp_path_factory):
     campaign = jamlab.open_campaign(write_file(tmp_path_factory.mktemp("undisturbed")))
     campaign.folder.prepare()
     for task in remaining_tasks(batches(campaign.content), set()):
-        assert run_task(str(campaign.folder.path), task.name, task.parameters)[0] == "finished"
+        assert run_task(str(campaign.folder.path), task)[0] == "finished"
     return campaign.folder.path
 
 

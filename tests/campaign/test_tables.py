@@ -8,9 +8,9 @@ from campaigns import run_here, written
 
 import jamlab
 from jamlab.campaign import states
-from jamlab.campaign.aggregate import aggregate
 from jamlab.campaign.exchange import export_table
-from jamlab.campaign.tables import TABLE_COLUMNS, TABLES
+from jamlab.campaign.observables import TABLES
+from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS, measure

@@ -72,6 +72,6 @@ NAMES = {  # file -> sweep, model, n, seed -> name of the task
 @pytest.mark.parametrize("name", NAMES)
 def test_names_of_stored_tasks_stay(name):
     campaign = read_campaign_file(Path(str(files("jamlab.campaign"))) / f"{name}.toml")
-    found = {(b.sweep, b.parameters["model"], b.parameters["n"]): b for b in batches(campaign)}
+    found = {(b.sweep, b.parameters.model, b.parameters.n): b for b in batches(campaign)}
     pinned = NAMES[name]
     assert {key: found[key[:3]].name_of(key[3]) for key in pinned} == pinned

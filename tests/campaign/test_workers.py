@@ -6,17 +6,19 @@ import subprocess
 import sys
 import time
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 import pytest
+from campaigns import dask_worker
 from commands import call
 
 import jamlab
-from jamlab.campaign import driver, worker_supply
-from jamlab.campaign.file_tables import CampaignTable
+from jamlab.campaign import driver, workers
+from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker_supply import WorkerSupply
-from jamlab.campaign.workers import Workers
+from jamlab.campaign.workers import DaskCrew, LocalCrew, Workers
 from jamlab.errors import EngineError, InputError
 
 FILE = """
@@ -44,24 +46,49 @@ def scheduler():
         yield cluster.scheduler_address
 
 
-def die(*_):
-    os._exit(9)
-
-
-die.__module__ = "__main__"  # so that it is sent by value: workers cannot import this file
+@pytest.mark.slow
+def test_a_scheduler_that_is_there(campaign, scheduler):
+    with dask_worker(scheduler) as worker:
+        done = campaign.run(scheduler=scheduler)
+        assert (done.finished, done.failed) == (4, 0)
+        assert worker.poll() is None  # it is not ours
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_there(campaign, scheduler):
-    with WorkerSupply(scheduler, 1, pytest.fail):
-        while not psutil.Process().children():
-            time.sleep(0.01)
-        (worker,) = psutil.Process().children()
-        done = campaign.run(scheduler=scheduler)
-        assert (done.finished, done.failed) == (4, 0)
-        assert worker.is_running()  # it is not ours
-        assert worker.environ()["OMP_NUM_THREADS"] == "1"
-    assert not worker.is_running()
+def test_two_campaigns_on_one_scheduler_make_their_own_files(tmp_path, scheduler):
+    """The same tasks for two folders at one time: each has all of its files at the end."""
+    ours = []
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.toml").write_text(FILE.replace('"c"', f'"{name}"').replace("seeds = 4", "seeds = 8"))
+        ours.append(jamlab.open_campaign(tmp_path / f"{name}.toml"))
+    with dask_worker(scheduler), ThreadPoolExecutor(2) as side_by_side:
+        done = list(side_by_side.map(lambda campaign: campaign.run(scheduler=scheduler), ours))
+    assert [(run.finished, run.failed) for run in done] == [(8, 0)] * 2
+    assert [campaign.status().left for campaign in ours] == [0, 0]
+
+
+def test_tasks_of_two_folders_have_two_keys_at_a_scheduler(tmp_path):
+    (task, *_) = batches(CampaignTable.model_validate(tomllib.loads(FILE)))[0].tasks()
+    one, other, again = (CampaignFolder(tmp_path / name) for name in ("a", "b", "b/../a"))
+    assert driver.task_key(one, task) == driver.task_key(again, task) != driver.task_key(other, task)
+
+
+def test_a_task_whose_file_is_not_there_is_not_finished(campaign):
+    """Workers that see another folder under the same name, as without a common disk."""
+
+    class Elsewhere:
+        width = 1
+
+        def submit(self, key, call):
+            self.key = key
+
+        def wait(self):
+            return self.key, driver.Outcome(driver.FINISHED, "done", 1.0)
+
+    campaign.folder.prepare()
+    tasks = driver.remaining_tasks(batches(campaign.content), set())
+    with pytest.raises(EngineError, match=r"is finished, but .*\.h5 is not there: workers must see the folder"):
+        driver.drive(Elsewhere(), campaign.folder, tasks)
 
 
 @pytest.mark.slow
@@ -72,11 +99,26 @@ def test_only_a_few_tasks_wait_at_once(campaign, scheduler, tmp_path):
     for name in batches(content)[0].names():
         campaign.folder.task_file(name).touch()
     known = []
-    with WorkerSupply(scheduler, 1, pytest.fail), Workers(scheduler=scheduler).client() as client:
+    with dask_worker(scheduler), Workers(scheduler=scheduler).crew() as crew:
+        assert isinstance(crew, DaskCrew)
         tasks = driver.remaining_tasks(batches(content), set())
-        done = driver.drive(client, campaign.folder, tasks, lambda *_: known.append(len(client.futures)))
+        done = driver.drive(crew, campaign.folder, tasks, lambda *_: known.append(len(crew._client.futures)))
     assert (done.finished, len(known)) == (200, 200)
     assert max(known) <= 2
+
+
+def test_nobody_can_connect_to_workers_on_this_machine(campaign):
+    """They are reached by pipes: no process of the run listens anywhere."""
+    heard = []
+
+    def listen(share, text):
+        family = [psutil.Process(), *psutil.Process().children(recursive=True)]
+        assert len(family) > 1
+        heard.extend(c for p in family for c in p.net_connections() if c.status == psutil.CONN_LISTEN)
+
+    before = [c for c in psutil.Process().net_connections() if c.status == psutil.CONN_LISTEN]
+    assert campaign.run(1, progress=listen).finished == 4
+    assert heard == before * (len(heard) // max(1, len(before)))
 
 
 def test_workers_with_threads_are_refused(campaign, scheduler):
@@ -85,32 +127,49 @@ def test_workers_with_threads_are_refused(campaign, scheduler):
         try:
             with pytest.raises(InputError, match=r"2 tasks.*--nthreads 1"):
                 for _ in range(200):  # until the worker is there
-                    with Workers(scheduler=scheduler).client():
+                    with Workers(scheduler=scheduler).crew():
                         time.sleep(0.1)
         finally:
             process.kill()
 
 
 def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
-    monkeypatch.setattr(worker_supply, "_EARLY_DEATHS", 2)
+    monkeypatch.setattr(workers, "_EARLY_DEATHS", 2)
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(EngineError, match="workers die as soon as they start, the last with exit code 1"):
         campaign.run(2)
     assert campaign.status().left == 4
 
 
-@pytest.mark.slow
-def test_a_task_that_kills_its_workers_is_recorded(campaign, monkeypatch):
-    monkeypatch.setattr(driver, "run_task", die)
+def test_a_task_that_kills_its_workers_is_recorded(tmp_path):
+    """Others go on: the observable ends the process at one seed only."""
+    (tmp_path / "deadly.py").write_text(
+        "import os\n\ndef kill(packing):\n    return os._exit(9) if packing.provenance['seed'] == 1 else 1.0\n"
+    )
+    (tmp_path / "c.toml").write_text(FILE.replace("seeds = 4", "seeds = 2") + 'observables = ["deadly:kill"]\n')
+    campaign = jamlab.open_campaign(tmp_path / "c.toml")
     done = campaign.run(1)
-    assert (done.finished, done.failed) == (0, 4)
-    assert all("workers died again and again" in r["reason"] for r in campaign.status().failures.values())
+    assert (done.finished, done.failed) == (1, 1)
+    (record,) = campaign.status().failures.values()
+    assert "seed=1: its workers died again and again" in record["reason"]
+
+
+def test_what_local_workers_raise_is_named_and_they_are_gone_afterwards():
+    with LocalCrew(1) as crew:
+        crew.submit("a", (os.getppid,))
+        assert crew.wait() == ("a", os.getpid())
+        crew.submit("b", (int, "three"))
+        with pytest.raises(EngineError, match="workers cannot run a task: invalid literal"):
+            crew.wait()
+        assert len(psutil.Process().children()) == 1  # one and the same
+    assert not psutil.Process().children()
 
 
 @pytest.mark.slow
 def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     """With sbatch and scancel that run jobs here; the real sbatch keeps a copy of the script too."""
     pytest.importorskip("dask_jobqueue")
+    pytest.importorskip("cryptography")
     bin_ = tmp_path / "bin"
     bin_.mkdir()
     job = '#!/bin/bash\n[ "$1" = --test-only ] && exit 0\ncp "$1" {0}/job.sh\n'
@@ -138,6 +197,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     script = (tmp_path / "job.sh").read_text()
     assert "#SBATCH -p short" in script
     assert "--nthreads 1" in script
+    assert "tls://" in script and "--tls-key" in script and "tcp://" not in script
     jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
     _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
     assert not alive
@@ -158,6 +218,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
 )
 def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options, said):
     pytest.importorskip("dask_jobqueue")
+    pytest.importorskip("cryptography")
     for name in ("sbatch", "scancel") if sbatch else ():
         (tmp_path / name).write_text(f"#!/bin/sh\n{sbatch}\n")
         (tmp_path / name).chmod(0o755)

@@ -53,7 +53,7 @@ def test_command(folder, words):
 
 
 def test_refusals(folder, monkeypatch):
-    monkeypatch.setattr("jamlab.estimates.flow_plan.TRIAL", 0.0)
+    monkeypatch.setattr("jamlab.flow.flow_cost.TRIAL", 0.0)
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "cannot draw p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",

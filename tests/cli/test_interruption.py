@@ -9,7 +9,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli import interruption
-from jamlab.cli.campaign_progress import show_tasks
+from jamlab.cli.campaign import _show_tasks
 
 CAMPAIGN = 'name = "c"\n[[sweep]]\nname = "disks"\nmodel = "sp"\nn = 16\nseeds = 12\nonset = true\n'
 
@@ -27,7 +27,7 @@ def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch,
     (tmp_path / "c.toml").write_text(CAMPAIGN)
     campaign = jamlab.open_campaign("c.toml", out)
     campaign.folder.prepare()
-    with show_tasks(campaign, None):
+    with _show_tasks(campaign, None):
         for name in ("0" * 32, *names("c.toml")[:3]):  # one of another campaign
             campaign.folder.task_file(name).touch()
         line = said()
@@ -39,7 +39,7 @@ def test_the_line_counts_tasks_and_its_command_finds_them(tmp_path, monkeypatch,
 
 def test_seeds_that_are_not_asked_for_yet_count_as_the_most(tmp_path, said):
     (tmp_path / "c.toml").write_text(CAMPAIGN + "until = { rho = 0.01 }\n")
-    with show_tasks(jamlab.open_campaign(tmp_path / "c.toml"), None):
+    with _show_tasks(jamlab.open_campaign(tmp_path / "c.toml"), None):
         assert said().startswith("0 of at most 12 tasks are finished")
 
 

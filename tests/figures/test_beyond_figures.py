@@ -17,6 +17,7 @@ from jamlab.studies import gallery
 from jamlab.studies.beyond.droplet_modes import group_share
 from jamlab.studies.beyond.droplet_voids import FRACTIONS as VOID_FRACTIONS
 from jamlab.studies.beyond.droplet_voids import mean_shapes, sums_at_fractions, three_disks
+from jamlab.studies.claims import write_interval
 from jamlab.studies.droplet_tables import (
     COUNTS,
     FRACTIONS,
@@ -41,64 +42,56 @@ def states(rho):
     return table.assign(**LAW, converged=True)
 
 
-def said(name, pattern):
-    """The number that the caption of a figure says after some words, with its interval."""
-    found = re.search(
-        pattern + r" (-?[\d.e-]+) \[(-?[\d.e-]+), (-?[\d.e-]+)\]", drawn(f"beyond-droplet-{name}").caption
-    )
-    assert found, drawn(f"beyond-droplet-{name}").caption
-    value, low, high = map(float, found.groups())
-    assert low <= value <= high
-    return value
+def kept(name, number):
+    """A number of a figure, within its interval."""
+    found = drawn(f"beyond-droplet-{name}").values[number]
+    assert found.low <= found.value <= found.high
+    return float(found.value)
 
 
-def test_captions_say_what_the_tables_hold():
+def test_figures_keep_what_the_tables_hold():
     for law in ("contact", "Stokes"):
-        assert said("modes", f"{law} drag, slow") == pytest.approx(beyond_tables.RIGID)
-        assert said("modes", f"{law} drag, middle") == pytest.approx(beyond_tables.ROUND)
-    assert said("modes", "sliding at all rho:") == pytest.approx(1.0)
-    assert said("modes", "to the power: slow") == pytest.approx(1.0, abs=0.02)
-    assert said("modes", "to the power: .*, middle") == pytest.approx(0.0, abs=1e-6)
-    assert said("vertices", "G") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
-    assert said("sizes", "theta =") == pytest.approx(0.55, abs=0.005)
-    assert said("contacts", "motions left free") == pytest.approx(0.25)
+        for rho in (0.86, 0.96):
+            assert kept("modes", f"{law} drag, slow, whole droplets, rho = {rho}") == pytest.approx(beyond_tables.RIGID)
+            assert kept("modes", f"{law} drag, middle, whole droplets, rho = {rho}") == pytest.approx(
+                beyond_tables.ROUND
+            )
+    assert kept("modes", "contact drag, slow, dissipation by sliding") == pytest.approx(1.0)
+    assert kept("modes", "slow, exponent of its rate in line tension") == pytest.approx(1.0, abs=0.02)
+    assert kept("modes", "middle, exponent of its rate in line tension") == pytest.approx(0.0, abs=1e-6)
+    assert kept("vertices", "G, limit") == pytest.approx(beyond_tables.LIMIT, abs=0.005)
+    assert kept("sizes", "theta") == pytest.approx(0.55, abs=0.005)
+    assert kept("contacts", "motions left free, a droplet, N = 128") == pytest.approx(0.25)
     per_pair = (3 * 128 - 1 - 32 + 26 / 30 - 256) / 128  # a pair may have more than two contacts
-    assert said("contacts", "contacts beyond one a pair") == pytest.approx(per_pair, abs=1e-3)
+    assert kept("contacts", "contacts beyond one a pair, a droplet, N = 128") == pytest.approx(per_pair, abs=1e-3)
     beyond = drawn("beyond-droplet-contacts").table.query("panel == 'a'")
     assert set(beyond["x"]) == {1.0} and set(beyond["y"]) == {1.0}  # 2N pairs, everywhere
 
 
-def by_size(caption, words):
-    """Numbers of a caption "3 of N = 32, ..." between two words, with intervals or without, by N."""
-    part = re.search(words, caption)
-    assert part, caption
-    found = re.findall(r"([\d.]+)(?: \[[^]]+\])? of N = (\d+)", part[1])
-    return {int(n): float(value) for value, n in found}
-
-
 def test_states_of_self_stress_are_told_size_by_size():
     """A share over all sizes together would be that of no size: there are more states in larger packings."""
-    caption = drawn("beyond-droplet-contacts").caption
     one = {32: 0.5, 64: 8 / 30, 128: 4 / 30}
     more = {n: 1 - share for n, share in one.items()}
-    assert by_size(caption, "just one in (.*?);") == pytest.approx(one, abs=5e-3)
-    assert by_size(caption, "beyond one: (.*?);") == pytest.approx(more, abs=5e-3)
-    assert by_size(caption, "; a droplet (.*?);") == pytest.approx({n: m / n for n, m in more.items()}, abs=5e-4)
+    for name, expected in (("share with S = 1", one), ("S - 1", more)):
+        assert {n: kept("contacts", f"{name}, N = {n}") for n in one} == pytest.approx(expected)
+    assert kept("contacts", "S - 1 a droplet, N = 64") == pytest.approx(more[64] / 64)
     means = drawn("beyond-droplet-contacts").table.query("panel == 'c' and series == 'mean'")
     assert dict(zip(means["x"], means["y"], strict=True)) == pytest.approx(more)
 
 
-def test_the_figure_of_sizes_says_how_many_packings_were_compressed_and_how_many_are_onsets():
+def test_the_figure_of_sizes_keeps_how_many_packings_were_compressed_and_how_many_are_onsets():
     """Five onsets of 16 beside thirty of the others are a size that is only begun."""
-    caption = drawn("beyond-droplet-sizes").caption
-    assert by_size(caption, r"\(a\) to \(d\) (.*?), compressed") == {16: 5, 32: 5, 64: 5}
-    assert by_size(caption, r"\(e\) and \(f\) (.*?), at onset") == {32: 30, 64: 30, 128: 30}
+    values = drawn("beyond-droplet-sizes").values
+    counts = {name: found.value for name, found in values.items() if name.startswith("packings")}
+    assert counts == {f"packings compressed, N = {n}": 5 for n in (16, 32, 64)} | {
+        f"packings at onset, N = {n}": 30 for n in (32, 64, 128)
+    }
 
 
 @pytest.mark.slow
-def test_the_caption_of_spectra_says_what_the_table_holds():
-    assert said("spectra", "gamma to the power") == pytest.approx(1.0)
-    assert said("spectra", "disks") == pytest.approx(FRACTIONS[0], abs=1e-3)
+def test_the_figure_of_spectra_keeps_what_the_table_holds():
+    assert kept("spectra", "exponent of the slow limit of G' in line tension") == pytest.approx(1.0)
+    assert kept("spectra", "slow limit of G', disks, rho = 0.86") == pytest.approx(FRACTIONS[0], abs=1e-3)
 
 
 def test_void_shapes_are_interpolated_between_states_and_end_with_them():
@@ -193,13 +186,14 @@ def test_tables_without_droplets_are_refused():
 
 
 @pytest.mark.slow
-def test_every_number_of_the_page_stands_in_a_caption():
-    """`jamlab figure beyond-...` prints the captions; the page repeats them."""
+def test_every_number_of_the_page_is_one_of_a_figure():
+    """The page writes numbers with their intervals, each of them a value of `jamlab figure beyond-... --json`."""
     names = [name for name in gallery.FIGURES if name.startswith("beyond-")]
-    captions = " ".join(gallery.draw(name, reference_tables()).caption for name in names)
+    values = [found for name in names for found in gallery.draw(name, reference_tables()).values.values()]
+    written = {write_interval(found, digits) for found in values for digits in (2, 3, 4)}
     numbers = re.findall(r"-?[\d.e-]+ \[-?[\d.e-]+, -?[\d.e-]+\]", PAGE.read_text())
     assert len(numbers) > 20
-    assert [number for number in numbers if number not in captions] == []
+    assert [number for number in numbers if number not in written] == []
 
 
 def test_counts_of_contacts_come_with_the_onsets_of_a_campaign_and_are_asked_for_without_them():

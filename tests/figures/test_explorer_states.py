@@ -10,10 +10,9 @@ import pytest
 import shapely
 
 import jamlab
-from jamlab.figures.explorer import one_sweep
+from jamlab.figures.explorer import write_page as page
 from jamlab.figures.explorer.observables import observe
-from jamlab.figures.explorer.packed_arrays import STEPS
-from jamlab.figures.explorer.states import affine_part, displacements, pack_state
+from jamlab.figures.explorer.states import STEPS, affine_part, displacements, pack_state
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
 from jamlab.studies.example_packings import example_file
@@ -182,12 +181,12 @@ def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
         jamlab.write_page(disks, path, observables={"z": [1.0, 2.0]})
     with pytest.raises(jamlab.StorageError, match="no folder"):
         jamlab.write_page(disks, tmp_path / "absent" / "page.html")
-    monkeypatch.setattr(one_sweep, "MOST_BYTES", 10_000)
+    monkeypatch.setattr(page, "MOST_BYTES", 10_000)
     with pytest.raises(jamlab.InputError, match=r"8 states .* take every (\d+)th frame") as refused:
         jamlab.write_page([disks] * 8, path)
     every = int(re.search(r"every=(\d+)", str(refused.value))[1])
-    monkeypatch.setattr(one_sweep, "MOST_BYTES", 10_000 * 8 // every * every)  # what is proposed fits
-    monkeypatch.setattr(one_sweep, "MOST_PARTICLES", 23)
+    monkeypatch.setattr(page, "MOST_BYTES", 10_000 * 8 // every * every)  # what is proposed fits
+    monkeypatch.setattr(page, "MOST_PARTICLES", 23)
     with pytest.raises(jamlab.InputError, match="24 particles: a page shows 23 at most"):
         jamlab.write_page(disks, path)
     assert not path.exists()

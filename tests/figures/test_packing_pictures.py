@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.figures import packing_pictures as figures
-from jamlab.figures.picture_file import save_picture
+from jamlab.figures.html_page import save_picture
 from jamlab.packing.free_droplet import regular_polygon
 
 BOX = np.diag([4.0, 4.0])

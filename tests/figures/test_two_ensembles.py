@@ -6,13 +6,13 @@ import pandas as pd
 import paper_tables
 import pytest
 
-from jamlab.campaign.aggregate import aggregate
+from jamlab.campaign.tables import aggregate
 from jamlab.errors import InputError
 from jamlab.studies.baumgarten.motion import figure_5, figure_8
 from jamlab.studies.baumgarten.spectra import figure_1, figure_3
 from jamlab.studies.baumgarten.spectral_groups import select_ensemble
+from jamlab.studies.dynamics.steady_flows import steady_flows
 from jamlab.studies.ensemble_tables import EnsembleTables, count_voids
-from jamlab.studies.flow_rows import steady_flows
 
 
 def both_ensembles(table, **scaled):
@@ -34,8 +34,11 @@ def test_no_packing_is_averaged_over_two_ensembles():
     one, other = figure_8(both), figure_8(fixed)
     viscosity = one.table["y"].to_numpy() / other.table["y"].to_numpy()
     assert viscosity == pytest.approx(3.0)
-    assert "sheared until stable: N = 256 (5), N = 1024 (5)." in one.caption
-    assert "of fixed shape: N = 256 (5), N = 1024 (5)." in other.caption
+    counts = {(256, 5), (1024, 5)}
+    for drawing, ensemble in ((one, "shear-stabilized"), (other, "fixed-box")):
+        assert {name: float(v.value) for name, v in drawing.values.items() if name.startswith("packings")} == {
+            f"packings, {ensemble}, N = {n}": count for n, count in counts
+        }
 
 
 def test_the_other_ensemble_serves_where_one_has_too_few_packings():
@@ -126,11 +129,13 @@ def test_the_collapse_of_viscosities_ends_at_the_highest_pressure_of_the_paper()
     table = paper_tables.spectra()
     dense = table[table["target_pressure"] == 1e-2].assign(target_pressure=0.1, eta0=lambda t: 5 * t["eta0"])
     both = EnsembleTables({"spectra": pd.concat([table, dense], ignore_index=True)}.__getitem__)
-    for c, d in zip(
-        figure_8(both).claims, figure_8(EnsembleTables({"spectra": table}.__getitem__)).claims, strict=True
-    ):
+    drawn, without = figure_8(both), figure_8(EnsembleTables({"spectra": table}.__getitem__))
+    for c, d in zip(drawn.claims, without.claims, strict=True):
         assert (c.value, c.low, c.high) == pytest.approx((d.value, d.low, d.high), nan_ok=True)
-        assert "p <= 0.01 as in fig 3" in c.how and ("up to p = 0.1 a = " in c.how) == c.quantity.startswith("a: ")
+    whole = {
+        f"a up to the highest pressure, {law}, {p} pre-stress" for law in ("contact", "stokes") for p in ("no", "with")
+    }
+    assert set(drawn.values) - set(without.values) == whole
 
 
 def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():

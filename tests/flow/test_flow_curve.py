@@ -1,10 +1,11 @@
 """Steady flow: averages, fits, files, plans, and flows that have no answer."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import jamlab
-from jamlab.estimates.flow_plan import FlowPlan
+from jamlab.flow.flow_cost import require_time
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
@@ -82,14 +83,14 @@ def test_block_errors_of_a_correlated_series():
 
 
 def test_plan_says_what_does_not_fit(disks):
-    plan = jamlab.plan_flow(disks, [1.0, 0.1], strain=3.0)
-    assert plan.rates.tolist() == [0.1, 1.0] and np.all(plan.seconds == 3 * plan.seconds_per_strain)
-    made = FlowPlan(np.array([1e-5, 1e-4, 1e-3]), np.array([100.0, 10.0, 1.0]), 2.0)
-    made.check(222.0)
+    plan = jamlab.flow_curve(disks, [1.0, 0.1], strain=3.0, dry_run=True)
+    assert plan["rate"].tolist() == [0.1, 1.0] and (plan["strain"] == 4.0).all() and (plan["seconds"] > 0).all()
+    made = pd.DataFrame({"rate": [1e-5, 1e-4, 1e-3], "strain": 2.0, "seconds": [200.0, 20.0, 2.0]})
+    require_time(made, 222.0)
     with pytest.raises(jamlab.InputError, match=r"rate = 1e-05: strain 2 .* 2e.02 s.*rates from 0.0001 on fit"):
-        made.check(60.0)
+        require_time(made, 60.0)
     with pytest.raises(jamlab.InputError, match=r"no rate fits, or strain 0\.009"):
-        made.check(1.0)
+        require_time(made, 1.0)
 
 
 def test_flow_that_crawls_is_given_up_with_a_remedy(disks, monkeypatch):

@@ -224,7 +224,7 @@ toml_values = st.recursive(
 @twice
 def test_campaign_files(tmp_path, examples):
     path = tmp_path / "c.toml"
-    keys = sorted(jamlab.campaign.file_tables.SweepTable.model_fields)
+    keys = sorted(jamlab.campaign.file.SweepTable.model_fields)
 
     def run(data):
         text = campaigns.FULL

@@ -9,9 +9,9 @@ on what this prints takes new seeds.
 from itertools import product
 
 import pytest
+from rendered_pictures import picture_errors, truth
 
 import jamlab
-from jamlab.micrographs.errors_of_rendered import picture_errors, truth
 from jamlab.micrographs.quality import LIMITS
 
 pytestmark = pytest.mark.benchmark

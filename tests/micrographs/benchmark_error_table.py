@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from rendered_pictures import error_table
 
 import jamlab
-from jamlab.micrographs.error_table import error_table
 from jamlab.studies.micrograph_errors import read_errors
 
 pytestmark = pytest.mark.benchmark

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from commands import call
 from PIL import Image
+from rendered_pictures import picture_errors, truth
 from scipy import stats
 
 import jamlab
 from jamlab.errors import InputError, StorageError
 from jamlab.measure import COLUMNS
-from jamlab.micrographs.errors_of_rendered import picture_errors, truth
+from jamlab.micrographs.measured_droplets import mean_of
 from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few
-from jamlab.micrographs.standard_errors import mean_of
 from jamlab.packing.free_droplet import regular_polygon
 
 pytest.importorskip("skimage")

@@ -6,10 +6,10 @@ import pytest
 import jamlab
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import fill_in, find_drawn, find_flat, sort_annotations
-from jamlab.micrographs.droplet_outlines import shape_factor
 from jamlab.micrographs.granulometry import granulometry
 from jamlab.micrographs.illumination import noise_level, remove_background
-from jamlab.micrographs.size_distribution import size_distribution
+from jamlab.micrographs.measured_droplets import size_distribution
+from jamlab.micrographs.measurement import shape_factor
 
 pytest.importorskip("skimage")
 Y, X = np.mgrid[:150, :160]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.campaign.file_tables import CampaignTable
+from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.states import make_states
 from jamlab.campaign.tasks import batches
 from jamlab.errors import InputError
@@ -39,7 +39,7 @@ def test_the_last_contact_is_found_to_the_error_asked_for(states):
 
 def test_other_sweeps_keep_the_names_of_their_tasks():
     """Finished campaigns are found again: the key enters a name only where it is given."""
-    assert "confluence" not in task().parameters["compress"]
+    assert "confluence" not in task().parameters.record()["compress"]
     assert task(confluence=1e-3).name != task().name
 
 

@@ -37,15 +37,17 @@ def test_the_tolerance_asked_for_is_met_and_recorded(onset, kind):
         assert jamlab.evaluate(p).max_force == pytest.approx(p.max_force, abs=1e-14)
 
 
-def test_the_tolerance_reaches_lammps(onset, monkeypatch):
-    """Half of it: LAMMPS compares components."""
-    asked = []
-    minimize = Session.minimize
+def test_the_tolerance_is_a_norm_that_lammps_gets_halved_once(onset, monkeypatch):
+    """Of every call of `Session.minimize`: LAMMPS compares components."""
+    asked, lines = [], []
+    minimize, command = Session.minimize, Session.command
     monkeypatch.setattr(
         Session, "minimize", lambda self, force, **how: asked.append(force) or minimize(self, force, **how)
     )
+    monkeypatch.setattr(Session, "command", lambda self, line: lines.append(line) or command(self, line))
     next(jamlab.compress(onset[LOOSE], to=0.9, step=0.1, tolerance=3e-8))
-    assert set(asked) == {1.5e-8}
+    assert set(asked) == {3e-8}
+    assert {float(line.split()[2]) for line in lines if line.startswith("minimize ")} == {1.5e-8}
 
 
 @pytest.mark.parametrize("minimizer", [relax, relax_with_box_shear])

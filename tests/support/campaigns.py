@@ -1,13 +1,16 @@
 """Campaign files for the tests, and campaigns that run in this process."""
 
+import contextlib
 import json
+import subprocess
+import sys
 
-from jamlab.campaign.driver import remaining_tasks
+from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import read_campaign_file
-from jamlab.campaign.standard_error import wanted_batches
-from jamlab.campaign.stored_states import StoredStates
+from jamlab.campaign.states import StoredStates
+from jamlab.campaign.status import wanted_batches
 from jamlab.campaign.tasks import batches
-from jamlab.campaign.worker import run_task
+from jamlab.processes.child import child_environment
 
 SWEEP = {"name": "disks", "model": "sp", "n": 16, "seeds": 2, "compress": {"to": 0.9, "step": 0.02}}
 FULL = """
@@ -72,7 +75,7 @@ def run_here(campaign):
     for task in remaining_tasks(wanted, campaign.folder.finished() | campaign.folder.failed()):
         source = stored.source(task.parameters)
         more = (source and source.name, [str(campaign.file.parent)])
-        outcomes.append(run_task(str(campaign.folder.path), task.name, task.parameters, *more))
+        outcomes.append(run_task(str(campaign.folder.path), task, *more))
     return outcomes
 
 
@@ -80,3 +83,14 @@ def compression(path, name="c", n=16, seeds=4, step=0.01):
     """A campaign file of disks that are compressed from onset."""
     changes = {"n": n, "seeds": seeds, "compress": {"to": 0.94, "step": step}, "observables": ["voids"]}
     return written(path, name, **changes)
+
+
+@contextlib.contextmanager
+def dask_worker(scheduler, *words):
+    """A worker of a Dask scheduler, as a user would start it."""
+    line = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "1", "--no-nanny", *words]
+    with subprocess.Popen([*line, "--no-dashboard"], stderr=subprocess.DEVNULL, env=child_environment()) as process:
+        try:
+            yield process
+        finally:
+            process.kill()

@@ -1,4 +1,4 @@
-"""What stands beside the picture: rho, z, G and pressure of every state, and why a state has no G."""
+"""What stands beside the picture: rho, z, G and pressure of every state with units, and why a state has no G."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,10 +8,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError
-from jamlab.figures.explorer.units import unit_labels
 from jamlab.measure import measure, why_no_modulus
 from jamlab.packing.hdf5 import LABELS, NEGATIVE_G
+from jamlab.packing.law_parameters import UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
+
+_MEANING = {
+    ("sp", "k"): "k: stiffness of a contact, d: mean diameter",
+    ("sp", "eps"): "ε: energy of a contact, σ: mean diameter",
+    ("dp", "eps"): "ε: energy of a contact, l: mean of √a₀ over the two sizes",
+}
+
+
+def unit_labels(packing: Packing) -> dict[str, str]:
+    """Quantity -> unit; `meaning` says what the letters stand for."""
+    system = packing.model, packing.units
+    length = UNIT_OF_LENGTH[system]
+    return {
+        "length": length,
+        "area": f"{length}²",
+        "force": UNIT_OF_FORCE[system],
+        "stress": UNIT_OF_STRESS[system],
+        "meaning": _MEANING[system],
+    }
+
 
 SHOWN = ("rho", "z", "rattlers", "pressure", "g")
 SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more than rounding

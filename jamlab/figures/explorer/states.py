@@ -1,18 +1,19 @@
 """One state as packed arrays: outlines, contacts with forces, voids, cells, and displacements since the one before.
 
-Everything that the page draws or says of a state is computed here, by the functions of the library.
+Everything that the page draws or says of a state is computed here, by the functions of the library. Arrays become text
+inside the page: base64 of little-endian numbers, coordinates as whole numbers of 16 bits.
 """
 
+import base64
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.errors import BoundaryError
-from jamlab.figures.explorer.packed_arrays import Grid, encode
 from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.rims import rim_overlaps, rims
@@ -21,6 +22,50 @@ from jamlab.geometry.voids.void_plot import void_paths
 from jamlab.geometry.voids.voids import Voids, voids
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
+
+STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a state: 1e-4 of a box of 8 diameters
+
+
+def encode(values: ArrayLike, kind: str) -> str:
+    """Base64 of an array.
+
+    Args:
+        values: numbers that fit into the kind.
+        kind: numpy's name of a little-endian type, such as "<f4".
+    """
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`.
+
+    Attributes:
+        inverse: (2, 2) inverse of the box.
+        low, high: (2,) lattice coordinates that 0 and `STEPS` stand for.
+    """
+
+    inverse: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def around(cls, box: Array, points: Array) -> "Grid":
+        """The grid that holds points (m, 2)."""
+        inverse = np.linalg.inv(box)
+        lattice = points @ inverse
+        low, high = lattice.min(axis=0), lattice.max(axis=0)
+        return cls(np.asarray(inverse), low, np.where(high > low, high, low + 1.0))
+
+    def encode(self, points: Array) -> str:
+        """Base64 of the coordinates of points (m, 2), x and y in turn."""
+        steps = np.round((points @ self.inverse - self.low) / (self.high - self.low) * STEPS)
+        return encode(steps, "<u2")
+
+    def limits(self) -> dict[str, Any]:
+        """What turns the numbers back: lattice coordinate = low + number (high - low)/STEPS."""
+        return {"low": self.low.tolist(), "high": self.high.tolist()}
+
 
 # in sqrt(cell area / particles)
 COARSE = 2e-3  # what boundaries of voids and cells may be off by: a fifth of a pixel

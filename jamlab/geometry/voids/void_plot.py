@@ -7,62 +7,52 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 from matplotlib.path import Path
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from jamlab.arrays import Array, Indices
 from jamlab.packing.packing_plot import draw_background
-from jamlab.plotting.axes import LABEL, label_axes, legend_below, merged
+from jamlab.plotting.axes import legend_below, merged
 from jamlab.plotting.palette import OTHER, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import frame_cell, lattice_moves
 
 if TYPE_CHECKING:
-    from jamlab.geometry.voids.void_statistics import VoidStatistics
     from jamlab.geometry.voids.voids import Voids
+    from jamlab.packing.packing import Packing
 
 _ARC_STEP = 0.05  # radians, of drawn arcs
 _LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
-def draw_voids(axes: Axes, found: Voids, /, **style: Any) -> None:
-    """Draw pale particles and the voids between them; see `Voids.plot`."""
-    packing = found.packing
+def draw_voids(
+    axes: Axes, packing: Packing, paths: list[Path], sides: Indices, percolating: Indices, area: Array, centroid: Array,
+    /, **style: Any,
+) -> None:  # fmt: skip
+    """Draw pale particles and voids (v,) by their paths, sides, areas and centroids (v, 2); see `Voids.plot`."""
     draw_background(axes, packing)
-    paths = void_paths(found)
-    closed = np.flatnonzero(found.percolating == 0)
-    colours = [SIDE_COLOURS.get(int(found.sides[k]), OTHER) for k in closed]
+    closed = np.flatnonzero(percolating == 0)
+    colours = [SIDE_COLOURS.get(int(sides[k]), OTHER) for k in closed]
     look = merged(PathCollection, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)
     for move in lattice_moves(packing.box):
         moved = [Path(paths[k].vertices + move, paths[k].codes) for k in closed]
         axes.add_collection(PathCollection(moved, **look))
-    for k in closed[found.area[closed] > _LABELLED * packing.area / packing.n]:
-        x, y = found.centroid[k]
-        axes.text(x, y, str(found.sides[k]), ha="center", va="center", fontsize=7)
+    for k in closed[area[closed] > _LABELLED * packing.area / packing.n]:
+        x, y = centroid[k]
+        axes.text(x, y, str(sides[k]), ha="center", va="center", fontsize=7)
     frame_cell(axes, packing.box)
-    handles = _side_handles(found, closed)
+    handles = _side_handles(sides[closed], bool((percolating > 0).any()))
     if handles:
         legend_below(axes, handles, "sides of voids")
 
 
-def draw_side_statistics(axes: Axes, statistics: VoidStatistics, /, **style: Any) -> None:
-    """Draw P_l as bars over l; see `VoidStatistics.plot`."""
-    colours = [SIDE_COLOURS.get(int(s), OTHER) for s in statistics.sides]
-    look = merged(Rectangle, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)
-    axes.bar(statistics.sides, statistics.probability, **look)
-    label_axes(axes, "sides $l$ of a void", "share of voids $P_l$")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    apart = f", {statistics.percolating} more percolate" if statistics.percolating else ""
-    axes.set_title(f"{statistics.number.sum()} voids{apart}", fontsize=LABEL)
-
-
-def _side_handles(found: Voids, closed: NDArray[np.int64]) -> list[Any]:
+def _side_handles(sides: Indices, percolates: bool) -> list[Any]:
     """Legend entries of the numbers of sides that occur, and of voids that percolate."""
-    present = sorted({int(found.sides[k]) for k in closed})
+    present = sorted(set(sides.tolist()))
     handles = [Patch(facecolor=SIDE_COLOURS[s], edgecolor="black", label=f"{s}") for s in present if s in SIDE_COLOURS]
     if any(s not in SIDE_COLOURS for s in present):
         handles.append(Patch(facecolor=OTHER, edgecolor="black", label="other"))
-    if (found.percolating > 0).any():
+    if percolates:
         handles.append(Patch(facecolor="white", edgecolor="black", label="percolates"))
     return handles
 

@@ -12,9 +12,11 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER, Voids
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import LABEL, drawn, label_axes
+from jamlab.plotting.palette import OTHER, SIDE_COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -52,27 +54,24 @@ class VoidStatistics:
         found = np.flatnonzero(self.sides == 3)
         return float(self.shape[found[0]] / PLATEAU_BORDER) if len(found) else float("nan")
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn('bars, such as edgecolor="none"')
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw P_l as bars, in the colours that voids of l sides have in `Voids.plot`.
 
         >>> ax = jamlab.void_statistics(jamlab.voids(jamlab.jam(n=64, seed=1))).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's bars, such as edgecolor="none".
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.voids.void_plot import draw_side_statistics
-        from jamlab.plotting.axes import axes_for
+        from matplotlib.patches import Rectangle
+        from matplotlib.ticker import MaxNLocator
 
-        with axes_for(ax, style) as axes:
-            draw_side_statistics(axes, self, **style)
-        return axes
+        from jamlab.plotting.axes import merged
+
+        colours = [SIDE_COLOURS.get(int(s), OTHER) for s in self.sides]
+        look = merged(Rectangle, {"facecolor": colours, "edgecolor": "black", "linewidth": 0.5}, style)
+        axes.bar(self.sides, self.probability, **look)
+        label_axes(axes, "sides $l$ of a void", "share of voids $P_l$")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        apart = f", {self.percolating} more percolate" if self.percolating else ""
+        axes.set_title(f"{self.number.sum()} voids{apart}", fontsize=LABEL)
 
 
 @checked

@@ -26,9 +26,10 @@ from jamlab.geometry.voids.void_rays import find_components, find_first_hits
 from jamlab.kernels.library import FLAGS, INTEGER, INTEGERS, REAL, REALS, kernel
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.plotting.drawable import CELL, drawn
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 EMPTY = 1e-14  # a void smaller than this part of A/n is rounding: a hundred times that of a double in one loop
@@ -85,29 +86,18 @@ class Voids:
         """(m,) shape factor perimeter^2/(4 pi area); Plateau border of three equal disks: 4.8706."""
         return np.asarray(self.perimeter**2 / (4 * np.pi * self.area))
 
-    def plot(self, ax: Any = None, **style: Any) -> Axes:
+    @drawn('PathCollection, such as edgecolor="none"', CELL)
+    def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the voids between pale particles, coloured by number of sides; large ones carry it as a digit.
 
         A void that percolates is left white. Islands inside a void show the particles.
 
         >>> ax = jamlab.voids(jamlab.jam(n=64, seed=1)).plot()
-
-        Args:
-            ax: matplotlib Axes; by default those of a new figure.
-            style: of matplotlib's PathCollection, such as edgecolor="none".
-
-        Returns:
-            The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
-        from jamlab.geometry.voids.void_plot import draw_voids
-        from jamlab.plotting.axes import CELL, axes_for
+        from jamlab.geometry.voids.void_plot import draw_voids, void_paths
 
-        with axes_for(ax, style, CELL) as axes:
-            draw_voids(axes, self, **style)
-        return axes
+        paths = void_paths(self)
+        draw_voids(axes, self.packing, paths, self.sides, self.percolating, self.area, self.centroid, **style)
 
 
 class LoopKind(IntEnum):

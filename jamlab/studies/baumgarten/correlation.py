@@ -10,9 +10,9 @@ from jamlab.errors import InputError
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
-from jamlab.studies.claims import Claim, claim
+from jamlab.studies.claims import write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import FEWEST, average, bootstrap
+from jamlab.studies.ensembles import average, bootstrap, enough, mean_over_packings, scaled
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
 _MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
@@ -40,19 +40,18 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         part = stokes[stokes["pressure"] == p]
         omega, whole = np.sort(part["omega"].unique()), by_frequency(part)
         found = bootstrap([whole], lambda g: first_zeros(g[0]))
-        y = [found.value, found.low, found.high]
         look, name = sequence(index, len(pressures)), f"$p = {format_power(p)}$"
-        out.curve(c, name, omega, *y, **look)
-        out.curve(d, name, omega / p**0.5, *(v * (-np.log(p)) ** published.LOG_EXPONENT.value for v in y), **look)
+        out.curve(c, name, omega, found, **look)
+        out.curve(d, name, omega / p**0.5, scaled(found, (-np.log(p)) ** published.LOG_EXPONENT.value), **look)
         family.append((omega / p**0.5, whole))
     ends = [stokes["omega"].min(), stokes["omega"].max()]
     out.curve(c, "paper: plateau $L/4$", ends, [side * published.CORRELATION_LENGTH.value] * 2, **PAPER)
     label(c, f"Stokes drag: {FREQUENCY}", r"length $l$  [$d$]")
     label(d, r"Stokes drag: $\omega\,\tau_1 / p^{1/2}$", rf"$l\,(-\ln p)^{{{published.LOG_EXPONENT.value:g}}}$")
     slow = stokes[stokes["omega"] == stokes["omega"].min()]
-    out.claims.append(_length_claim(out.name, "l/L, contact damping", contact, balanced))
-    out.claims.append(_length_claim(out.name, "plateau l/L, Stokes drag", slow, dragged))
-    _log_claim(out, n, side, pressures, family)
+    _claim_length(out, "l/L, contact damping", contact, balanced)
+    _claim_length(out, "plateau l/L, Stokes drag", slow, dragged)
+    _claim_logarithm(out, n, side, pressures, family)
     out.caption = (
         "Correlation C of transverse displacements, mean over packings: (a) contact damping against distance over box; "
         "(b) Stokes drag; (c) first zero l of C under Stokes drag; (d) its collapse as in the paper."
@@ -60,60 +59,59 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _length_claim(name: str, text: str, part: pd.DataFrame, table: pd.DataFrame) -> Claim:
-    """Claim on l/L, the mean over pressures and frequencies: the paper has it independent of both.
+def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFrame) -> None:
+    """Claim l/L, the mean over pressures and frequencies: the paper has it independent of both.
 
     Args:
         part: rows of the size with several packings, at the frequencies that count.
         table: rows of all sizes.
     """
-    packings = part.groupby("pressure")["seed"].nunique()
-    enough = packings.index[packings >= min(FEWEST, packings.max())]
-    pressures = sorted(enough, reverse=True)
+    pressures = enough(part, "pressure")[::-1]
     rows = [part[part["pressure"] == p] for p in pressures]
     cubes = [by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
-    each = [float(np.nanmean(first_zeros(whole))) for whole in cubes]
+    each = {p: float(np.nanmean(first_zeros(whole))) for p, whole in zip(pressures, cubes, strict=True)}
+    out.keep(text, list(each.values()), p=each)
     found = bootstrap(cubes, lambda g: np.nanmean([np.nanmean(first_zeros(whole)) for whole in g]), resamples=_MANY)
-    listed = f"{', '.join(f'{v:.3f}' for v in each)} at p = {', '.join(f'{p:g}' for p in pressures)}"
     low, high = part["omega"].min(), part["omega"].max()
     where = f"omega = {low:g}" if low == high else f"mean over omega = {low:g} to {high:g}"
-    return claim(
-        name,
-        text,
-        found,
-        published.CORRELATION_LENGTH,
-        how=f"N = {int(part['n'].iloc[0])}, {where}; mean of {listed}",
-        cause=f"the paper reads the radius of swirls off pictures; the zero of C lies at {_by_size(table, low, high)}",
-        shown_by="baumgarten-7 a" if low < high else "baumgarten-7 c",
-    )
+    by_size = _lengths_of_sizes(table[table["omega"].between(low, high)])
+    out.keep(text, list(by_size.values()), N=by_size)
+    zeros = ", ".join(f"{length:.3f} at N = {n}" for n, length in by_size.items())
+    words = {
+        "how": f"N = {int(part['n'].iloc[0])}, {where}; mean of {write_by(each, '.3f', 'p')}",
+        "cause": f"the paper reads the radius of swirls off pictures; the zero of C lies at {zeros}",
+        "shown_by": "baumgarten-7 a" if low < high else "baumgarten-7 c",
+    }
+    out.claim(text, found, published.CORRELATION_LENGTH, **words)
 
 
-def _by_size(table: pd.DataFrame, low: float, high: float) -> str:
-    """Say what l/L is in packings of every size at some frequencies, the mean over pressures."""
-    table = table[table["omega"].between(low, high)]
-    found = []
-    for n, rows in table.groupby("n"):
+def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
+    """Find l/L in packings of every size, the mean over pressures and frequencies."""
+    found = {}
+    for n in enough(table, "n", 1):
+        rows = table[table["n"] == n]
         each = [np.nanmean(first_zeros(by_frequency(part))) for _, part in rows.groupby("pressure")]
-        found.append(f"{float(np.nanmean(each)) / float(rows['box'].mean()):.3f} at N = {n}")
-    return ", ".join(found)
+        found[n] = float(np.nanmean(each)) / float(rows["box"].mean())
+    return found
 
 
-def _compare_lengths(pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
-    """Say what l is at every pressure where omega/p^0.5 makes it `middle` at the first one; "" without curves."""
+def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Array, Array]], middle: float) -> str:
+    """Keep l at every pressure where omega/p^0.5 makes it `middle` at the first one; "" without curves."""
     if not curves:
         return ""
     x, y = curves[0]
     place = np.interp(-np.log(middle), -np.log(y), np.log(x))
     held = [(p, x, y) for p, (x, y) in zip(pressures, curves, strict=True) if x[0] <= np.exp(place) <= x[-1]]
-    lengths = [np.exp(np.interp(place, np.log(x), np.log(y))) for _, x, y in held]
-    pressures = [p for p, _, _ in held]
-    if len(held) < 2:
+    lengths = {p: float(np.exp(np.interp(place, np.log(x), np.log(y)))) for p, x, y in held}
+    if len(lengths) < 2:
         return ""
-    logs = -np.log(pressures)
+    out.keep("omega/p^0.5 where l is compared", np.exp(place))
+    out.keep("l there, in d", list(lengths.values()), p=lengths)
+    logs = -np.log(list(lengths))
+    factor = (logs.max() / logs.min()) ** published.LOG_EXPONENT.value
     return (
-        f"at omega/p^0.5 = {np.exp(place):.2g} l is {', '.join(f'{length:.1f}' for length in lengths)} d at p = "
-        f"{', '.join(f'{p:g}' for p in pressures)}, where the paper's power of -ln p would change it by a factor of "
-        f"{(logs.max() / logs.min()) ** published.LOG_EXPONENT.value:.1f}"
+        f"at omega/p^0.5 = {np.exp(place):.2g} l is {write_list(lengths.values(), '.1f')} d at p = "
+        f"{write_list(lengths)}, where the paper's power of -ln p would change it by a factor of {factor:.1f}"
     )
 
 
@@ -188,11 +186,12 @@ def _draw_correlation(
     out: Drawing, axes: Any, name: str, rows: pd.DataFrame, unit: float, look: dict[str, Any]
 ) -> None:
     cube = correlations(rows)
-    band = bootstrap([cube[..., 1]], lambda g: average(g[0]))
-    out.curve(axes, name, average(cube[..., 0]) / unit, band.value, band.low, band.high, **look)
+    out.curve(axes, name, average(cube[..., 0]) / unit, mean_over_packings([cube[..., 1]])[0], **look)
 
 
-def _log_claim(out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, Array]]) -> None:
+def _claim_logarithm(
+    out: Drawing, n: int, side: float, pressures: list[float], family: list[tuple[Array, Array]]
+) -> None:
     """Claim the exponent of -ln p that collapses the lengths between a few disks and the cut-off of the box."""
 
     def usable(x: Array, whole: Array) -> tuple[Array, Array]:
@@ -210,26 +209,16 @@ def _log_claim(out: Drawing, n: int, side: float, pressures: list[float], family
         return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
     decades = np.log10(_PLATEAU * side / _SHORTEST)
-    enough = len(several) > 2 and decades >= 1
-    found = bootstrap([family[k][1] for k in several], fit) if enough else None
+    wide = len(several) > 2 and decades >= 1
+    found = bootstrap([family[k][1] for k in several], fit) if wide else None
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
-        if enough
+        if wide
         else f"it takes a decade of lengths {window} at three pressures; N = {n} has {decades:.1f} at {len(several)}"
     )
-    out.claims.append(
-        claim(
-            out.name,
-            "exponent of -ln p in the collapse of l",
-            found,
-            published.LOG_EXPONENT,
-            how=how,
-            cause=_compare_lengths(
-                [pressures[k] for k in several],
-                [usable(*family[k]) for k in several],
-                np.sqrt(_SHORTEST * _PLATEAU * side),
-            ),
-            shown_by="baumgarten-7 c",
-        )
-    )
+    curves = [usable(*family[k]) for k in several]
+    middle = np.sqrt(_SHORTEST * _PLATEAU * side)
+    cause = _compare_lengths(out, [pressures[k] for k in several], curves, middle)
+    words = {"how": how, "cause": cause, "shown_by": "baumgarten-7 c"}
+    out.claim("exponent of -ln p in the collapse of l", found, published.LOG_EXPONENT, **words)

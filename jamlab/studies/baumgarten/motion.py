@@ -20,9 +20,9 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import claim
+from jamlab.studies.claims import write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import FEWEST, RESAMPLES, bootstrap, groups_by
+from jamlab.studies.ensembles import FEWEST, RESAMPLES, bootstrap, enough, groups_by, mean_over_packings, scaled
 from jamlab.studies.panels import Drawing, drawing, label, scale, size_style, style
 
 _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
@@ -34,8 +34,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     loose = table[~table["prestress"].astype(bool)]
     part = loose if len(loose) else table
     part = select_largest(part)
-    n, packings = int(part["n"].iloc[0]), part.groupby("pressure")["seed"].nunique()
-    p = sorted(packings.index[packings >= min(FEWEST, packings.max())])
+    n, p = int(part["n"].iloc[0]), enough(part, "pressure")
     fitted = [k for k, q in enumerate(p) if q * n**2 >= LARGE]
     out, (axes,) = drawing("baumgarten-5", 1, 1, 6.0, 4.6)
     scale(axes)
@@ -48,10 +47,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     ):
         paper = published.SLOW_SHEAR[name]
         groups = groups_by(part, "pressure", name, p)
-        band = bootstrap(groups, lambda g: [float(v.mean()) for v in g])
-        out.curve(axes, text, p, band.value, band.low, band.high, **style(index))
+        mean = mean_over_packings(groups)
+        out.curve(axes, text, p, mean, **style(index))
         beside = 1.4 if paper.value < 0 else 0.6
-        out.slope(axes, paper.value, (p[0], p[-1]), beside * float(band.value[0]), f"{paper.value:+g}")
+        out.slope(axes, paper.value, (p[0], p[-1]), beside * float(mean.value[0]), f"{paper.value:+g}")
         found = None
         if len(fitted) > 1:
             found = bootstrap(
@@ -61,11 +60,10 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
-        means = [float(v.mean()) for v in groups]
-        words = {"how": how, "cause": _local_exponents(p, means), "shown_by": "baumgarten-5"}
-        if square := _mean_square(tables, n, [p[k] for k in fitted], name):
+        words = {"how": how, "cause": _local_exponents(out, name, p, mean.value), "shown_by": "baumgarten-5"}
+        if square := _mean_square(out, tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
-        out.claims.append(claim(out.name, f"exponent of {name} in p", found, paper, **words))
+        out.claim(f"exponent of {name} in p", found, paper, **words)
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -75,15 +73,16 @@ def figure_5(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _local_exponents(pressures: list[float], means: list[float]) -> str:
-    """Say what the exponent is from each pressure to the next lower one: whether it has a limit by now."""
-    rise = np.diff(np.log(means)) / np.diff(np.log(pressures))
-    places = ", ".join(f"{p:g}" for p in reversed(pressures))
-    return f"from pressure to pressure it is {', '.join(f'{e:.2f}' for e in reversed(rise))} (p = {places})"
+def _local_exponents(out: Drawing, name: str, pressures: list[float], means: Array) -> str:
+    """Keep the exponent from each pressure to the next lower one: whether it has a limit by now."""
+    rise = (np.diff(np.log(means)) / np.diff(np.log(pressures)))[::-1]
+    places = pressures[::-1]
+    out.keep(f"exponent of {name} down to the next pressure", rise, p=places[:-1])
+    return f"from pressure to pressure it is {write_list(rise, '.2f')} (p = {write_list(places)})"
 
 
-def _mean_square(tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
-    """Exponent of the root mean square in the same packings: [T] eqs 19 and 22 take it from G_0 and from eta_0."""
+def _mean_square(out: Drawing, tables: EnsembleTables, n: int, pressures: list[float], name: str) -> str:
+    """Keep the exponent of the root mean square in the same packings, from G_0 and eta_0 by [T] eqs 19 and 22."""
     column = {"approach": "g0", "sliding": "eta0"}.get(name)
     try:
         rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
@@ -95,6 +94,7 @@ def _mean_square(tables: EnsembleTables, n: int, pressures: list[float], name: s
         return ""
     half = 0.5 * power_law(pressures, [g.mean() for g in groups]).exponents[0]
     source = "G_0" if column == "g0" else "eta_0"
+    out.keep(f"exponent of the root mean square of {name} in p", half)
     return f"of the median; root mean squares, by {source} of the same packings, go with {half:.3f}"
 
 
@@ -122,15 +122,12 @@ def figure_8(tables: EnsembleTables) -> Drawing:
             for n, values in zip(sizes, groups, strict=True):
                 kept = [(q, v) for q, v in zip(p, values, strict=True) if len(v)]
                 x = np.array([q for q, _ in kept])
-                band = bootstrap([v for _, v in kept], lambda g: [float(v.mean()) for v in g])
-                y = [v / n**a for v in (band.value, band.low, band.high)]
+                y = scaled(mean_over_packings([v for _, v in kept]), n**-a)
                 look = size_style(n) | {"linestyle": "none", "fillstyle": "none" if prestress else "full"}
-                name = f"N = {n}"
-                series = f"{name}, {'with' if prestress else 'no'} pre-stress"
-                out.curve(
-                    axes, series, x * n**2, *y, band=False, label=None if prestress and n in named else name, **look
-                )
-            _size_claims(out, law, prestress, sizes, p, groups)
+                name = None if prestress and n in named else f"N = {n}"
+                series = f"N = {n}, {'with' if prestress else 'no'} pre-stress"
+                out.curve(axes, series, x * n**2, y, band=False, label=name, **look)
+            _claim_sizes(out, law, prestress, _Sizes(sizes, p, groups))
         x0, x1 = 1e2, max(1e4, float(limits["target_pressure"].max()) * float(limits["n"].max()) ** 2)
         y0 = _height(out, axes, x0)
         out.slope(axes, -a / 2, (x0, x1), 6 * y0, rf"$-a/2$, $a = {a:g}$")
@@ -139,17 +136,18 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     out.caption = (
         "Viscosity at low frequency over N^a against p N^2. Filled: without pre-stress, open: with it (text of the "
         "paper; its caption says the reverse). Packings unstable in shear have no viscosity and are left out. "
-        + _say_ensembles(pd.concat(drawn))
+        + _keep_ensembles(out, pd.concat(drawn))
     )
     return out
 
 
-def _say_ensembles(limits: pd.DataFrame) -> str:
-    """Which sizes are of which ensemble, with how many packings."""
+def _keep_ensembles(out: Drawing, limits: pd.DataFrame) -> str:
+    """Keep which sizes are of which ensemble, with how many packings."""
     said = []
     for ensemble, words in ((STABILIZED, "sheared until stable"), (FIXED, "of fixed shape")):
         packings = limits[limits["ensemble"] == ensemble].groupby("n")["seed"].nunique()
         if len(packings):
+            out.keep(f"packings, {ensemble}", packings.tolist(), N=packings.index)
             found = ", ".join(f"N = {n} ({count})" for n, count in packings.items())
             said.append(f"boxes {words}: {found}")
     return f"Packings in {'; in '.join(said)}."
@@ -195,12 +193,9 @@ class _Sizes:
         return fit_scaling_exponents(np.array(self.n, dtype=float), [self.curves(drawn)], a=2.0, **fixed)
 
 
-def _size_claims(
-    out: Drawing, law: str, prestress: bool, sizes: list[int], p: list[float], groups: list[list[Array]]
-) -> None:
-    """Exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
+def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None:
+    """Claim exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
     paper, text = published.SIZE_EXPONENT[law], f"{law}, {'with' if prestress else 'no'} pre-stress"
-    every = _Sizes(sizes, p, groups)
     near = every.up_to(published.HIGHEST_PRESSURE)
     start = (2.0, -paper.value)
 
@@ -210,20 +205,23 @@ def _size_claims(
         return float(power_law(*points.T, low=_TAIL).exponents[0])
 
     found = slope = None
-    words = {"how": f"N = {', '.join(map(str, near.n))}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
+    range_fitted = f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"
+    words = {"how": range_fitted}
     if len(near.n) > 1:
         found = bootstrap(near.drawn, lambda drawn: -near.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
         far = [q * n**2 >= _TAIL for n, (x, _) in zip(near.n, near.curves(near.drawn), strict=True) for q in x]
         if sum(far) >= 3:
             slope = bootstrap(near.drawn, tail, resamples=RESAMPLES // 2)
-        at_paper, best = (near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value)))
-        words["cause"] = f"curves lie apart by {at_paper:.3f} in ln eta_0 with the paper's a, by {best:.3f} with ours"
+        spreads = [near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value))]
+        theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
+        words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
-        if max(p) > max(near.pressures):
-            whole = every.up_to(max(p))
-            words["how"] += f"; up to p = {max(p):g} a = {-whole.fit(whole.drawn, start=start).b:.2f}"
-    out.claims.append(claim(out.name, f"a: eta_0/N^a against p N^2, {text}", found, paper, **words))
+        highest = max(every.pressures)
+        if highest > max(near.pressures):
+            whole = every.up_to(highest)
+            a = out.keep(f"a up to the highest pressure, {text}", -whole.fit(whole.drawn, start=start).b)
+            words["how"] += f"; up to p = {highest:g} a = {a:.2f}"
+    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, **words)
     if not prestress:
-        how = f"{words['how'].split(';')[0]}, of eta_0/N^{paper.value:g}"
-        name = f"slope for p N^2 > {_TAIL:g}, {text}"
-        out.claims.append(claim(out.name, name, slope, published.VISCOSITY_TAIL, how=how))
+        how = f"{range_fitted}, of eta_0/N^{paper.value:g}"
+        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)

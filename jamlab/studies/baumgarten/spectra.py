@@ -1,21 +1,22 @@
 """Draw the spectra of Baumgarten & Tighe: figs 1, 3, 4 and 6."""
 
-from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
+from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
-from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST
+from jamlab.rheology.critical_scaling import CRITICAL, HIGHEST, collapse
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.baumgarten.critical_exponents import exponent_claims
 from jamlab.studies.baumgarten.spectral_groups import (
     LARGE,
     Group,
+    cut_to_shared_frequencies,
     format_power,
     group_by_pressure,
     same_packings,
@@ -25,17 +26,13 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_spectra,
     select_sweep,
 )
-from jamlab.studies.claims import Claim, claim
+from jamlab.studies.claims import Kind, write_by
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap
+from jamlab.studies.ensembles import FEWEST, bootstrap, mean_over_packings, scaled
 from jamlab.studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
 
 MODULUS = r"[$k$]"
-
-
-def nearest(values: Sequence[float], wanted: float) -> float:
-    """Pick the value nearest by ratio."""
-    return min(values, key=lambda v: abs(np.log(v / wanted)))
+RESAMPLES = 60  # of a collapse: each is a fit, seconds for a figure
 
 
 def draw(
@@ -46,33 +43,24 @@ def draw(
         ("G'", group.storage, {"linestyle": "-"}),
         ("G''", group.loss, {"linestyle": "--", "markerfacecolor": "white"}),
     ):
-        both: dict[str, Any] = look | more
-        band = bootstrap([values], lambda g: average(g[0]))
-        text = (name or None) if part == "G'" else None
-        series = f"{part} {name}"
-        m = max(len(group.omega) // 20, 1)
-        out.curve(
-            axes,
-            series,
-            group.omega * x,
-            band.value * y,
-            band.low * y,
-            band.high * y,
-            label=text,
-            markevery=m,
-            **both,
-        )
+        both: dict[str, Any] = look | more | {"markevery": max(len(group.omega) // 20, 1)}
+        mean, text = mean_over_packings([values])[0], (name or None) if part == "G'" else None
+        out.curve(axes, f"{part} {name}", group.omega * x, scaled(mean, y), label=text, **both)
 
 
-def _slope(values: Array, omega: Array, low: float, high: float) -> float:
-    return float(power_law(omega, values.mean(axis=0), low=low, high=high).exponents[0])
+def _part(group: Group, part: str) -> Array:
+    return group.storage if part == "G'" else group.loss
+
+
+def _slope(omega: Array, low: float, high: float, groups: list[Array]) -> float:
+    return float(power_law(omega, groups[0].mean(axis=0), low=low, high=high).exponents[0])
 
 
 def figure_1(tables: EnsembleTables) -> Drawing:
     """G' and G'' of one pressure near jamming: Kelvin-Voigt at both ends, square roots between."""
     table = select_spectra(select_law(tables.spectra, "contact", prestress=True, beta=1.0))
     groups = group_by_pressure(table)
-    p = nearest(list(groups), 1e-4)
+    p = min(groups, key=lambda pressure: abs(np.log(pressure / 1e-4)))
     group = groups[p]
     out, (axes,) = drawing("baumgarten-1", 1, 1, 6.4, 4.6)
     scale(axes)
@@ -86,17 +74,18 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         out.slope(axes, 1.0, (10, w[-1]), 0.4 * np.interp(10, w, group.loss.mean(axis=0)))
     label(axes, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}")
     count = f"{len(group.g0)} packings, p = {p:g}"
-    for text, part, a, b, paper in (
-        ("slope of G'', slow", 1, w[0], 0.01 * p, published.KELVIN_VOIGT_SLOPE),
-        ("slope of G', critical", 0, low, high, published.CRITICAL_SLOPE),
-        ("slope of G'', critical", 1, low, high, published.CRITICAL_SLOPE),
-        ("slope of G'', fast", 1, 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
+    for part, regime, a, b, paper in (
+        ("G''", "slow", w[0], 0.01 * p, published.KELVIN_VOIGT_SLOPE),
+        ("G'", "critical", low, high, published.CRITICAL_SLOPE),
+        ("G''", "critical", low, high, published.CRITICAL_SLOPE),
+        ("G''", "fast", 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
     ):
+        text = f"slope of {part}, {regime}"
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
-        found = group.interval(lambda *g, k=part, a=a, b=b: _slope(g[k], w, a, b)) if enough else None
-        how = f"{count}, {a:.2g} < omega < {b:.2g}"
-        cause = _at_every_pressure(groups, part) if "critical" in text else ""
-        out.claims.append(claim(out.name, text, found, paper, how=how, cause=cause, shown_by="baumgarten-3 a"))
+        found = bootstrap([_part(group, part)], partial(_slope, w, a, b)) if enough else None
+        words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
+        words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
+        out.claim(text, found, paper, **words)
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
         "Displacement fields: baumgarten-1-fields."
@@ -104,15 +93,15 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _at_every_pressure(groups: dict[float, Group], part: int) -> str:
-    """Say what the critical slope is at every pressure whose window is wide enough."""
-    slopes = []
+def _at_every_pressure(out: Drawing, text: str, groups: dict[float, Group], part: str) -> str:
+    """Keep the critical slope at every pressure whose window is wide enough."""
+    slopes = {}
     for p, group in groups.items():
         low = CRITICAL * p
         if np.count_nonzero((group.omega >= low) & (group.omega <= HIGHEST)) >= 5:
-            slopes.append((p, _slope((group.storage, group.loss)[part], group.omega, low, HIGHEST)))
-    values = ", ".join(f"{slope:.3f}" for _, slope in slopes)
-    return f"it is {values} at p = {', '.join(f'{p:g}' for p, _ in slopes)}"
+            slopes[p] = _slope(group.omega, low, HIGHEST, [_part(group, part)])
+    out.keep(text, list(slopes.values()), p=slopes)
+    return f"it is {write_by(slopes, '.3f', 'p')}"
 
 
 def _draw_collapse(out: Drawing, plain: Any, scaled: Any, groups: dict[float, Group]) -> None:
@@ -148,7 +137,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     label(a, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", **BESIDE)
     both = select_law(tables.spectra, "contact", beta=1.0)
     both = both[both["n"] == table["n"].iloc[0]]
-    out.claims = exponent_claims(out.name, both, "contact damping", {"beta": 1.0})
+    _claim_exponents(out, both, "contact damping", {"beta": 1.0})
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
@@ -196,16 +185,10 @@ def figure_4(tables: EnsembleTables) -> Drawing:
         gap = bootstrap(ratio, lambda g: max(float(np.abs(r).max()) for r in g))
     label(a, FREQUENCY, r"$G' / p^{1/2}$ (filled), $G'' / p^{1/2}$ (open)", loc="lower right", fontsize=8)
     out.slope(a, 1.0, (1e-6, 1e-4), 1e-5, above=True)
-    out.claims.append(
-        claim(
-            out.name,
-            "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)",
-            gap,
-            published.UNDAMPED_LOSS,
-            how="all frequencies and pressures with five packings or more",
-        )
-    )
-    out.claims += _undamped_claims(out.name, select_large(loose, int(table["n"].iloc[0])))
+    text = "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)"
+    how = "all frequencies and pressures with five packings or more"
+    out.claim(text, gap, published.UNDAMPED_LOSS, Kind.IDENTITY, how=how)  # K = tau B
+    _claim_undamped(out, select_large(loose, int(table["n"].iloc[0])))
     _draw_beta_sweep(out, b, select_sweep(every[every["prestress"].astype(bool)], "beta"))
     out.caption = (
         "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (dotted); the frequency is not "
@@ -222,14 +205,16 @@ def _draw_loose(out: Drawing, axes: Any, p: float, group: Group, name: str | Non
         out.curve(axes, f"{part} p = {p:g}, no pre-stress", group.omega, mean, label=text, color=BLACK, linestyle=":")
 
 
-def _undamped_claims(name: str, groups: dict[float, Group]) -> list[Claim]:
+def _claim_undamped(out: Drawing, groups: dict[float, Group]) -> None:
+    """Claim how the viscosity without damping of sliding goes with pressure: as G_0 does, as it is tau G_0."""
     p = list(groups)
     found = None
     how = f"needs two pressures with p N^2 > {LARGE:g} without pre-stress"
     if len(p) > 1:
         how = f"{len(p)} pressures, no pre-stress"
         found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
-    return [claim(name, "exponent of eta_0 in p, beta = 0 (eq 22)", found, published.UNDAMPED_VISCOSITY, how=how)]
+    text = "exponent of eta_0 in p, beta = 0 (eq 22)"
+    out.claim(text, found, published.UNDAMPED_VISCOSITY, Kind.DUPLICATE, how=how)
 
 
 def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
@@ -260,7 +245,7 @@ def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
         eta = same_packings([ends[beta] for beta in (0.0, *known)])
         found = bootstrap([eta], lambda g: power_law(known, g[0][:, 1:].mean(0) - g[0][:, 0].mean()).exponents[0])
     text = "exponent of eta_0(beta) - eta_0(0) in beta (eq 22)"
-    out.claims.append(claim(out.name, text, found, published.SLIDING_VISCOSITY, how=how))
+    out.claim(text, found, published.SLIDING_VISCOSITY, Kind.IDENTITY, how=how)  # linear in beta by construction
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -284,15 +269,67 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     label(b, FREQUENCY, rf"$G'$ (filled), $G''$ (open)  {MODULUS}", loc="upper left", fontsize=7.5)
     both = select_law(tables.spectra, "stokes", eta_f=1.0)
     both = both[both["n"] == stokes["n"].iloc[0]]
-    out.claims = exponent_claims(out.name, both, "Stokes drag", {"eta_f": 1.0})
+    _claim_exponents(out, both, "Stokes drag", {"eta_f": 1.0})
     added, how = None, "needs two fluid viscosities"
     if len(viscosity) > 1:
         low, high = min(viscosity), max(viscosity)
         how = f"eta_F = {low:g} and {high:g}, p = {p:g}"
         rise = np.diff(same_packings([viscosity[low], viscosity[high]]))[:, 0] / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
-    out.claims.append(claim(out.name, "d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, how=how))
+    out.claim("d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, Kind.IDENTITY, how=how)  # likewise
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
     )
     return out
+
+
+def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: dict[str, float]) -> None:
+    """Claim mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives.
+
+    Args:
+        table: spectra of one law and size, with pre-stress and without.
+        parameters: of the law.
+    """
+    n = int(table["n"].iloc[0])
+    kind = "contact" if "beta" in parameters else "stokes"
+    stressed = select_law(table, kind, prestress=True, **parameters)
+    groups = select_large(group_by_pressure(stressed), n)
+    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
+    how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
+    cause = ""
+    if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
+        try:
+            members = [g.members() for g in cut_to_shared_frequencies(groups).values()]
+            fit = collapse(list(groups), members, resamples=RESAMPLES)
+        except InputError as error:
+            how = str(error)
+        else:
+            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
+            stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
+            spread = out.keep("spread of the collapse in ln G*", fit.spread)
+            cause = _static_exponents(out, table, kind, parameters, n)
+            how = (
+                f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
+                f"spread {spread:.2g} in ln G*; {cause}"
+            )
+    mu, lam, delta = (Interval(np.array(v), np.array(v - e), np.array(v + e)) for v, e in values)
+    shown = {"shown_by": f"{out.name} a", "how": how}
+    same = Kind.MEASURED if kind == "contact" else Kind.DUPLICATE  # G_0 does not know the drag law
+    out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, same, cause=cause, **shown)
+    out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, **shown)
+    out.claim(f"Delta: G* ~ omega^Delta, {law}", delta, published.DELTA, **shown)
+
+
+def _static_exponents(out: Drawing, table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:
+    """Keep the exponents of G_0 itself in p, with pre-stress and without it."""
+    found = []
+    for prestress, word in ((True, "with"), (False, "without")):
+        try:
+            rows = select_law(table, kind, prestress=prestress, **parameters)
+        except InputError:
+            continue
+        groups = select_large(group_by_pressure(rows), n)
+        slope = power_law(list(groups), [g.g0.mean() for g in groups.values()]).exponents[0]
+        out.keep(f"exponent of G_0 in p, {word} pre-stress", slope)
+        found.append(f"{slope:.2f} {word} pre-stress")
+    return f"G_0 alone rises with p^{' and '.join(found)}"

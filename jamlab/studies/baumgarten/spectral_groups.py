@@ -1,8 +1,7 @@
-"""Group rows of spectra into packings of one law and pressure."""
+"""Spectra of packings, grouped by law and pressure: which rows are taken, and as arrays."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,8 +10,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.rheology.complex_modulus import ComplexModulus
-from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.ensembles import FEWEST, bootstrap
+from jamlab.studies.ensembles import FEWEST, enough
 
 FIXED, STABILIZED = "fixed-box", "shear-stabilized"
 LARGE = 25.0  # p N^2 from which packings take part in fits of exponents: below, their size decides, fig 8
@@ -50,11 +48,6 @@ class Group:
                 self.storage, self.loss, self.g0, self.eta0, self.eta_inf, strict=True
             )
         ]
-
-    def interval(self, statistic: Callable[[Array, Array], Any]) -> Interval:
-        """Statistic of (packings, m) storage and loss."""
-        both = np.stack([self.storage, self.loss], axis=1)
-        return bootstrap([both], lambda g: statistic(g[0][:, 0], g[0][:, 1]))
 
 
 def cut_to_shared_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
@@ -103,11 +96,10 @@ def select_ensemble(table: pd.DataFrame, ensemble: str = FIXED) -> pd.DataFrame:
 
     A packing of the same seed is another one in the other ensemble, with another modulus: none is averaged over both.
     """
-    packings = table.groupby(["n", "ensemble"])["seed"].nunique().unstack(fill_value=0)
     chosen = {}
-    for n, counts in packings.iterrows():
-        wanted = counts.get(ensemble, 0)
-        chosen[n] = ensemble if wanted >= min(FEWEST, counts.max()) else counts.idxmax()
+    for n, part in table.groupby("n"):
+        held = enough(part, "ensemble")
+        chosen[n] = ensemble if ensemble in held else held[0]
     kept: NDArray[np.bool_] = (table["ensemble"] == table["n"].map(chosen)).to_numpy()
     return table.loc[kept]
 
@@ -127,9 +119,8 @@ def select_spectra(table: pd.DataFrame) -> pd.DataFrame:
 
 def select_largest(table: pd.DataFrame) -> pd.DataFrame:
     """Select the rows of the largest size with enough packings for an interval, else of that with the most."""
-    packings = table.groupby("n")["seed"].nunique()
-    largest = int(packings.index[packings >= min(FEWEST, packings.max())].max())
-    return table.loc[table["n"] == largest]
+    largest: NDArray[np.bool_] = (table["n"] == enough(table, "n")[-1]).to_numpy()
+    return table.loc[largest]
 
 
 def select_sweep(table: pd.DataFrame, parameter: str) -> pd.DataFrame:

@@ -1,5 +1,6 @@
 """Draw which motion of droplets carries which relaxation: whole droplets, along their outlines, or across them."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,7 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import BLUE, ORANGE, PINK, SKY
 from jamlab.rheology.mode_motion import MOTIONS
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.beyond.droplet_spectra import AT
-from jamlab.studies.beyond.rows import LAW_WORDS, droplets_with, say, values_of
-from jamlab.studies.droplet_tables import FRACTIONS, RATE_BINS
+from jamlab.studies.droplet_tables import DRAGS, FRACTIONS, RATE_BINS, SCANNED, droplets_with, values_of
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import bootstrap
 from jamlab.studies.panels import Drawing, drawing, label, style
@@ -24,7 +23,7 @@ GROUPS = {
     "contact": {"slow": (0.0, 0.1), "middle": (0.1, 10**1.5), "fast": (10**1.5, np.inf)},
     "stokes": {"slow": (0.0, 1.0), "middle": (1.0, 10.0), "fast": (10.0, np.inf)},
 }
-OTHER = {"middle": "along", "fast": "across"}  # motion that is said as well
+OTHER = {"middle": "along", "fast": "across"}  # motion that is kept as well
 
 
 def droplet_modes(tables: EnsembleTables) -> Drawing:
@@ -32,18 +31,17 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
     table = tables.droplet_modes
     usual = droplets_with(table)
     out, axes = drawing("beyond-droplet-modes", 2, 4, 4.1, 3.7)
-    said = []
-    for row, law in enumerate(LAW_WORDS):
+    for row, law in enumerate(DRAGS):
         rows = usual[usual["law"] == law]
         panels = axes[4 * row : 4 * row + 4]
         for part, rho in zip(panels, SHOWN, strict=False):
             _draw_spectrum(out, part, rows[np.isclose(rows["rho"], rho)])
             for _, high in list(GROUPS[law].values())[:-1]:
                 part.axvline(high, color="#777777", linewidth=0.8, linestyle=":")
-            name = rf"{LAW_WORDS[law]}, $\rho$ = {rho:.2f}"
+            name = rf"{DRAGS[law]}, $\rho$ = {rho:.2f}"
             label(part, r"rate $\lambda\,\tau_1$", "strength per decade / all", legend=False)
             part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
-        said.append(_draw_shares(out, panels[3], rows, law))
+        _draw_shares(out, panels[3], rows, law)
     handles, names = axes[0].get_legend_handles_labels()
     out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=10, frameon=False)
     first = usual[np.isclose(usual["rho"], SHOWN[0])]
@@ -52,7 +50,8 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
         "Left: strength of modes per decade of rate, over that of all, by the motion in the modes: translation and "
         "rotation of whole droplets, and what is left along and across their outlines. Dotted: rates that part them. "
         f"Right: share of motions in them, with 95 % bars. Share that is translation or rotation, at rho = "
-        f"{SHOWN[0]:.2f} ({first['seed'].nunique()} packings) and {SHOWN[-1]:.2f}: {' '.join(said)} {_tensions(table)}"
+        f"{SHOWN[0]:.2f} ({first['seed'].nunique()} packings) and {SHOWN[-1]:.2f}: "
+        f"{_write_shares(out, 'contact')} {_write_shares(out, 'stokes')} {_tensions(out, table)}"
     )
     return out
 
@@ -84,9 +83,8 @@ def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[
     return bootstrap([values], lambda g: g[0][:, 0].sum() / g[0][:, 1].sum())
 
 
-def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> str:
-    """Shares of whole droplets' motion over packing fraction, one curve for each relaxation; says them."""
-    said = []
+def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
+    """Draw shares of whole droplets' motion over packing fraction, one curve for each relaxation, and keep them."""
     for k, (name, limits) in enumerate(GROUPS[law].items()):
         found = {
             rho: group_share(rows[np.isclose(rows["rho"], rho)], limits, ("translation", "rotation"))
@@ -95,31 +93,45 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> str:
         shares = {rho: share for rho, share in found.items() if share is not None}
         if not shares:
             continue
-        value, low, high = (np.array([getattr(s, end) for s in shares.values()]) for end in ("value", "low", "high"))
-        x = np.array(list(shares)) + 0.001 * k
-        out.curve(axes, f"{name}: whole droplets", x, value, low, high, band=False, **style(k))
-        text = f"{LAW_WORDS[law]}, {name} {say(found[SHOWN[0]])} and {say(found[SHOWN[-1]])}"
-        motion = OTHER.get(name)
-        if motion:
-            first, last = (group_share(rows[np.isclose(rows["rho"], SHOWN[k])], limits, (motion,)) for k in (0, -1))
-            text += f", {WORDS[motion]} {say(first)} and {say(last)}"
+        ends = Interval(*(np.array([getattr(s, end) for s in shares.values()]) for end in ("value", "low", "high")))
+        out.curve(axes, f"{name}: whole droplets", np.array(list(shares)) + 0.001 * k, ends, band=False, **style(k))
+        out.keep(f"{DRAGS[law]}, {name}, whole droplets", list(shares.values()), rho=shares)
+        if name in OTHER:
+            for rho in (SHOWN[0], SHOWN[-1]):
+                here = group_share(rows[np.isclose(rows["rho"], rho)], limits, (OTHER[name],))
+                out.keep(f"{DRAGS[law]}, {name}, {WORDS[OTHER[name]]}", [here], rho=[rho])
         if law == "contact":
-            sliding = group_share(rows, limits, ("sliding",))
-            text += f" (dissipation by sliding at all rho: {say(sliding)})"
-        said.append(text)
+            out.keep(f"{DRAGS[law]}, {name}, dissipation by sliding", group_share(rows, limits, ("sliding",)))
     axes.set_ylim(0, 1.25)
     axes.set_yticks(np.linspace(0, 1, 6))
     label(axes, r"true packing fraction $\rho$", "share of the motion", loc="upper right")
+
+
+def _write_shares(out: Drawing, law: str) -> str:
+    """Write the shares at the ends of the range of packing fractions, relaxation by relaxation."""
+    said = []
+    for name in GROUPS[law]:
+        at = f"{DRAGS[law]}, {name}"
+        both = [f"{at}, whole droplets, rho = {rho:g}" for rho in (SHOWN[0], SHOWN[-1])]
+        if not set(both) <= set(out.values):
+            continue
+        text = f"{at} {' and '.join(map(out.write, both))}"
+        if name in OTHER:
+            motion = f"{at}, {WORDS[OTHER[name]]}"
+            first, last = (out.write(f"{motion}, rho = {rho:g}") for rho in (SHOWN[0], SHOWN[-1]))
+            text += f", {WORDS[OTHER[name]]} {first} and {last}"
+        if law == "contact":
+            text += f" (dissipation by sliding at all rho: {out.write(f'{at}, dissipation by sliding')})"
+        said.append(text)
     return "; ".join(said) + "."
 
 
-def _tensions(table: pd.DataFrame) -> str:
-    """How mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
-    here = table[np.isclose(table["rho"], AT) & (table["law"] == "contact")]
+def _tensions(out: Drawing, table: pd.DataFrame) -> str:
+    """Keep how mean rates of the slow and of the middle relaxation under contact drag go with line tension."""
+    here = table[np.isclose(table["rho"], SCANNED) & (table["law"] == "contact")]
     tensions = values_of(here, "gamma")
     if len(tensions) < 3:
         return ""
-    said = []
     for name in ("slow", "middle"):
         low, high = GROUPS["contact"][name]
         groups = []
@@ -128,11 +140,11 @@ def _tensions(table: pd.DataFrame) -> str:
             kept = rows[(rows["rate"] >= low) & (rows["rate"] < high)]
             sums = kept.assign(weighted=kept["strength"] * np.log(kept["rate"])).groupby("seed")
             groups.append(sums[["weighted", "strength"]].sum().to_numpy(dtype=np.float64))
-        found = bootstrap(groups, lambda drawn: _slope(tensions, drawn))
-        said.append(f"{name} {say(found)}")
+        out.keep(f"{name}, exponent of its rate in line tension", bootstrap(groups, partial(_slope, tensions)))
+    slow, middle = (out.write(f"{name}, exponent of its rate in line tension") for name in ("slow", "middle"))
     return (
-        f"Mean rates (of ln, by strength) under contact drag at rho = {AT:.2f} go with line tension from "
-        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: {', '.join(said)}."
+        f"Mean rates (of ln, by strength) under contact drag at rho = {SCANNED:.2f} go with line tension from "
+        f"{tensions[0]:g} to {tensions[-1]:g} eps/l to the power: slow {slow}, middle {middle}."
     )
 
 

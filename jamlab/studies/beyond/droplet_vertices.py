@@ -1,5 +1,6 @@
 """Draw z, G, A and voids of droplets in the limit of many vertices."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -7,9 +8,9 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.studies.beyond.rows import droplets_with, say, values_of
+from jamlab.studies.droplet_tables import droplets_with, values_of
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import bootstrap, ensemble
+from jamlab.studies.ensembles import bootstrap, ensemble, line_in_inverse, mean_over_packings
 from jamlab.studies.panels import FIT, Drawing, drawing, label, style
 
 PLACES = np.arange(0.01, 0.17, 0.01)  # distances from onset
@@ -26,22 +27,24 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
         raise InputError("the table droplet_states has no two numbers of vertices: run the campaign beyond_the_papers")
     n = int(table["n"].iloc[0])
     out, axes = drawing("beyond-droplet-vertices", 2, 3, 4.6, 3.7)
-    said = []
     for k, column in enumerate(QUANTITIES):
         groups = []
         for index, nv in enumerate(vertices):
             e = ensemble(droplets_with(table, nv_small=nv), "dp", n, "d_rho", column, PLACES)
-            x, y = e.band()
-            out.curve(axes[k], _name(nv), x, y.value, y.low, y.high, **style(index))
+            x, y = e.band
+            out.curve(axes[k], _name(nv), x, y, **style(index))
             at = int(np.abs(x - COMPARED).argmin())
             groups.append(e.y[np.isfinite(e.y[:, at]), at])
         label(axes[k], r"$\Delta\rho$", QUANTITIES[column], loc="upper left")
-        said.append(_draw_limit(out, axes[3 + k], vertices, groups, column))
+        _draw_limit(out, axes[3 + k], vertices, groups, column)
+    ends = f"{vertices[-1]:.0f} less {vertices[0]:.0f} vertices"
+    limits = [(word, out.write(f"{word}, limit", 3), out.write(f"{word}, {ends}", 3)) for word in WORDS.values()]
+    said = ", ".join(f"{word} {limit} ({ends}: {change})" for word, limit, change in limits)
     counts = ", ".join(f"{_packings(table, nv)} with {_name(nv)}" for nv in vertices)
     out.caption = (
         f"{n} droplets with more and more vertices (of small and of large ones), packings: {counts}; 95 % bands and "
         f"bars. Below: the same at a distance of {COMPARED:g} from onset over the inverse number of vertices of small "
-        f"droplets, with a line, each mean weighted by its error; limit of many vertices: {', '.join(said)}."
+        f"droplets, with a line, each mean weighted by its error; limit of many vertices: {said}."
     )
     return out
 
@@ -61,36 +64,16 @@ def _name(nv: float) -> str:
     return f"{nv:.0f}, {round(17 / 12 * nv):.0f} vertices"
 
 
-def _draw_limit(out: Drawing, axes: Any, vertices: list[float], groups: list[Array], column: str) -> str:
-    """Means at one distance over the inverse number of vertices, with a line to zero."""
+def _draw_limit(out: Drawing, axes: Any, vertices: list[float], groups: list[Array], column: str) -> None:
+    """Draw means at one distance over the inverse number of vertices, with a line to zero, and keep its end."""
     x = 1 / np.array(vertices)
-    mean = bootstrap(groups, lambda g: [v.mean() for v in g])
-    limit = bootstrap(groups, lambda g: _line(x, g))
-    for k, (place, nv) in enumerate(zip(x, vertices, strict=True)):
-        out.curve(
-            axes,
-            _name(nv),
-            place,
-            mean.value[k],
-            mean.low[k],
-            mean.high[k],
-            band=False,
-            label=None,
-            linestyle="none",
-            **style(k),
-        )
+    mean = mean_over_packings(groups)
+    limit = bootstrap(groups, partial(line_in_inverse, vertices))
+    for k, nv in enumerate(vertices):
+        out.curve(axes, _name(nv), x[k], mean[k], band=False, label=None, linestyle="none", **style(k))
     ends = np.array([0.0, x.max()])
     out.curve(axes, "line", ends, limit.value[0] + limit.value[1] * ends, label=None, **FIT)
-    name = QUANTITIES[column]
-    label(axes, r"1/vertices of small droplets", rf"{name} at $\Delta\rho$ = {COMPARED:g}", legend=False)
+    label(axes, r"1/vertices of small droplets", rf"{QUANTITIES[column]} at $\Delta\rho$ = {COMPARED:g}", legend=False)
+    out.keep(f"{WORDS[column]}, limit", limit[0])
     change = bootstrap([groups[0], groups[-1]], lambda g: g[1].mean() - g[0].mean())
-    first, last = vertices[0], vertices[-1]
-    return f"{WORDS[column]} {say(limit[0], 3)} ({last:.0f} less {first:.0f} vertices: {say(change, 3)})"
-
-
-def _line(x: Array, groups: list[Array]) -> tuple[float, float]:
-    errors = np.array([g.std(ddof=1) / len(g) ** 0.5 for g in groups])
-    if not (errors > 0).all():
-        return float("nan"), float("nan")
-    slope, limit = np.polyfit(x, [g.mean() for g in groups], 1, w=1 / errors)
-    return float(limit), float(slope)
+    out.keep(f"{WORDS[column]}, {vertices[-1]:.0f} less {vertices[0]:.0f} vertices", change)

@@ -9,8 +9,7 @@ from jamlab.errors import InputError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.beyond.rows import say, usual_law
-from jamlab.studies.droplet_tables import LAW, PACKING
+from jamlab.studies.droplet_tables import LAW, PACKING, usual_law
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import FEWEST, bootstrap
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, scale, style
@@ -18,7 +17,7 @@ from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, scale, st
 FRACTIONS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98])
 SUMS = ["shape_of_three", "three"]  # columns whose ratio is the mean shape factor
 OVERLAPS = np.geomspace(1e-8, 1e-1, 22)  # edges of bins in the area that droplets share over that of the cell
-AT = (0.88, 0.94, 0.98)  # packing fractions said
+KEPT = (0.88, 0.94, 0.98)  # packing fractions at which the mean shape is kept
 
 
 def droplet_voids(tables: EnsembleTables) -> Drawing:
@@ -39,14 +38,16 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         stiff = "" if np.isclose(law[1], usual["eps"]) else f", rims {law[1] / usual['eps']:g} times as stiff"
         name = f"{law[2]:.0f}, {round(17 / 12 * law[2]):.0f} vertices{stiff}"
         mean = mean_shapes(sums_at_fractions(rows))
-        out.curve(by_rho, name, FRACTIONS, mean.value, mean.low, mean.high, **style(k))
+        out.curve(by_rho, name, FRACTIONS, mean, **style(k))
         over = mean_shapes(sums_by_overlap(rows[rows["overlap"] > 0]))
         places = np.sqrt(OVERLAPS[1:] * OVERLAPS[:-1])
-        out.curve(by_overlap, name, places, over.value, over.low, over.high, **style(k))
-        onset = mean_shape(rows[rows["state"] == 0])
-        at = [mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in AT]
-        parts = [f"{say(found)} at {rho:g}" for found, rho in zip(at, AT, strict=True) if np.isfinite(found.value)]
-        said.append(f"{name} ({rows['seed'].nunique()} packings): {say(onset)} at onset, {', '.join(parts)}")
+        out.curve(by_overlap, name, places, over, **style(k))
+        out.keep(f"{name}, at onset", mean_shape(rows[rows["state"] == 0]))
+        at = {rho: mean[int(np.abs(FRACTIONS - rho).argmin())] for rho in KEPT}
+        held = [rho for rho in KEPT if np.isfinite(at[rho].value)]
+        out.keep(name, [at[rho] for rho in held], rho=held)
+        parts = ", ".join(f"{out.write(f'{name}, rho = {rho:g}')} at {rho:g}" for rho in held)
+        said.append(f"{name} ({rows['seed'].nunique()} packings): {out.write(f'{name}, at onset')} at onset, {parts}")
     overlap, shape = three_disks(np.geomspace(2e-6, 0.06, 60))
     out.curve(by_overlap, "three equal disks", overlap, shape, **FIT)
     for axes, ends in ((by_rho, (0.83, 0.99)), (by_overlap, (OVERLAPS[0], OVERLAPS[-1]))):

@@ -11,25 +11,22 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import Claim, claim
-from jamlab.studies.conventions import SERIES, at
+from jamlab.studies.claims import write_by
+from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     RESAMPLES,
     Ensemble,
-    average,
     bootstrap,
     ensemble,
     has,
-    log_places,
+    mean_curve,
     nearest_size,
     sampled_sizes,
     sizes,
 )
 from jamlab.studies.panels import BESIDE, PAPER, Drawing, drawing, label, scale, size_style
 
-NEAR = log_places(1e-6, 0.4, 5)
-LINEAR = np.arange(0.80, 1.25, 0.01)
 REGIME = {  # where the paper sees a power law, fig 6
     "sp": (conventions.LOWEST["sp"], conventions.HIGHEST["d_phi"]),
     "dp": (conventions.LOWEST["dp"], published.CONFLUENCE),
@@ -48,19 +45,19 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         for model, by, fill in (("sp", "phi", "full"), ("sp", "rho", "none"), ("dp", "rho", "none")):
             for n in _shown_sizes(states, model):
                 small = n < 64
-                x, y = ensemble(states, model, n, by, column, LINEAR).band()
+                x, y = ensemble(states, model, n, by, column, FRACTIONS).band
                 series = f"{model.upper()}({'φ' if by == 'phi' else 'ρ'}), N = {n}"
                 look: dict[str, Any] = {"color": MODEL_STYLE[model]["color"] if by == "rho" else GREEN}
                 look |= {"marker": ("v" if small else "o") if model == "sp" else ("D" if small else "*")}
-                ends = () if small else (y.low, y.high)  # bands of the small ones would cover all others
-                out.curve(axes, series, x, y.value, *ends, linestyle="none", fillstyle=fill, **look)
+                shown = y.value if small else y  # bands of the small ones would cover all others
+                out.curve(axes, series, x, shown, linestyle="none", fillstyle=fill, **look)
         _draw_table_lines(out, axes, column)
         axes.axvline(published.MODELS_PART.value, color="#777777", linestyle="-.", linewidth=0.9)
         # far beyond confluence phi says little, and the paper's panel ends near there
         label(axes, r"packing fraction $\rho$ or $\phi$", name, legend=axes is bottom, **BESIDE)
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
-    out.claims = _departure_claims(states, out.name)
+    _claim_departures(out, states)
     missing = (
         "; the paper's droplets of N = 256 are not there" if conventions.SIZES[-1] not in sizes(states, "dp") else ""
     )
@@ -78,34 +75,34 @@ def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
     return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
 
 
-def _departure_claims(states: pd.DataFrame, name: str) -> list[Claim]:
-    """Where z and G of droplets leave those of disks of the same N."""
+def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim where z and G of droplets leave those of disks of the same N."""
     matched = conventions.matched_sizes(states)
-    claims = []
+    part = published.MODELS_PART.value
     for column, share in (("z", 0.02), ("g", 0.1)):
-        found, how = None, "needs packings of both models at one N"
-        words = {}
-        if matched:
-            curves = [
-                tuple(ensemble(states, model, m, "rho", column, LINEAR) for model in ("sp", "dp")) for m in matched
-            ]
-            each = [_find_departure(sp, dp, share) for sp, dp in curves]
-            found, (sp, dp) = each[-1], curves[-1]
-            how = f"N = {matched[-1]} of both, last crossing of the mean curves"
-            how += "" if found is None or np.isfinite(found.value) else f", which do not cross: {_say_excess(sp, dp)}"
-            by_size = ", ".join(f"{float(d.value):.3f}" if d and np.isfinite(d.value) else "none" for d in each)
-            how += f"; {by_size} at N = {', '.join(map(str, matched))}"
-            words = {"contradiction": conventions.contradiction_of_models(), "shown_by": "boromand-5, dashed"}
-            if column == "g":
-                part = published.MODELS_PART.value
-                ratio = at(part, *dp.mean) / at(part, *sp.mean)
-                words = {
-                    "calibrated": f"G comes in units of eps and of eps_r, which gamma and delta tie: the ratio at"
-                    f" rho = {part:g} is {ratio:.2f}"
-                }
         text = f"rho from which {column} of DP exceeds SP by {100 * share:g} %"
-        claims.append(claim(name, text, found, published.MODELS_PART, how=how, **words))
-    return claims
+        if not matched:
+            out.claim(text, None, published.MODELS_PART, how="needs packings of both models at one N")
+            continue
+        sp, dp = ([ensemble(states, model, m, "rho", column, FRACTIONS) for m in matched] for model in ("sp", "dp"))
+        each = [_find_departure(*pair, share) for pair in zip(sp, dp, strict=True)]
+        found = each[-1]
+        how = f"N = {matched[-1]} of both, last crossing of the mean curves"
+        how += (
+            ""
+            if found is None or np.isfinite(found.value)
+            else f", which do not cross: {_say_excess(out, sp[-1], dp[-1])}"
+        )
+        out.keep(text, each, N=matched)
+        how += f"; {write_by(dict(zip(matched, each, strict=True)), '.3f')}"
+        words = {"contradiction": conventions.contradiction_of_models(), "shown_by": "boromand-5, dashed"}
+        if column == "g":
+            ratio = out.keep(
+                f"G of DP over that of SP at rho = {part:g}", at(part, *dp[-1].mean) / at(part, *sp[-1].mean)
+            )
+            tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
+            words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}"}
+        out.claim(text, found, published.MODELS_PART, how=how, **words)
 
 
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
@@ -117,30 +114,35 @@ def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
         out.curve(axes, f"paper: {name}", onset + d, y, linestyle="--", color=colour, linewidth=1.4)
 
 
-def _say_excess(sp: Ensemble, dp: Ensemble) -> str:
-    """Between what shares the mean of DP exceeds that of SP where both have one."""
-    (x, y), (u, v) = sp.mean, dp.mean
-    kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
-    excess = 100 * (v[kept] / np.interp(u[kept], x, y) - 1)
-    if not kept.any():
+def _say_excess(out: Drawing, sp: Ensemble, dp: Ensemble) -> str:
+    """Keep between what shares the mean of DP exceeds that of SP where both have one."""
+    rho, excess = _find_excess(sp.mean, dp.mean)
+    if not len(excess):
         return "no common range"
-    return f"DP exceeds SP by {excess.min():.0f} to {excess.max():.0f} % from {u[kept][0]:.2f} to {u[kept][-1]:.2f}"
+    least = out.keep("least excess of DP over SP, %", 100 * excess.min())
+    most = out.keep("largest excess of DP over SP, %", 100 * excess.max())
+    return f"DP exceeds SP by {least:.0f} to {most:.0f} % from {rho[0]:.2f} to {rho[-1]:.2f}"
+
+
+def _find_excess(sp: tuple[Array, Array], dp: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Find rho where both models have a mean, and the share by which that of DP exceeds that of SP."""
+    (x, y), (u, v) = sp, dp
+    kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
+    return u[kept], v[kept] / np.interp(u[kept], x, y) - 1
 
 
 def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
     """Find the rho above which the mean of DP exceeds that of SP by a given share."""
 
     def crossing(groups: list[Array]) -> float:
-        (x, y), (u, v) = [(average(g[..., 0]), average(g[..., 1])) for g in groups]
-        kept = (u >= np.nanmin(x)) & (u <= np.nanmax(x)) & np.isfinite(v)
-        excess = v[kept] / np.interp(u[kept], x, y) - 1 - share
-        inside = np.flatnonzero(excess <= 0)
+        rho, excess = _find_excess(mean_curve(groups[0]), mean_curve(groups[1]))
+        inside = np.flatnonzero(excess <= share)
         if not len(inside) or inside[-1] == len(excess) - 1:
             return np.nan
         k = inside[-1]
-        return float(np.interp(0, excess[k : k + 2], u[kept][k : k + 2]))
+        return float(np.interp(0, excess[k : k + 2] - share, rho[k : k + 2]))
 
-    return bootstrap([np.stack([e.x, e.y], axis=-1) for e in (sp, dp)], crossing)
+    return bootstrap([sp.curves, dp.curves], crossing)
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -152,8 +154,8 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         scale(part)
         model, by = SERIES[series]
         for n in sizes(states, model):
-            x, y = ensemble(states, model, n, by, column, NEAR).band()
-            out.curve(part, f"N = {n}", x, y.value, y.low, y.high, linestyle="none", **size_style(n))
+            x, y = ensemble(states, model, n, by, column, NEAR).band
+            out.curve(part, f"N = {n}", x, y, linestyle="none", **size_style(n))
         d = np.geomspace(1e-4, 0.4 if by == "d_phi" else 0.16, 40)
         coefficients = published.TABLE_1[series][2:] if column == "d_z" else published.TABLE_2[series]
         out.curve(part, "paper: table fit", d, published.table_law(coefficients, d), **PAPER)
@@ -164,15 +166,11 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         name = r"$\Delta\phi$" if by == "d_phi" else r"$\Delta\rho$"
         units = r"$\epsilon/\sigma^2$" if model == "sp" else r"$\epsilon_r/l^2$"
         out.window(part, *(REGIME[model]))
-        label(
-            part,
-            f"{series[:2]}: {name}",
-            r"$z - z_J$" if column == "d_z" else rf"$G$  [{units}]",
-            loc="upper left",
-        )
+        symbol = r"$z - z_J$" if column == "d_z" else rf"$G$  [{units}]"
+        label(part, f"{series[:2]}: {name}", symbol, loc="upper left")
         part.set_xlim(5e-7, 0.7)
         part.set_ylim((1e-3, 5) if column == "d_z" else (3e-4, 1))
-    out.claims = _exponent_claims(states, out.name)
+    _claim_exponents(out, states)
     out.caption = (
         "Excess contacts (own z_J taken off) and shear modulus against the distance to each packing's own onset. "
         "Dashed: the paper's fits and slopes; grey: the regime where it sees a power law. Mean moduli of small "
@@ -181,58 +179,41 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _exponent_claims(states: pd.DataFrame, name: str) -> list[Claim]:
-    """Single exponents as the paper fits them, at its largest size."""
-    claims = []
+def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim single exponents as the paper fits them, at its largest size, and that of the crossover."""
     for column, series, paper, text in (
-        ("excess contacts", "SP(φ)", published.ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0"),
-        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0"),
-        ("excess contacts", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho"),
-        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho"),
+        ("excess contacts", "SP(φ)", published.ALPHA_0, "alpha_0: z - z_J ~ dphi^alpha_0, SP"),
+        ("g", "SP(φ)", published.BETA_0, "beta_0: G ~ dphi^beta_0, SP"),
+        ("excess contacts", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of z - z_J in drho, DP"),
+        ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho, DP"),
     ):
         model, by = SERIES[series]
         found, how = None, f"no {model} packings"
         words: dict[str, str] = {}
         if has(states, model):
             n = nearest_size(states, model, conventions.SIZES[-1])
-            curve = _above_a_hundredth(conventions.even_curve(states, series, n, column))
-            found = curve.interval(conventions.fit_exponent)
+            found = _beyond_a_hundredth(states, series, n, column).interval(conventions.fit_exponent)
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
             how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
             if model == "sp":
                 measured = sampled_sizes(states, model)
-                every = [_exponent_of_size(states, series, m, column) for m in measured]
-                shown = ", ".join(f"{e:.2f}" for e in every)
-                words["cause"] = f"it is {shown} at N = {', '.join(map(str, measured))}"
+                means = [_beyond_a_hundredth(states, series, m, column).mean for m in measured]
+                every = [conventions.fit_exponent(*mean) for mean in means]
+                out.keep(text, every, N=measured)
+                words["cause"] = f"it is {write_by(dict(zip(measured, every, strict=True)), '.2f')}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
-            kind = "g" if column == "g" else "d_z"
-            words["contradiction"] = conventions.contradiction_of_single_exponent(kind)
+            words["contradiction"] = conventions.contradiction_of_single_exponent(2 if column == "g" else 1)
             words["shown_by"] = "boromand-6 c and f, dashed"
-        claims.append(claim(name, f"{text}, {series[:2]}", found, paper, how=how, **words))
-    crossover = claim(
-        name,
-        "a: (z - z_J) N against dphi N^a, SP",
-        _size_exponent(states),
-        published.CROSSOVER_EXPONENT,
-        how=f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J",
-    )
-    return [*claims, crossover]
+        out.claim(text, found, paper, how=how, **words)
+    how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"
+    text = "a: (z - z_J) N against dphi N^a, SP"
+    out.claim(text, _size_exponent(states), published.CROSSOVER_EXPONENT, how=how)
 
 
-def _above_a_hundredth(e: Ensemble) -> Ensemble:
+def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
     """Places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
-    return between(e, DISTANT, np.inf)
-
-
-def between(e: Ensemble, low: float, high: float) -> Ensemble:
-    x = average(e.x)
-    kept = (x > low) & (x < high)
-    return Ensemble(e.x[:, kept], e.y[:, kept])
-
-
-def _exponent_of_size(states: pd.DataFrame, series: str, n: int, column: str) -> float:
-    return conventions.fit_exponent(*_above_a_hundredth(conventions.even_curve(states, series, n, column)).mean)
+    return conventions.even_curve(states, series, n, column).between(DISTANT, np.inf)
 
 
 def _size_exponent(states: pd.DataFrame) -> Interval | None:
@@ -240,13 +221,11 @@ def _size_exponent(states: pd.DataFrame) -> Interval | None:
     n = [m for m in sizes(states, "sp") if m in conventions.SIZES]
     if len(n) < 2:
         return None
-    curves = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR) for m in n]
-    groups = [np.stack([e.x, e.y], axis=-1) for e in curves]
+    groups = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR).curves for m in n]
 
     def exponent(drawn: list[Array]) -> float:
         family = []
-        for g in drawn:
-            x, y = average(g[..., 0]), average(g[..., 1])
+        for x, y in map(mean_curve, drawn):
             kept = (y > 0) & (x < REGIME["sp"][1])
             family.append((x[kept], y[kept]))
         return fit_scaling_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a

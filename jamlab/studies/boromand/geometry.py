@@ -1,5 +1,6 @@
 """Draw packing fraction, areas and shapes in Boromand et al.: figs 4 and 9."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,34 +10,22 @@ from jamlab.arrays import Array
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.boromand.confluence import select_below_confluence
-from jamlab.studies.boromand.contacts_and_modulus import LINEAR
-from jamlab.studies.claims import Claim, claim
-from jamlab.studies.conventions import at, contradiction_of_confluence, eq_11
+from jamlab.studies.claims import write_list
+from jamlab.studies.conventions import (
+    DISTANCES,
+    FRACTIONS,
+    TWO_OVERLAPS,
+    at,
+    contradiction_of_confluence,
+    eq_11,
+    fit_prefactor,
+    select_below_confluence,
+)
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import Ensemble, ensemble, has, log_places, nearest_size, sampled_sizes
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 
-FINE = np.arange(0.0, 0.43, 0.01)  # distances to onset
-TWO_OVERLAPS = 0.36  # dphi up to which only pairs overlap: phi < 1.2
 DENSEST = 1.24  # phi at which rho -> 1, [B] below eq 12
-
-
-def fit_prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERLAPS) -> float:
-    """Fit C of eq 11 by least squares; by default where the paper has it exact: pairs overlap, but no triples."""
-    kept = np.isfinite(y) & (x >= low) & (x < high)
-    f = eq_11(x[kept])
-    return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
-
-
-def steepest_prefactor(states: pd.DataFrame, n: int) -> str:
-    """Say how large C can be in any window: the largest drho/(dphi - dphi^1.5) of the mean curve, and its N."""
-    x, y = ensemble(states, "sp", n, "d_phi", "d_rho", FINE).mean
-    local = y[1:] / eq_11(x[1:])
-    if not np.isfinite(local[x[1:] < TWO_OVERLAPS]).any():
-        return ""
-    k = int(np.nanargmax(local[x[1:] < TWO_OVERLAPS]))
-    return f"C at one dphi rises from 1 at onset to {local[k]:.2f} at dphi = {x[1 + k]:.2f}: no window gives more"
 
 
 def figure_4(tables: EnsembleTables) -> Drawing:
@@ -44,28 +33,21 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     states = tables.states
     out, (a, b, c) = drawing("boromand-4", 1, 3, 4.6, 4.0)
     n = nearest_size(states, "sp", 32)
-    e = ensemble(states, "sp", n, "d_phi", "d_rho", FINE)
-    x, y = e.band()
-    out.curve(a, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
+    e = ensemble(states, "sp", n, "d_phi", "d_rho", DISTANCES)
+    x, y = e.band
+    out.curve(a, f"SP, N = {n}", x, y, **model_style("sp"))
+    found = e.interval(fit_prefactor)
+    words = {"cause": _steepest_prefactor(out, e), "shown_by": "boromand-4 a"}
+    how = f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}"
+    out.claim("C of eq 11", found, published.EQ_11_C, how=how, **words)
     d = np.linspace(0, 0.4, 50)
     out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
     out.curve(a, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", d, published.EQ_11_C.value * eq_11(d), **FIT)
     a.set_ylim(0, 0.25)
     label(a, r"$\phi - \phi_J$", r"$\rho - \rho_J$", loc="lower right")
-    out.claims.append(
-        claim(
-            out.name,
-            "C of eq 11",
-            e.interval(fit_prefactor),
-            published.EQ_11_C,
-            how=f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}",
-            cause=steepest_prefactor(states, n),
-            shown_by="boromand-4 a",
-        )
-    )
     _draw_areas(out, b, states)
     _draw_shapes(out, c, states)
-    out.claims += _shape_claims(states, out.name)
+    _claim_shapes(out, states)
     out.caption = (
         "(a) True against nominal packing fraction with eq 11; the form in the paper's caption is a misprint. (b) Mean "
         "particle area, overlaps shared. (c) Packing fraction against shape factor, A - 1 for disks; regular 12- and "
@@ -75,6 +57,17 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     return out
 
 
+def _steepest_prefactor(out: Drawing, e: Ensemble) -> str:
+    """Keep how large C can be in any window: the largest drho/(dphi - dphi^1.5) of the mean curve, and its place."""
+    x, y = e.mean
+    local = y[1:] / eq_11(x[1:])
+    if not np.isfinite(local[x[1:] < TWO_OVERLAPS]).any():
+        return ""
+    k = int(np.nanargmax(local[x[1:] < TWO_OVERLAPS]))
+    most, place = out.keep("largest C at one dphi", local[k]), out.keep("dphi of the largest C", x[1 + k])
+    return f"C at one dphi rises from 1 at onset to {most:.2f} at dphi = {place:.2f}: no window gives more"
+
+
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     """Draw mean particle areas, and the paper's slope through the curve of the disks at 0.12."""
     n, slope = nearest_size(states, "sp", 32), published.LOST_AREA_EXPONENT
@@ -82,17 +75,12 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
         if not has(states, model):
             continue
         size = nearest_size(states, model, 32)
-        x, y = ensemble(states, model, size, "d_rho", "lost", FINE[:18]).band(lambda v: 1 - v)
-        out.curve(axes, f"{model.upper()}, N = {size}", x, y.value, y.low, y.high, **model_style(model))
+        e = ensemble(states, model, size, "d_rho", "lost", DISTANCES[:18])
+        x, y = Ensemble(e.x, 1 - e.y).band
+        out.curve(axes, f"{model.upper()}, N = {size}", x, y, **model_style(model))
     d = np.linspace(0.0, 0.155, 40)
-    height = at(0.12, *ensemble(states, "sp", n, "d_rho", "lost", FINE[:18]).mean) / 0.12**slope
-    out.curve(
-        axes,
-        rf"paper: slope {slope} in $\rho - \rho_J$",
-        d,
-        1 - height * d**slope,
-        **PAPER,
-    )
+    height = at(0.12, *ensemble(states, "sp", n, "d_rho", "lost", DISTANCES[:18]).mean) / 0.12**slope
+    out.curve(axes, rf"paper: slope {slope} in $\rho - \rho_J$", d, 1 - height * d**slope, **PAPER)
     axes.set_ylim(0.82, 1.02)
     label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
 
@@ -105,11 +93,11 @@ def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
             continue
         size = nearest_size(states, model, 32)
         look = model_style(model, fillstyle=fill) | ({"color": GREEN} if by == "d_phi" else {})
-        x, shape = ensemble(states, model, size, by, "excess", FINE[:22]).band()
+        x, shape = ensemble(states, model, size, by, "excess", DISTANCES[:22]).band
         name = f"{model.upper()}({'φ' if by == 'd_phi' else 'ρ'})"
         out.curve(axes, name, shape.value, x, **look)
         if model == "dp":
-            x, shape = ensemble(states, model, size, by, "shape", FINE[:22]).band()
+            x, shape = ensemble(states, model, size, by, "shape", DISTANCES[:22]).band
             out.curve(axes, r"DP(ρ), $\mathcal{A} - 1$", shape.value - 1, x, **look | {"markersize": 2.5})
     s, (steep, flat) = np.geomspace(3e-3, 0.1, 20), published.SHAPE_EXPONENTS
     out.curve(axes, rf"paper: $\omega \approx {flat}$", s, 0.165 * (s / 0.07) ** flat, **PAPER)
@@ -125,40 +113,25 @@ def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     )
 
 
-def _shape_claims(states: pd.DataFrame, name: str) -> list[Claim]:
-    """Shapes of disks at phi = 1 and near confluence, shapes and areas of droplets at confluence."""
+def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim shapes of disks at phi = 1 and near confluence, shapes and areas of droplets at confluence."""
     n = nearest_size(states, "sp", 32)
     nominal = ensemble(states, "sp", n, "phi", "shape", [1.0, DENSEST - 1e-6])
-    claims = [
-        claim(
-            name,
-            "A at phi = 1, SP",
-            nominal.interval(lambda x, y: at(1.0, x, y)),
-            published.SHAPE_AT_UNIT_PHI,
-            how=f"N = {n}, interpolated in each packing",
-        ),
-        claim(
-            name,
-            "A near confluence, SP",
-            nominal.interval(lambda x, y: at(DENSEST - 1e-6, x, y)),
-            published.SHAPE_OF_DENSE_DISKS,
-            how=f"N = {n}, phi = {DENSEST}, where rho -> 1 in the paper",
-        ),
-    ]
+    found = [nominal.interval(partial(at, phi)) for phi in (1.0, DENSEST - 1e-6)]
+    how = f"N = {n}, interpolated in each packing"
+    out.claim("A at phi = 1, SP", found[0], published.SHAPE_AT_UNIT_PHI, how=how)
+    how = f"N = {n}, phi = {DENSEST}, where rho -> 1 in the paper"
+    out.claim("A near confluence, SP", found[1], published.SHAPE_OF_DENSE_DISKS, how=how)
     area = shape = None
     how = "no dp packings"
     if has(states, "dp"):
         n = nearest_size(states, "dp", 32)
         how = f"N = {n}, drho = {published.CONFLUENCE}, where the paper has confluence; bare polygons"
-        lost = ensemble(states, "dp", n, "d_rho", "lost", FINE[:18])
+        lost, curve = (ensemble(states, "dp", n, "d_rho", column, DISTANCES[:18]) for column in ("lost", "shape"))
         area = lost.interval(lambda x, y: 1 - at(0.13, x, y))
-        curve = ensemble(states, "dp", n, "d_rho", "shape", FINE[:18])
         shape = curve.interval(lambda x, y: at(published.CONFLUENCE, x, y))
-    return [
-        *claims,
-        claim(name, "A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how),
-        claim(name, "<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, how=f"N = {n}"),
-    ]
+    out.claim("A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how)
+    out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, how=f"N = {n}")
 
 
 def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
@@ -171,19 +144,18 @@ def _near_unity(x: Array, y: Array) -> float:
     return float(power_law(x, y, low=5e-3, high=0.1).exponents[0])
 
 
-def _say_confluence(states: pd.DataFrame) -> str:
-    """Where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
+def _keep_confluence(out: Drawing, states: pd.DataFrame) -> str:
+    """Keep where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
     full = states[(states["model"] == "dp") & (states["z"] >= 6)]
     measured = [n for n in sampled_sizes(states, "dp") if n in set(full["n"])]
     if not measured:
         return ""
     first = full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
-    reached = ", ".join(f"{1 - first[n]:.4f}" for n in measured)
+    reached = out.keep("1 - rho where z = 6, DP", [1 - first[n] for n in measured], N=measured)
     slopes = [_approach_to_unity(states, n).interval(_near_unity) for n in measured]
-    found = ", ".join("none" if s is None else f"{float(s.value):.2f}" for s in slopes)
-    return (
-        f"z = 6 is reached at 1 - rho = {reached}, and the exponent is {found}, at N = {', '.join(map(str, measured))}"
-    )
+    out.keep("exponent of z_conf - z in 1 - rho, DP", slopes, N=measured)
+    ends = f"z = 6 is reached at 1 - rho = {write_list(reached, '.4f')}"
+    return f"{ends}, and the exponent is {write_list(slopes, '.2f')}, at N = {write_list(measured)}"
 
 
 def figure_9(tables: EnsembleTables) -> Drawing:
@@ -195,29 +167,20 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         if not has(states, model):
             continue
         n = nearest_size(states, model, 64)
-        x, y = ensemble(states, model, n, "rho", "z", LINEAR).band()
-        out.curve(a, f"{model.upper()}, N = {n}", x, y.value, y.low, y.high, **model_style(model, linestyle="-"))
-        e = ensemble(states, model, n, "rho", "excess", LINEAR)
-        x, y = e.band()
+        x, y = ensemble(states, model, n, "rho", "z", FRACTIONS).band
+        out.curve(a, f"{model.upper()}, N = {n}", x, y, **model_style(model, linestyle="-"))
+        x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
-            how = "; ".join(filter(None, (f"N = {n}, rho > 0.9", _say_confluence(states))))
+            how = "; ".join(filter(None, (f"N = {n}, rho > 0.9", _keep_confluence(out, states))))
             slope = _approach_to_unity(states, n).interval(_near_unity)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
     )
-    out.claims.append(
-        claim(
-            out.name,
-            "exponent of z_conf - z in 1 - rho, DP",
-            slope,
-            published.MISSING_CONTACTS_EXPONENT,
-            how=how,
-            contradiction=contradiction_of_confluence(),
-            shown_by="boromand-8 a",
-        )
-    )
+    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "shown_by": "boromand-8 a"}
+    contradiction = contradiction_of_confluence()
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, contradiction=contradiction, **words)
     out.caption = (
         "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
         "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."

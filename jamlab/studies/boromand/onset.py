@@ -7,11 +7,11 @@ import pandas as pd
 
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
-from jamlab.statistics.power_laws import finite_size, power_law
-from jamlab.studies import conventions
-from jamlab.studies.claims import Claim, claim
+from jamlab.statistics.power_laws import power_law
+from jamlab.studies.claims import write_interval, write_list
+from jamlab.studies.conventions import SIZES, onset_law
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import bootstrap, groups_by, has, sampled_sizes, sizes
+from jamlab.studies.ensembles import bootstrap, groups_by, has, mean_over_packings, sampled_sizes, sizes
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
 
 
@@ -46,24 +46,17 @@ def figure_10(tables: EnsembleTables) -> Drawing:
         inset.tick_params(labelsize=7)
         inset.set_title("$f_J$", fontsize=8, pad=2)
         spread = bootstrap(groups[model], lambda g: [v.std(ddof=1) if len(v) > 1 else np.nan for v in g])
-        centre = bootstrap(groups[model], lambda g: [v.mean() for v in g])
-        for axes_, what, found in ((width, "width", spread), (mean, "mean", centre)):
-            ends = (found.value, found.low, found.high)
-            out.curve(
-                axes_, f"{model.upper()}: {what}", n, *ends, band=False, label=model.upper(), **model_style(model)
-            )
+        centre = mean_over_packings(groups[model])
+        for panel, what, found in ((width, "width", spread), (mean, "mean", centre)):
+            name = f"{model.upper()}: {what}"
+            out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
         sampled = sampled_sizes(onset, model)
-        out.claims += _onset_claims(out.name, model, sampled, [groups[model][n.index(m)] for m in sampled])
+        _claim_onset(out, model, sampled, [groups[model][n.index(m)] for m in sampled])
     first = sizes(onset, "sp" if has(onset, "sp") else "dp")[0]
     out.slope(width, -published.THETA.value, (first, 256), 0.012, rf"$N^{{-{published.THETA.value}}}$")
     label(width, "N", r"width of the distribution $\sigma$")
-    out.curve(
-        mean,
-        f"paper: large-N limit {published.ONSET_LIMIT.value}",
-        [12, 500],
-        [published.ONSET_LIMIT.value] * 2,
-        **PAPER,
-    )
+    limit = published.ONSET_LIMIT.value
+    out.curve(mean, f"paper: large-N limit {limit}", [12, 500], [limit] * 2, **PAPER)
     mean.set_xscale("log")
     label(mean, "N", "mean onset", loc="lower right")
     _draw_contacts_at_onset(out, contacts, count, onset)
@@ -87,10 +80,8 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
         last = table[(table["model"] == model) & (table["n"] == n[-1])]["extra"]
         share = last.value_counts(normalize=True).sort_index()
         out.curve(extra, f"{name}, N = {n[-1]}", share.index, share.to_numpy(), **look | {"linestyle": "-"})
-        groups = groups_by(table[table["model"] == model], "n", "z_J", n)
-        found = bootstrap(groups, lambda g: [v.mean() for v in g])
-        ends = (found.value, found.low, found.high)
-        out.curve(mean, f"{name}: z_J", n, *ends, band=False, label=name, **look)
+        found = mean_over_packings(groups_by(table[table["model"] == model], "n", "z_J", n))
+        out.curve(mean, f"{name}: z_J", n, found, band=False, label=name, **look)
     line = np.geomspace(12, 500, 40)
     out.curve(mean, "4 - 2/N", line, 4 - 2 / line, **FIT)
     paper = published.TABLE_1["SP(φ)"][0]
@@ -100,42 +91,35 @@ def _draw_contacts_at_onset(out: Drawing, extra: Any, mean: Any, onset: pd.DataF
     label(mean, "N", r"$z_J$", loc="lower right")
 
 
-def _onset_claims(name: str, model: str, n: list[int], groups: list[Array]) -> list[Claim]:
+def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) -> None:
+    """Claim theta and the limit of large packings, at the paper's sizes; those of all sizes are kept beside them."""
     big = model.upper()
     theta = limit = None
     how = of_width = "needs two sizes with three packings or more"
     if len(n) > 1 and min(len(g) for g in groups) > 2:
-        how = of_width = f"N = {', '.join(map(str, n))}"
-        limit = whole = bootstrap(groups, lambda g: _limit(n, g))
-        theta = every = bootstrap(groups, lambda g: _width_exponent(n, g))
-        same = [k for k, size in enumerate(n) if size in conventions.SIZES]
+        how = of_width = f"N = {write_list(n)}"
+        limit = bootstrap(groups, lambda g: onset_law(n, g).limit)
+        theta = bootstrap(groups, lambda g: _width_exponent(n, g))
+        same = [k for k, size in enumerate(n) if size in SIZES]
         if 1 < len(same) < len(n):  # "matched N"
             kept, groups_kept = [n[k] for k in same], [groups[k] for k in same]
+            every = out.keep(f"theta of all sizes, {big}", theta)
+            whole = out.keep(f"onset in the large-N limit of all sizes, {big}", limit)
             theta = bootstrap(groups_kept, lambda g: _width_exponent(kept, g))
-            limit = bootstrap(groups_kept, lambda g: _limit(kept, g))
-            matched, beyond = f"N = {', '.join(map(str, kept))} of the paper's", f"with all, {n[0]} to {n[-1]},"
+            limit = bootstrap(groups_kept, lambda g: onset_law(kept, g).limit)
+            matched, beyond = f"N = {write_list(kept)} of the paper's", f"with all, {n[0]} to {n[-1]},"
             of_width = f"{matched}; {beyond} {every.value:.2f}"
-            how = f"{matched}; {beyond} {whole.value:.4f} [{whole.low:.4f}, {whole.high:.4f}]"
-    return [
-        claim(
-            name,
-            f"theta: sigma ~ N^-theta, {big}",
-            theta,
-            published.THETA,
-            how=of_width,
-            cause=_local_exponents(n, groups),
-            shown_by="boromand-10 c",
-        ),
-        claim(
-            name,
-            f"onset in the large-N limit, {big}",
-            limit,
-            published.ONSET_LIMIT,
-            how=f"{how}, correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)" if limit is not None else how,
-            cause=f"N = {n[-1]} jams at {groups[-1].mean():.4f}, N = {n[0]} at {groups[0].mean():.4f}",
-            shown_by="boromand-10 d",
-        ),
-    ]
+            how = f"{matched}; {beyond} {write_interval(whole, 4)}"
+        how += f", correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)"
+    widths = [v.std(ddof=1) if len(v) > 1 else np.nan for v in groups]
+    rise = out.keep(f"theta to the next size, {big}", -np.diff(np.log(widths)) / np.diff(np.log(n)), N=n[:-1])
+    cause = f"from size to size it is {write_list(rise, '.2f')} (N = {write_list(n)})"
+    words = {"how": of_width, "cause": cause, "shown_by": "boromand-10 c"}
+    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, **words)
+    ends = out.keep(f"mean onset, {big}", [g.mean() for g in groups], N=n)
+    cause = f"N = {n[-1]} jams at {ends[-1]:.4f}, N = {n[0]} at {ends[0]:.4f}"
+    words = {"how": how, "cause": cause, "shown_by": "boromand-10 d"}
+    out.claim(f"onset in the large-N limit, {big}", limit, published.ONSET_LIMIT, **words)
 
 
 def _width_exponent(n: list[int], groups: list[Array]) -> float:
@@ -143,16 +127,3 @@ def _width_exponent(n: list[int], groups: list[Array]) -> float:
     widths = np.array([v.std(ddof=1) for v in groups])
     errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
     return -float(power_law(n, widths, error=errors).exponents[0])
-
-
-def _local_exponents(n: list[int], groups: list[Array]) -> str:
-    """Say what theta is from each size to the next."""
-    widths = [v.std(ddof=1) if len(v) > 1 else np.nan for v in groups]
-    rise = -np.diff(np.log(widths)) / np.diff(np.log(n))
-    return f"from size to size it is {', '.join(f'{t:.2f}' for t in rise)} (N = {', '.join(map(str, n))})"
-
-
-def _limit(n: list[int], groups: list[Array]) -> float:
-    """Mean onset of large systems, each size weighted by its standard error."""
-    means, errors = [v.mean() for v in groups], [v.std(ddof=1) / len(v) ** 0.5 for v in groups]
-    return finite_size(n, means, errors, exponent=published.ONSET_CORRECTION).limit

@@ -10,10 +10,7 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.studies.boromand.contacts_and_modulus import NEAR
-from jamlab.studies.boromand.geometry import fit_prefactor
-from jamlab.studies.claims import claim
-from jamlab.studies.conventions import eq_11
+from jamlab.studies.conventions import NEAR, eq_11, fit_prefactor
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import Ensemble, ensemble, from_onset, has, log_places, nearest_size
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
@@ -69,27 +66,18 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw true against nominal packing fraction; C at its limit near onset."""
     scale(axes)
     curve = ensemble(states, "sp", n, "d_phi", "d_rho", NEAR)
-    x, y = curve.band()
-    out.curve(axes, f"SP, N = {n}", x, y.value, y.low, y.high, **model_style("sp"))
-    line = np.geomspace(1e-6, 0.4, 60)
-    out.curve(
-        axes, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", line, published.EQ_11_C.value * eq_11(line), **PAPER
-    )
+    x, y = curve.band
+    out.curve(axes, f"SP, N = {n}", x, y, **model_style("sp"))
+    line, paper = np.geomspace(1e-6, 0.4, 60), published.EQ_11_C
+    out.curve(axes, rf"paper: eq 11, $C$ = {paper.value}", line, paper.value * eq_11(line), **PAPER)
     label(axes, r"$\phi - \phi_J$", r"$\rho - \rho_J$")
     near = curve.interval(lambda x, y: fit_prefactor(x, y, 0.0, NEAREST))
-    limit = (1 - 1 / published.EQ_11_C.value) ** 2
-    out.claims.append(
-        claim(
-            out.name,
-            f"C of eq 11 for dphi < {NEAREST}",
-            near,
-            published.EQ_11_C,
-            how=f"N = {n}, least squares",
-            contradiction=f"C = {published.EQ_11_C.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {limit:.3f}, "
-            "where overlaps can only lower it",
-            shown_by="boromand-11 b",
-        )
+    contradiction = (
+        f"C = {paper.value} makes rho > phi up to dphi = (1 - 1/C)^2 = {(1 - 1 / paper.value) ** 2:.3f}, "
+        "where overlaps can only lower it"
     )
+    words = {"how": f"N = {n}, least squares", "contradiction": contradiction, "shown_by": "boromand-11 b"}
+    out.claim(f"C of eq 11 for dphi < {NEAREST}", near, paper, where="[B] appendix, fig 11 b", **words)
 
 
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -158,19 +146,15 @@ def _draw_laws(
     """
     scale(axes)
     model, n, column = what
-    x, y = e.band()
-    series = f"{model.upper()}, N = {n}"
-    if swap:
-        out.curve(axes, series, y.value, x, **model_style(model))
-    else:
-        out.curve(axes, series, x, y.value, y.low, y.high, **model_style(model))
+    x, y = e.band
+    out.curve(axes, f"{model.upper()}, N = {n}", *((y.value, x) if swap else (x, y)), **model_style(model))
     e = e.whole
     x, means = e.mean
     for law in laws:
         try:
             fit = widest_window(x, means, tolerance=_STRAIGHT, low=law.low, high=law.high)
         except (InputError, ConvergenceError) as error:
-            out.claims.append(claim(out.name, law.name, None, law.paper, how=str(error)))
+            out.claim(law.name, None, law.paper, how=str(error))
             continue
 
         def exponent(x: Array, y: Array, fit: PowerLaw = fit, inverse: bool = law.inverse) -> float:
@@ -178,13 +162,13 @@ def _draw_laws(
             return 1 / found if inverse else found
 
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
-        words = {"how": how, "cause": _local_exponents(x, means, law), "shown_by": "boromand-11 f"}
-        out.claims.append(claim(out.name, law.name, e.interval(exponent), law.paper, **words))
-        _draw_fit(out, axes, law, fit, out.claims[-1].value, swap)
+        words = {"how": how, "cause": _local_exponents(out, x, means, law), "shown_by": "boromand-11 f"}
+        found = out.claim(law.name, e.interval(exponent), law.paper, **words)
+        _draw_fit(out, axes, law, fit, found.value, swap)
 
 
-def _local_exponents(x: Array, y: Array, law: Law) -> str:
-    """Say how the exponent between neighbouring points changes through the window of a law.
+def _local_exponents(out: Drawing, x: Array, y: Array, law: Law) -> str:
+    """Keep how the exponent between neighbouring points changes through the window of a law.
 
     That of droplets starts at 1/2: a regular polygon has the least A of its area, so A - A_J has no linear term.
     """
@@ -193,7 +177,8 @@ def _local_exponents(x: Array, y: Array, law: Law) -> str:
     if len(x) < 3:
         return ""
     slope = np.diff(np.log(y)) / np.diff(np.log(x))
-    first, last = (1 / slope if law.inverse else slope)[[0, -1]]
+    both = (1 / slope if law.inverse else slope)[[0, -1]]
+    first, last = out.keep(f"local exponent, {law.name}", both, drho=x[[0, -1]])
     ends = f"the local exponent is {first:.2f} at drho = {x[0]:.2g} and {last:.2f} at {x[-1]:.2g}"
     return f"{ends}: no single power" if abs(last - first) > 0.1 else ends
 

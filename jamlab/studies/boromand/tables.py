@@ -12,11 +12,11 @@ from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Claim, Verdict, claim
+from jamlab.studies.claims import Kind, Verdict, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
 from jamlab.studies.droplet_tables import counts_at_onset
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap, has, median, nearest_size, sampled_sizes
+from jamlab.studies.ensembles import average, has, mean_over_packings, median, nearest_size, sampled_sizes
 from jamlab.studies.panels import FIT, Drawing, drawing, label
 
 TENTH = 0.1  # distance at which the curve itself is compared, which no degenerate fit can hide
@@ -40,9 +40,9 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
         if not has(states, model):
             continue
         n = nearest_size(states, model, conventions.SIZES[-1])
-        out.claims += _onset_claims(out.name, tables, series, n)
-        out.claims += _contact_claims(out.name, states, series, n)
-        out.claims += _modulus_claims(out.name, states, series, n)
+        _claim_onset(out, tables, series, n)
+        _claim_contacts(out, states, series, n)
+        _claim_modulus(out, states, series, n)
     _draw_ratios(out, axes)
     out.caption = (
         f"Coefficients of tables 1-2 over the paper's: z - {SUBTRACTED} = z_0 d^0.5 + z_1 d, G = G_0 d^0.5 + G_1 d, by "
@@ -52,47 +52,40 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _onset_claims(name: str, tables: EnsembleTables, series: str, n: int) -> list[Claim]:
-    """z_J and phi_J or rho_J."""
+def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> None:
+    """Claim z_J and phi_J or rho_J."""
     states, (model, by) = tables.states, SERIES[series]
     fraction = by.removeprefix("d_")
     at_onset = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]
     z, onset = (at_onset[column].dropna().to_numpy(dtype=float) for column in ("z", fraction))
-    found = [bootstrap([values], lambda g: g[0].mean()) if len(values) else None for values in (z, onset)]
+    found = [mean_over_packings([values])[0] if len(values) else None for values in (z, onset)]
     if model == "sp":
-        words = {
-            "contradiction": conventions.contradiction_of_counting(conventions.SIZES[-1]),
-            "shown_by": "boromand-10 f",
-        }
+        counting = conventions.contradiction_of_counting(conventions.SIZES[-1])
+        words = {"contradiction": counting, "shown_by": "boromand-10 f"}
     else:
-        words = _extra_contacts(at_onset, tables.onset, n)
+        words = _extra_contacts(out, at_onset, tables.onset, n)
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
-    means = mean_by_size(states, series, lambda s: s.loc[s["state"] == 0, fraction].mean(), ".4f")
-    return [
-        claim(name, f"z_J, {series}", found[0], paper[0], how=f"N = {n}", **words),
-        claim(
-            name,
-            f"{fraction}_J, {series}",
-            found[1],
-            paper[1],
-            how=f"N = {n}",
-            cause=f"small systems jam earlier: {means}",
-            shown_by="boromand-10 d",
-        ),
-    ]
+    same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # onsets of the disks of SP(φ)
+    out.claim(f"z_J, {series}", found[0], paper[0], same, how=f"N = {n}", **words)
+    name = f"{fraction}_J, {series}"
+    means = _by_size(out, name, states, series, lambda s: s.loc[s["state"] == 0, fraction].mean(), ".4f")
+    words = {"how": f"N = {n}", "cause": f"small systems jam earlier: {means}", "shown_by": "boromand-10 d"}
+    out.claim(name, found[1], paper[1], same, **words)
 
 
-def _extra_contacts(at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict[str, str]:
-    """Words on how far the contacts of droplets at onset are from 2N' - 1, and on what contacts of vertices hold."""
+def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict[str, str]:
+    """Keep how far the contacts of droplets at onset are from 2N' - 1, and what contacts of vertices hold."""
     held = at_onset["n"] - at_onset["rattlers"]
     extra = 0.5 * at_onset["z"] * held - (2 * held - 1)
-    middle, low, high = extra.mean(), extra.min(), extra.max()
+    numbers = {"mean": extra.mean(), "least": extra.min(), "most": extra.max()}
+    middle, low, high = (out.keep(f"contacts beyond 2N' - 1, DP, {k}", v) for k, v in numbers.items())
     words = f"contacts beyond 2N' - 1: {middle:+.1f} on average, {low:+.0f} to {high:+.0f}"
     try:
         counts = counts_at_onset(onset[onset["n"] == n])
     except InputError:
         return {"cause": words, "shown_by": "boromand-10 e"}
-    free, states = counts["free"].mean(), counts["self_stresses"].mean()
+    free = out.keep("motions left free, DP", counts["free"].mean())
+    states = out.keep("states of self-stress, DP", counts["self_stresses"].mean())
     words += (
         f"; contacts of vertices leave {free:.2f} motions a droplet free and have {states:.2f} states of self-stress, "
         f"the mean of {len(counts)} packings, where those of disks have none and one"
@@ -100,45 +93,44 @@ def _extra_contacts(at_onset: pd.DataFrame, onset: pd.DataFrame, n: int) -> dict
     return {"cause": words, "shown_by": "beyond-droplet-contacts"}
 
 
-def mean_by_size(
-    states: pd.DataFrame, series: str, statistic: Callable[[pd.DataFrame], float], digits: str = ".3g"
+def _by_size(
+    out: Drawing,
+    name: str,
+    states: pd.DataFrame,
+    series: str,
+    statistic: Callable[[pd.DataFrame], float],
+    form: str = ".3g",
 ) -> str:
-    """A statistic of each size of a series as text."""
+    """Keep a statistic of each size of a series, and write it."""
     model = SERIES[series][0]
-    n = sampled_sizes(states, model)
-    values = [statistic(states[(states["model"] == model) & (states["n"] == m)]) for m in n]
-    return f"{', '.join(format(v, digits) for v in values)} at N = {', '.join(map(str, n))}"
+    states = states[states["model"] == model]
+    found = {m: statistic(states[states["n"] == m]) for m in sampled_sizes(states, model)}
+    out.keep(name, list(found.values()), N=found)
+    return write_by(found, form)
 
 
-def _contact_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[Claim]:
-    """z_0, z_1, and the curve at a distance of 0.1."""
+def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
+    """Claim z_0, z_1, and the curve at a distance of 0.1."""
     model, by = SERIES[series]
     paper, exponents = published.TABLE_1[series][2:], EXPONENTS[by]
     e = even_curve(states, series, n, "excess contacts")
     fit = e.interval(lambda x, y: fit_coefficients(x, y, exponents))
     own = states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]["z"].mean()
-    how = f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"
-    words = {"how": how}
-    if series == "SP(ρ)":
-        words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
-    if series == "DP(ρ)":
-        words |= {"contradiction": conventions.contradiction_of_models(), "shown_by": "boromand-5, dashed"}
+    words = {"how": f"N = {n}, z - {SUBTRACTED} as in the paper (own z_J {own:.3f}), {_window(series)}"}
     if series == "SP(φ)":
-        words["cause"] = "z_0 rises with N: " + mean_by_size(
-            states, series, lambda s: _coefficient(s, series, "excess contacts")
-        )
-        words["shown_by"] = "boromand-6 a"
-    return [
-        *(
-            claim(name, f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
-            for k in range(len(exponents))
-        ),
-        _curve_claim(name, f"z - {SUBTRACTED} at d = {TENTH}, {series}", e.interval(_at_tenth), paper, 0.05, words),
-    ]
+        by_size = _by_size(out, "z_0, SP(φ)", states, series, lambda s: _coefficient(s, series, "excess contacts"))
+        words |= {"cause": f"z_0 rises with N: {by_size}", "shown_by": "boromand-6 a"}
+    else:
+        contradict = conventions.contradiction_of_disks if model == "sp" else conventions.contradiction_of_models
+        words |= {"contradiction": contradict(), "shown_by": "boromand-5, dashed"}
+    for k in range(len(exponents)):
+        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
+    value = _curve_at_tenth(paper, 0.05)
+    out.claim(f"z - {SUBTRACTED} at d = {TENTH}, {series}", e.interval(_at_tenth), value, **words)
 
 
-def _modulus_claims(name: str, states: pd.DataFrame, series: str, n: int) -> list[Claim]:
-    """G_0, G_1, and the curve at a distance of 0.1; means, with medians beside them."""
+def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> None:
+    """Claim G_0, G_1, and the curve at a distance of 0.1; means, with medians beside them."""
     by = SERIES[series][1]
     paper, exponents = published.TABLE_2[series], EXPONENTS[by]
     e = even_curve(states, series, n, "g")
@@ -147,45 +139,31 @@ def _modulus_claims(name: str, states: pd.DataFrame, series: str, n: int) -> lis
         return fit_coefficients(x, y, exponents)
 
     fit = e.interval(coefficients)
-    x, values = e.x, e.y
-    middle = coefficients(average(x), median(values))
-    how = f"N = {n}, {_window(series)}; medians of packings: {', '.join(f'{c:.3g}' for c in middle)}"
-    words = {"how": how}
+    x, middle = average(e.x), median(e.y)
+    medians = out.keep(f"G, medians of packings, {series}", coefficients(x, middle), k=range(len(exponents)))
+    words = {"how": f"N = {n}, {_window(series)}; medians of packings: {write_list(medians, '.3g')}"}
     if series == "DP(ρ)":
         words["calibrated"] = CALIBRATED
     else:
         what = "G_0" if series == "SP(φ)" else "G at d = 0.1"
         statistic = _coefficient if series == "SP(φ)" else _modulus_at_tenth
-        stable = np.where(values > 0, values, np.nan)
-        only = (
-            coefficients(average(x), average(stable))[0]
-            if series == "SP(φ)"
-            else _at_tenth(average(x), average(stable))
-        )
-        by_size = mean_by_size(states, series, lambda s: statistic(s, series, "g"))
+        stable = average(np.where(e.y > 0, e.y, np.nan))
+        only = coefficients(x, stable)[0] if series == "SP(φ)" else _at_tenth(x, stable)
+        out.keep(f"{what} of packings with G > 0, {series}", only)
+        by_size = _by_size(out, f"{what}, {series}", states, series, lambda s: statistic(s, series, "g"))
         words["cause"] = f"{what} rises with N: {by_size}; packings with G > 0 alone give {only:.3g}"
         words["shown_by"] = "boromand-6 d and e"
-    at_tenth = words | {"how": f"N = {n}; median of packings: {at(TENTH, average(x), median(values)):.3g}"}
-    return [
-        *(
-            claim(name, f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
-            for k in range(len(exponents))
-        ),
-        _curve_claim(name, f"G at d = {TENTH}, {series}", e.interval(_at_tenth), paper, 0.005, at_tenth),
-    ]
+    for k in range(len(exponents)):
+        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
+    median_there = out.keep(f"G at d = {TENTH}, median of packings, {series}", at(TENTH, x, middle))
+    words["how"] = f"N = {n}; median of packings: {median_there:.3g}"
+    out.claim(f"G at d = {TENTH}, {series}", e.interval(_at_tenth), _curve_at_tenth(paper, 0.005), **words)
 
 
-def _curve_claim(
-    name: str,
-    quantity: str,
-    found: Interval | None,
-    paper: tuple[float, ...],
-    last_digit: float,
-    words: dict[str, str],
-) -> Claim:
-    """The curve at a distance of 0.1, with half a unit of the last digit of both coefficients as margin."""
-    value = published.Published(published.table_law(paper, TENTH), last_digit * (TENTH**0.5 + TENTH))
-    return claim(name, quantity, found, value, **words)
+def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
+    """The paper's curve at a distance of 0.1, with half a unit of the last digit of both coefficients as margin."""
+    margin = last_digit * (TENTH**0.5 + TENTH)
+    return published.Published(published.table_law(paper, TENTH), margin, where="[B] sec 3, tables 1 and 2")
 
 
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:

@@ -10,7 +10,6 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.claims import Claim, claim
 from jamlab.studies.conventions import contradiction_of_voids
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
@@ -39,12 +38,12 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         for k, side in enumerate(sides):
             name = f"{model.upper()}, {side} sides"
             colour = {"color": SIDE_COLOURS[side] if side != 5 else "#C9A800"}
-            out.curve(a, name, x, share.value[:, k], share.low[:, k], share.high[:, k], **look | colour)
+            out.curve(a, name, x, share[:, k], **look | colour)
         mean = bootstrap([cube], lambda g: _means(g[0]))
         name = f"{model.upper()}, N = {n}"
-        out.curve(b, name, x, mean.value[:, 0], mean.low[:, 0], mean.high[:, 0], **model_style(model, linestyle="-"))
-        out.curve(c, name, x, mean.value[:, 1], mean.low[:, 1], mean.high[:, 1], **model_style(model, linestyle="-"))
-        out.claims += _void_claims(out.name, model, n, part, x, cube)
+        for k, axes in enumerate((b, c)):
+            out.curve(axes, name, x, mean[:, k], **model_style(model, linestyle="-"))
+        _claim_voids(out, model, n, part, x, cube)
     out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
@@ -99,58 +98,51 @@ def _means(cube: Array) -> Array:
     )
 
 
-def _void_claims(name: str, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> list[Claim]:
-    """Claims on shares and shapes at onset, and on voids with three sides in dense packings."""
+def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> None:
+    """Claim shares and shapes at onset, and those of voids with three sides in dense packings."""
     big, how = model.upper(), f"N = {n}"
-    claims = []
     triangles = float("nan")
     if part["onset"].astype(bool).any():
         _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
         share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
         sides = float((first[..., 0].sum(axis=(0, 1)) @ np.arange(8)) / first[..., 0].sum())
+        out.keep(f"mean number of sides at onset, {big}", sides)
         for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
-            found = f"{how}, states at onset; {sides:.2f} sides on average"
-            words = {}
+            words = {"how": f"{how}, states at onset; {sides:.2f} sides on average"}
             if side > 4:  # shares that Euler's relation and z_J exclude
-                words = {"contradiction": contradiction_of_voids(), "shown_by": "boromand-8 a"}
-            claims.append(claim(name, f"P_{side} at onset, {big}", share[k], paper, how=found, **words))
+                words |= {"contradiction": contradiction_of_voids(), "shown_by": "boromand-8 a"}
+            out.claim(f"P_{side} at onset, {big}", share[k], paper, **words)
         triangles = _triangle_shape(first.sum(axis=(0, 1)))
         if model == "sp":
-            shape = _pool(first, _triangle_shape)
-            text = "A of 3-sided voids at onset, SP"
-            claims.append(claim(name, text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset"))
+            shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
+            out.claim(text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset")
     if model == "sp":
         dense = _pool(cube[:, x > 0.98], _triangle_shape)
-        text = "A of 3-sided voids, rho > 0.98, SP"
-        return [*claims, claim(name, text, dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)]
-    pooled = _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_share)
-    rises = ", ".join(f"{_triangle_share(cube[:, k].sum(axis=0)):.3f} at {x[k]:.3f}" for k in np.flatnonzero(x > 0.96))
-    text = "P_3 for rho > 0.97, DP"
+        out.claim("A of 3-sided voids, rho > 0.98, SP", dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)
+    else:
+        _claim_dense_droplets(out, how, x, cube, triangles)
+
+
+def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float) -> None:
+    """Claim that all voids of dense droplets have three sides, and the shape of Plateau borders."""
+    dense = cube[:, x > published.TRIANGLES_FROM]
+    some = np.flatnonzero(x > 0.96)
+    shares = out.keep("P_3, DP", [_triangle_share(cube[:, k].sum(axis=0)) for k in some], rho=x[some])
+    rises = ", ".join(f"{share:.3f} at {x[k]:.3f}" for k, share in zip(some, shares, strict=True))
     words = {
         "how": f"{how}; {rises}",
         "cause": f"P_3 = {rises}: some voids keep four sides",
         "shown_by": "boromand-8 a",
     }
-    claims.append(claim(name, text, pooled, published.DENSE_DROPLET_TRIANGLES, **words))
-    later = {rho: _triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in (0.86, 0.9, 0.94)}
-    return [
-        *claims,
-        _plateau_claim(name, how, triangles, later, _pool(cube[:, x > published.TRIANGLES_FROM], _triangle_shape)),
-    ]
-
-
-def _plateau_claim(name: str, how: str, at_onset: float, later: dict[float, float], found: Interval | None) -> Claim:
-    """Claim on the shape of the voids that should become Plateau borders."""
-    falls = ", ".join(f"{value:.2f} at {rho:g}" for rho, value in later.items())
-    return claim(
-        name,
-        "A of 3-sided voids, rho > 0.97, DP",
-        found,
-        published.PLATEAU_SHAPE,
-        how=how,
-        cause=f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}",
-        shown_by="boromand-8 b",
-    )
+    out.claim("P_3 for rho > 0.97, DP", _pool(dense, _triangle_share), published.DENSE_DROPLET_TRIANGLES, **words)
+    later = (0.86, 0.9, 0.94)
+    shapes = [_triangle_shape(cube[:, np.abs(x - rho).argmin()].sum(axis=0)) for rho in later]
+    out.keep("A of 3-sided voids at onset, DP", at_onset)
+    out.keep("A of 3-sided voids, DP", shapes, rho=later)
+    falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
+    cause = f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}"
+    words = {"how": how, "cause": cause, "shown_by": "boromand-8 b"}
+    out.claim("A of 3-sided voids, rho > 0.97, DP", _pool(dense, _triangle_shape), published.PLATEAU_SHAPE, **words)
 
 
 def _pool(cube: Array, statistic: Statistic) -> Interval | None:

@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocat
 from matplotlib.transforms import Bbox
 
 from jamlab.arrays import Array
-from jamlab.plotting.axes import LABEL, LEGEND, TICK
+from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.studies.cost.curve_points import Point
 
 # Okabe & Ito, light yellow left out

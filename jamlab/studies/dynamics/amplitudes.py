@@ -11,13 +11,12 @@ from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK, BLUE, RED
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import SOFTENING_EXPONENT
-from jamlab.studies.claims import Claim, claim
+from jamlab.studies.dynamics.steady_flows import balanced_disks, draw_mean
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap
-from jamlab.studies.flow_rows import AMPLITUDE, balanced_disks, by_packing, mean_over_packings, usual_runs
+from jamlab.studies.ensembles import average, bootstrap, of_packings, select_usual
 from jamlab.studies.panels import Drawing, drawing, label, scale, style
 
-NAME = "dynamics-amplitudes"
+AMPLITUDE = r"amplitude of the strain $\gamma_0$"
 SOFT, YIELDED = 0.7, 0.1  # of the storage modulus at small amplitude that is left; 0.9 is lost in noise of 64 disks
 
 
@@ -25,21 +24,18 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
     """G' and G'' against the amplitude at three frequencies, with softening and yielding against pressure."""
     table = _sweeps(tables.oscillation)
     frequencies, pressures = (sorted(table[name].unique()) for name in ("omega", "target_pressure"))
-    out, axes = drawing(NAME, 1, len(frequencies) + 1, 4.3, 3.9)
+    out, axes = drawing("dynamics-amplitudes", 1, len(frequencies) + 1, 4.3, 3.9)
     for part, omega in zip(axes, frequencies, strict=False):
         scale(part)
         for k, pressure in enumerate(pressures):
             rows = table[(table["omega"] == omega) & (table["target_pressure"] == pressure)]
             for column, line in (("storage", "-"), ("loss", "--")):
-                amplitude, values = by_packing(rows, "amplitude", column)
-                mean = mean_over_packings(values)
                 name = f"$p$ = {pressure:g}" if column == "storage" else f"loss, p = {pressure:g}"
                 text = name if column == "storage" else None
-                look = {**style(k), "linestyle": line}
-                out.curve(part, name, amplitude, mean.value, mean.low, mean.high, band=False, label=text, **look)
+                look = {**style(k), "linestyle": line, "label": text}
+                draw_mean(out, part, name, rows, "amplitude", column, **look)
         label(part, AMPLITUDE, rf"$G'$, dashed $G''$  [k], $\omega\,\tau_1$ = {omega:g}", legend=part is axes[0])
-    found = _limits(out, axes[-1], table[table["omega"] == frequencies[0]], pressures)
-    out.claims = [found]
+    _draw_limits(out, axes[-1], table[table["omega"] == frequencies[0]], pressures)
     out.caption = (
         f"{int(table['n'].iloc[0])} disks, {table['seed'].nunique()} packings at each pressure p, in units of k, means "
         "with 95 % intervals. Storage modulus, dashed the loss modulus, of the first harmonic at three frequencies. "
@@ -50,24 +46,26 @@ def amplitude_sweeps(tables: EnsembleTables) -> Drawing:
 
 
 def _sweeps(table: pd.DataFrame) -> pd.DataFrame:
-    rows = usual_runs(usual_runs(balanced_disks(table), "n"), "background")
+    rows = select_usual(select_usual(balanced_disks(table), ["n"], None), ["background"], None)
     if rows["amplitude"].nunique() < 3:
         raise InputError("the table oscillation has no three amplitudes of disks: run a campaign with some")
     return rows
 
 
-def _limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]) -> Claim:
+def _draw_limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]) -> None:
+    """Draw the amplitudes of softening and of yielding over pressure, and claim the exponent of softening."""
     scale(axes)
     groups = []
     for pressure in pressures:
-        amplitude, storage = by_packing(table[table["target_pressure"] == pressure], "amplitude", "storage")
+        amplitude, storage = of_packings(table[table["target_pressure"] == pressure], "amplitude", "storage")
         groups.append(storage)
     for share, name, look in ((SOFT, "softening", {"color": RED, "marker": "s"}), (YIELDED, "yielding", _YIELD)):
         found = [bootstrap([storage], partial(_limit, amplitude, share)) for storage in groups]
-        value, low, high = (np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high"))
-        out.curve(axes, name, pressures, value, low, high, band=False, **look)
+        ends = Interval(*(np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")))
+        out.keep(f"amplitude of {name}", ends, p=pressures)
+        out.curve(axes, name, pressures, ends, band=False, **look)
         if name == "softening":
-            out.slope(axes, SOFTENING_EXPONENT.value, (pressures[0], pressures[-1]), 0.5 * value[0])
+            out.slope(axes, SOFTENING_EXPONENT.value, (pressures[0], pressures[-1]), 0.5 * ends.value[0])
     label(axes, "pressure $p$  [k]", AMPLITUDE)
     exponent: Interval | None = None
     if len(pressures) > 1:
@@ -79,10 +77,8 @@ def _limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]
 
         exponent = bootstrap(groups, slope)
     how = f"amplitude at which {100 * SOFT:.0f} % of G' are left, {len(pressures)} pressures, lowest frequency"
-    return claim(
-        *(NAME, "exponent of the softening amplitude over pressure, Boschan et al. 2016", exponent, SOFTENING_EXPONENT),
-        how=how,
-    )
+    text = "exponent of the softening amplitude over pressure, Boschan et al. 2016"
+    out.claim(text, exponent, SOFTENING_EXPONENT, how=how)
 
 
 _YIELD = {"color": BLUE, "marker": "o", "markeredgecolor": BLACK}

@@ -17,16 +17,14 @@ from jamlab.statistics.published_numbers import (
     YIELD_EXPONENT,
     Published,
 )
-from jamlab.studies.claims import Claim, claim
+from jamlab.studies.claims import write_list
+from jamlab.studies.dynamics.steady_flows import HIGHEST, steady_flows
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import average, bootstrap
-from jamlab.studies.flow_rows import steady_flows
 from jamlab.studies.panels import FIT, Drawing, drawing, label, scale, sequence
 
-NAME = "dynamics-collapse"
 WINDOW = (0.82, 0.86)  # packing fractions of the fit
 SHIFT = 0.003  # of onset, to see how much hangs on it
-HIGHEST = 1e-2  # rate, see `dynamics_flow_curves`
 START = (0.843, 0.45, 0.35)  # first guess of onset and of the exponents of stress and width
 
 
@@ -40,7 +38,7 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
 
     best, free = fit([values]), collapse_through(phi, rate, average(values), START)
     found = bootstrap([values], lambda groups: _numbers(fit(groups)), resamples=100)
-    out, (smooth, branches) = drawing(NAME, 1, 2, 5.0, 4.2)
+    out, (smooth, branches) = drawing("dynamics-collapse", 1, 2, 5.0, 4.2)
     scale(smooth, "linear", "linear")
     scale(branches)
     _draw(out, smooth, branches, best, phi, rate, average(values))
@@ -49,10 +47,13 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
         *(branches, r"$\dot\gamma/|\phi - \phi_J|^{1/w}$", r"$\sigma/|\phi - \phi_J|^{\,q/w}$"),
         legend=False,
     )
-    moved = (JAMMING_IN_SHEAR.value + shift for shift in (-SHIFT, SHIFT))
-    lower, higher = (collapse_through(phi, rate, average(values), START, critical=onset).q for onset in moved)
-    shifted = f"with onset {SHIFT} lower and higher q is {lower:.3f} and {higher:.3f}"
-    out.claims = _claims(found, _slower(table), shifted)
+    moved = [JAMMING_IN_SHEAR.value + shift for shift in (-SHIFT, SHIFT)]
+    q = [collapse_through(phi, rate, average(values), START, critical=onset).q for onset in moved]
+    lower, higher = out.keep("q", q, onset=moved)
+    _claim(out, found, _slower(table), f"with onset {SHIFT} lower and higher q is {lower:.3f} and {higher:.3f}")
+    kept = {"q of the fit": best.q, "w of the fit": best.w, "onset left free": free.critical}
+    for name, number in (kept | {"spread before scaling": best.before, "spread": best.spread}).items():
+        out.keep(name, number)
     out.caption = (
         f"Stress of steady flow of {int(table['n'].iloc[0])} disks, means over {len(values)} packings, packing "
         f"fractions {WINDOW[0]} to {WINDOW[1]}, rates up to {HIGHEST:g}, scaled by one fit of q = {best.q:.3f} and "
@@ -126,7 +127,8 @@ def _numbers(found: CriticalCollapse) -> Array:
     return np.array([found.q, found.above, found.below])
 
 
-def _claims(found: Interval, slower: dict[float, Array], shifted: str) -> list[Claim]:
+def _claim(out: Drawing, found: Interval, slower: dict[float, Array], shifted: str) -> None:
+    """Claim the exponents, with those of fits up to lower rates beside them."""
     how = f"collapse of packing fractions {WINDOW[0]} to {WINDOW[1]} and rates up to {HIGHEST:g}, without corrections"
     published: list[tuple[str, int, Published]] = [
         ("exponent q of stress over rate at onset, Tighe et al. 2010", 0, FLOW_AT_ONSET),
@@ -134,10 +136,9 @@ def _claims(found: Interval, slower: dict[float, Array], shifted: str) -> list[C
         ("exponent of the yield stress, Olsson & Teitel 2011", 1, YIELD_EXPONENT),
         ("exponent of the viscosity below onset, Olsson & Teitel 2011", 2, VISCOSITY_EXPONENT),
     ]
-    rates = f"fitted up to rates of {', '.join(f'{rate:g}' for rate in slower)} it is "
-    causes = [rates + ", ".join(f"{numbers[k]:.3f}" for numbers in slower.values()) for k in range(3)]
-    words = {"how": how, "shown_by": f"jamlab figure {NAME}"}
-    return [
-        claim(NAME, quantity, found[k], number, cause=f"{causes[k]}; {shifted}", **words)
-        for quantity, k, number in published
-    ]
+    for k, name in enumerate(("q", "exponent of the yield stress", "exponent of the viscosity")):
+        out.keep(f"{name}, fitted up to", [numbers[k] for numbers in slower.values()], rate=slower)
+    for quantity, k, number in published:
+        each = write_list((numbers[k] for numbers in slower.values()), ".3f")
+        cause = f"fitted up to rates of {write_list(slower)} it is {each}; {shifted}"
+        out.claim(quantity, found[k], number, how=how, cause=cause, shown_by=f"jamlab figure {out.name}")

@@ -7,8 +7,9 @@ import pandas as pd
 
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK
+from jamlab.studies.dynamics.steady_flows import mean_of_rows
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.flow_rows import by_packing, mean_over_packings
+from jamlab.studies.ensembles import select_usual
 from jamlab.studies.panels import FREQUENCY, Drawing, drawing, label, scale, sequence
 
 PARTS = {"storage": "G'", "loss": "G''"}
@@ -26,13 +27,12 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
         scale(axes, "log", "linear")
         for k, alpha in enumerate(powers):
             rows = table[table["alpha"] == alpha]
-            _, error = by_packing(rows, "omega", f"{part}_error")
-            _, time = by_packing(rows, "omega", "reduced")
-            mean, x = mean_over_packings(error), mean_over_packings(time).value
+            omega, mean = mean_of_rows(rows, "omega", f"{part}_error")
+            x = mean_of_rows(rows, "omega", "reduced")[1].value
             text = rf"$\alpha$ = {alpha:.2f}"
-            out.curve(axes, text, x, mean.value, mean.low, mean.high, band=False, **sequence(k, len(powers)))
-            low, high = (round(float(end)) for end in (mean.value.min(), mean.value.max()))
-            said.append(f"{name} at alpha {alpha:.2f}: {low} to {high}")
+            out.curve(axes, text, x, mean, band=False, **sequence(k, len(powers)))
+            out.keep(f"error of {name} in percent, alpha = {alpha:.2f}", mean, omega=omega)
+            said.append(f"{name} at alpha {alpha:.2f}: {round(mean.value.min())} to {round(mean.value.max())}")
         axes.axhspan(-ALLOWED, ALLOWED, color="#999999", alpha=0.15, linewidth=0)
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
         label(axes, r"$\omega\,\tau_\alpha$", f"error of {name}  [%]", legend=part == "storage")
@@ -55,10 +55,8 @@ def _small_oscillations(table: pd.DataFrame) -> pd.DataFrame:
     bent = table[table["alpha"] < 1]
     if bent.empty:
         raise InputError("the table oscillation has no drag with alpha below 1: run a campaign with some")
-    kept = np.ones(len(table), dtype=bool)
-    for name in ("n", "target_pressure", "amplitude", "background", "tolerance"):
-        kept &= (table[name] == bent[name].mode()[0]).to_numpy()
-    rows = table[kept].dropna(subset=["equivalent_time"]).round({"alpha": 4})
+    settings = ("n", "target_pressure", "amplitude", "background", "tolerance")
+    rows = select_usual(table, settings, of=bent).dropna(subset=["equivalent_time"]).round({"alpha": 4})
     for part in PARTS:
         rows[f"{part}_error"] = 100 * (rows[f"equivalent_{part}"] / rows[part] - 1)
     size = np.hypot(rows["equivalent_storage"], rows["equivalent_loss"]) / np.hypot(rows["storage"], rows["loss"])

@@ -1,33 +1,31 @@
-"""Draw steady flow of disks in time: flow curves around onset, pressure, and the law of Herschel and Bulkley."""
+"""Draw steady flow in time: flow curves of disks around onset, and of droplets beside disks."""
 
-from collections.abc import Callable
+from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError
-from jamlab.plotting.palette import RED
+from jamlab.errors import InputError
+from jamlab.plotting.palette import MODEL_STYLE, RED
 from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
 from jamlab.statistics.published_numbers import FLOW_AT_ONSET, JAMMING_IN_SHEAR
-from jamlab.studies.claims import Claim, claim
-from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap
-from jamlab.studies.flow_rows import (
+from jamlab.studies.dynamics.steady_flows import (
+    HIGHEST,
+    JAMMED,
+    ONSET,
     RATE,
     STRESS,
     balanced_disks,
-    by_packing,
-    mean_over_packings,
-    nearest,
+    draw_mean,
     steady_flows,
+    yield_law,
+    yield_law_interval,
 )
-from jamlab.studies.panels import FIT, Drawing, drawing, label, scale, sequence
-
-ONSET = 0.84  # packing fraction nearest to onset
-JAMMED = 0.86  # of the fit with a yield stress
-HIGHEST = 1e-2  # rate up to which laws are fitted: beyond, contacts themselves limit the flow
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensembles import average, bootstrap, mean_over_packings, nearest, of_packings
+from jamlab.studies.panels import FIT, Drawing, drawing, label, model_style, scale, sequence
 
 
 def flow_curves(tables: EnsembleTables) -> Drawing:
@@ -41,104 +39,119 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
         rows = table[table["phi"] == phi]
         rows = rows.assign(friction=rows["stress"] / rows["flow_pressure"])
         for axes, column in ((stress, "stress"), (friction, "friction")):
-            rate, values = by_packing(rows, "rate", column)
-            mean = mean_over_packings(values)
-            look = sequence(k, len(fractions))
-            out.curve(axes, f"$\\phi$ = {phi:.2f}", rate, mean.value, mean.low, mean.high, band=False, **look)
+            draw_mean(out, axes, f"$\\phi$ = {phi:.2f}", rows, "rate", column, **sequence(k, len(fractions)))
     rates = table.loc[table["phi"] == ONSET, "rate"]
     if len(rates):
         at_onset = table[(table["phi"] == ONSET) & (table["rate"] == rates.min())]["stress"].mean()
         out.slope(stress, FLOW_AT_ONSET.value, (rates.min(), HIGHEST), 0.6 * float(at_onset))
-    said = _draw_fit(out, fit, table, balanced_disks(tables.flow))
+    phi = nearest(fractions, JAMMED)
+    _draw_fit(out, fit, table, balanced_disks(tables.flow), phi)
     label(stress, RATE, STRESS, fontsize=7.5)
     label(friction, RATE, r"stress over pressure $\sigma/p$", legend=False)
     label(fit, RATE, r"$\sigma - \sigma_y$  [k]", loc="upper left")
-    out.claims = [_exponent_at_onset(table)]
+    _claim_exponent_at_onset(out, table)
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} disks with balanced contact drag at a given rate, means over "
         f"{table['seed'].nunique()} packings with 95 % intervals. (a) Stress over rate; the lower the rate, the more "
         "curves part, to a yield stress above onset and a liquid below; dashed, the power law at onset. (b) Stress "
-        f"over pressure. {said}"
+        f"over pressure. {_write_fit(out, phi)}"
     )
     return out
 
 
-def yield_law(rates: Array, stress: Array) -> HerschelBulkley:
-    """Law of Herschel and Bulkley through the means of stresses (packings, m), weighted by their relative errors.
-
-    Rate 0 is quasi-static shear, whose mean counts as any other.
-    """
-    kept = (rates <= HIGHEST) & np.isfinite(stress).all(axis=0)
-    rates = np.maximum(rates, _STANDS)
-    mean = average(stress[:, kept])
-    return herschel_bulkley(rates[kept], mean, 0.03 * mean)
-
-
-def yield_law_interval(rates: Array, stress: Array) -> Interval:
-    """Yield stress and exponent, with their intervals over packings; nan of too few rates."""
-
-    def of(groups: list[Array]) -> Array:
-        try:
-            found = yield_law(rates, groups[0])
-        except ConvergenceError:
-            return np.full(2, np.nan)
-        return np.array([found.yield_stress, found.exponent])
-
-    return bootstrap([stress], of, resamples=100)
-
-
-def _draw_fit(out: Drawing, axes: object, table: pd.DataFrame, everything: pd.DataFrame) -> str:
-    phi = nearest(sorted(table["phi"].unique()), JAMMED)
-    rates, stress = by_packing(table[table["phi"] == phi], "rate", "stress")
+def _draw_fit(out: Drawing, axes: Any, table: pd.DataFrame, everything: pd.DataFrame, phi: float) -> None:
+    """Draw the law with a yield stress through the curve above onset, and keep it with and without rate 0."""
+    moving = table[table["phi"] == phi]
+    rates, stress = of_packings(moving, "rate", "stress")
     if (rates <= HIGHEST).sum() < 3:
-        return "(c) Too few rates for a law with a yield stress."
-    law, found = yield_law(rates, stress), yield_law_interval(rates, stress)
-    mean = mean_over_packings(stress)
-    y = law.yield_stress
-    bounds = (mean.low - y, mean.high - y)
-    out.curve(
-        axes, f"$\\phi$ = {phi:.2f}", rates, mean.value - y, *bounds, band=False, color=RED, marker="s", ls="none"
-    )
+        return
+    law = yield_law(rates, stress)
+    _keep_law(out, "", yield_law_interval(rates, stress))
+    y, mean = law.yield_stress, mean_over_packings([stress])[0]
+    above = Interval(mean.value - y, mean.low - y, mean.high - y)
+    out.curve(axes, f"$\\phi$ = {phi:.2f}", rates, above, band=False, color=RED, marker="s", ls="none")
     line = np.geomspace(rates.min(), HIGHEST, 50)
     out.curve(axes, f"$n$ = {law.exponent:.3f}", line, law(line) - y, **FIT)
-    low, high = found.low[1], found.high[1]
-    return (
-        f"(c) The law of Herschel and Bulkley at packing fraction {phi:.2f}, fitted up to rate {HIGHEST:g}: exponent "
-        f"{law.exponent:.3f} [{low:.3f}, {high:.3f}], yield stress {1e4 * y:.2f} "
-        f"[{1e4 * found.low[0]:.2f}, {1e4 * found.high[0]:.2f}] 1e-4 k.{_said_with_rest(everything, table, phi)}"
-    )
-
-
-def _said_with_rest(everything: pd.DataFrame, table: pd.DataFrame, phi: float) -> str:
-    """The same law with quasi-static shear as rate 0."""
     still = everything[(everything["rate"] == 0) & (everything["phi"] == phi)]
-    if still.empty:
-        return ""
-    rates, stress = by_packing(pd.concat([still, table[table["phi"] == phi]]), "rate", "stress")
-    found = yield_law_interval(rates, stress)
+    if len(still):
+        _keep_law(out, REST, yield_law_interval(*of_packings(pd.concat([still, moving]), "rate", "stress")))
+
+
+REST = " with quasi-static shear"
+
+
+def _keep_law(out: Drawing, of: str, found: Interval) -> None:
+    out.keep(f"yield stress{of}", found[0])
+    out.keep(f"exponent of Herschel and Bulkley{of}", found[1])
+
+
+def _write_law(out: Drawing, of: str) -> str:
+    exponent, stress = (out.values[name + of] for name in ("exponent of Herschel and Bulkley", "yield stress"))
     return (
-        f" With the mean of quasi-static shear as rate 0: exponent {found.value[1]:.3f} [{found.low[1]:.3f}, "
-        f"{found.high[1]:.3f}], yield stress {1e4 * found.value[0]:.2f} [{1e4 * found.low[0]:.2f}, "
-        f"{1e4 * found.high[0]:.2f}]."
+        f"exponent {exponent.value:.3f} [{exponent.low:.3f}, {exponent.high:.3f}], yield stress "
+        f"{1e4 * stress.value:.2f} [{1e4 * stress.low:.2f}, {1e4 * stress.high:.2f}]"
     )
 
 
-def _exponent_at_onset(table: pd.DataFrame) -> Claim:
+def _write_fit(out: Drawing, phi: float) -> str:
+    if "yield stress" not in out.values:
+        return "(c) Too few rates for a law with a yield stress."
+    rest = ""
+    if f"yield stress{REST}" in out.values:
+        rest = f" With the mean of quasi-static shear as rate 0: {_write_law(out, REST)}."
+    return (
+        f"(c) The law of Herschel and Bulkley at packing fraction {phi:.2f}, fitted up to rate {HIGHEST:g}: "
+        f"{_write_law(out, '')} 1e-4 k.{rest}"
+    )
+
+
+def _claim_exponent_at_onset(out: Drawing, table: pd.DataFrame) -> None:
+    """Claim the exponent of the stress over the rate at the packing fraction nearest to onset."""
     rows = table[(table["phi"] == ONSET) & (table["rate"] <= HIGHEST)]
     found = None
-    if len(rows):
-        rates, stress = by_packing(rows, "rate", "stress")
-        if len(rates) > 1:
-            found = bootstrap([stress], _slope(np.log(rates)))
-    how = f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}"
-    quantity = "exponent of stress over rate near onset"
-    cause = f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q"
-    return claim("dynamics-flow-curves", quantity, found, FLOW_AT_ONSET, how=how, cause=cause, shown_by=_COLLAPSE)
+    if rows["rate"].nunique() > 1:
+        rates, stress = of_packings(rows, "rate", "stress")
+
+        def slope(groups: list[Array]) -> float:
+            return float(np.polyfit(np.log(rates), np.log(average(groups[0])), 1)[0])
+
+        found = bootstrap([stress], slope)
+    words = {
+        "how": f"slope of ln stress over ln rate up to {HIGHEST:g} at packing fraction {ONSET}",
+        "cause": f"Olsson & Teitel 2011 put onset in shear at {JAMMING_IN_SHEAR.value}; at onset the collapse finds q",
+        "shown_by": "jamlab figure dynamics-collapse",
+    }
+    out.claim("exponent of stress over rate near onset", found, FLOW_AT_ONSET, **words)
 
 
-_STANDS = 1e-15  # rate that adds nothing to a yield stress
-_COLLAPSE = "jamlab figure dynamics-collapse"
-
-
-def _slope(log_rate: Array) -> Callable[[list[Array]], float]:
-    return lambda groups: float(np.polyfit(log_rate, np.log(average(groups[0])), 1)[0])
+def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
+    """Flow curves of droplets and disks at the same packing fraction, and their pressure."""
+    table = tables.flow[tables.flow["law"] == "stokes"]
+    table = table.assign(rho=table["rho"].round(3))
+    fractions = sorted(table.loc[table["model"] == "dp", "rho"].unique())
+    if not fractions:
+        raise InputError("the table flow has no droplets under Stokes drag: run a campaign with some")
+    out, axes = drawing("dynamics-droplets", 1, len(fractions) + 1, 4.6, 3.9)
+    for part, rho in zip(axes, fractions, strict=False):
+        scale(part)
+        for model in MODEL_STYLE:
+            rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle="-")
+            draw_mean(out, part, MODEL_STYLE[model]["label"], rows, "rate", "stress", **look)
+        text = rf"shear stress $\sigma$ at $\rho$ = {rho:.2f}  [ε/l²]"
+        label(part, RATE, text, legend=False)
+    last = axes[-1]
+    scale(last)
+    for model, (rho, line) in product(MODEL_STYLE, zip(fractions, ("-", "--", ":"), strict=False)):
+        rows, look = table[(table["rho"] == rho) & (table["model"] == model)], model_style(model, linestyle=line)
+        text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
+        draw_mean(out, last, text, rows, "rate", "flow_pressure", **look)
+    label(last, RATE, "pressure $p$  [ε/l²]", legend=False)
+    handles, names = last.get_legend_handles_labels()
+    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
+    out.caption = (
+        f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
+        f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with 95 % "
+        "intervals. (a), (b) Stress. (c) Pressure. Units of length: of disks their mean diameter, of "
+        "droplets the mean of the square roots of their areas at rest."
+    )
+    return out

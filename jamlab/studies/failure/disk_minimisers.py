@@ -105,7 +105,7 @@ def try_overdamped_steps(jolted: Jolted, timestep: float, steps: int = _STEPS) -
 def try_gradients(jolted: Jolted, steps: float) -> Trial:
     """Conjugate gradients alone, so many steps at most."""
     tolerance = force_tolerance("sp")
-    return _try_lammps(jolted, tolerance, lambda s: s.minimize(0.5 * tolerance, style="cg", steps=int(steps)))
+    return _try_lammps(jolted, tolerance, lambda s: s.minimize(tolerance, style="cg", steps=int(steps)))
 
 
 def try_tolerance(jolted: Jolted, tolerance: float) -> Trial:

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from jamlab.plotting.axes import LABEL, LEGEND, TICK
+from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from jamlab.studies.failure.map import Axis, Map, limits_of_rows, shares
 from jamlab.studies.failure.verdict import SILENT, VERDICTS

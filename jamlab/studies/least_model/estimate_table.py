@@ -2,21 +2,21 @@
 what it took.
 
 The packings of one seed are made together: disks at onset carry droplets of several kinds, droplets of their own are
-compressed beside them. Rows are kept as they come, so a run that was stopped goes on where it was.
+compressed beside them.
 """
 
-import csv
 import gzip
-import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import JamlabError
 from jamlab.estimates.ensemble_way import (
+    ONSET,
     STEP,
     EnsembleWay,
     bring_on,
@@ -25,90 +25,21 @@ from jamlab.estimates.ensemble_way import (
     hand_over,
     values_at,
 )
-from jamlab.estimates.way_table import N, WayRecord, collect, way_of
+from jamlab.estimates.way_table import COLUMNS, QUANTITIES, N, Ways, read_ways
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.statistics.published_numbers import MODELS_PART
 from jamlab.storage.atomic_file import atomic_file, check_target
-from jamlab.storage.verified_file import versions
-from jamlab.studies.cpu_time import one_core
+from jamlab.studies.table import measure_table
 
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
-QUANTITIES = ("z", "g", "b", "a", "void_sides")
 FEW_VERTICES = (8, 11)
 OTHER_FORM = "segment/smooth"  # the third, "segment", has no minima to end in
 LOOSE = 1e-6  # largest force: 1e-8 saves a third of what it saves, 1e-5 no more
 SEEDS = range(20_001, 20_201)  # none that a test, a campaign or `jamlab.estimate` uses
 _RARE = 4  # one in so many seeds has fewer vertices, another form, looser minima and fewer particles: these save less
-COLUMNS = ("start", "n", "nv", "contact", "tolerance", "seed", "rho", *QUANTITIES, "rho-J", "seconds")
 
-Row = dict[str, Any]
-
-
-def make_table(
-    out: Path, seeds: range = SEEDS, *, progress: Callable[[str], None] | None = None
-) -> dict[EnsembleWay, WayRecord]:
-    """Measure the table, and write it.
-
-    Args:
-        out: file to write, `ways.csv.gz`. Rows are kept in `ways.csv` beside it as they come: a run that was stopped
-            goes on there; one of more seeds adds to the file, if there is one.
-        seeds: of the packings.
-        progress: called with each seed.
-
-    Raises:
-        StorageError: the file cannot be written; raised before the work.
-    """
-    check_target(out)
-    rows = out.with_name(out.name.removesuffix(".gz"))
-    if out.exists() and not rows.exists():
-        rows.write_text(_unpack(out), encoding="utf-8")
-    measure_rows(rows, seeds, progress=progress)
-    return write_table(rows, out)
-
-
-def write_table(rows: Path, out: Path) -> dict[EnsembleWay, WayRecord]:
-    """Pack the rows of a CSV file, with their provenance in the first line; a file of the same rows keeps its own."""
-    text = rows.read_text(encoding="utf-8")
-    found = collect(list(csv.DictReader(text.splitlines())))
-    if out.exists() and _unpack(out) == text:
-        return found
-    seeds = sorted({int(row["seed"]) for row in csv.DictReader(text.splitlines())})
-    law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
-    provenance = {
-        "command": "jamlab chart estimates",
-        "seeds": [seeds[0], seeds[-1]],
-        "seconds": "CPU time of one core from the random start to rho",
-        "step": STEP,
-        "parameters": law,
-        **versions(),
-    }
-    whole = f"# {json.dumps(provenance)}\n{text}"
-    with atomic_file(out) as temporary:
-        temporary.write_bytes(gzip.compress(whole.encode(), mtime=0))
-    return found
-
-
-def _unpack(out: Path) -> str:
-    """Rows of a packed file."""
-    return gzip.decompress(out.read_bytes()).decode().partition("\n")[2]
-
-
-def measure_rows(out: Path, seeds: range, *, progress: Callable[[str], None] | None = None) -> None:
-    """Measure packings of some seeds, and add their rows to a CSV file; packings that it has already are left out."""
-    check_target(out)
-    done = {(way_of(row), int(row["seed"])) for row in _read(out)} if out.exists() else set()
-    with one_core():
-        for seed in seeds:
-            left = [group for group in groups(seed) if any((way, seed) not in done for way in group)]
-            if left and progress is not None:
-                progress(f"seed {seed}")
-            rows = [row for group in left for way, row in _group_rows(group, seed) if (way, seed) not in done]
-            with out.open("a", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, COLUMNS)
-                if file.tell() == 0:
-                    writer.writeheader()
-                writer.writerows(rows)
+Groups = Callable[[int], Sequence[Sequence[EnsembleWay]]]
 
 
 def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
@@ -129,30 +60,71 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
     return found
 
 
-def _group_rows(group: tuple[EnsembleWay, ...], seed: int) -> Iterator[tuple[EnsembleWay, Row]]:
-    """Rows of a group: droplets are handed over to at every level up to 0.88, and compressed from there on."""
-    first = _Chain(group[0], seed)
-    carried: dict[EnsembleWay, _Chain] = {}
-    for rho in LEVELS:
-        first.advance(rho)
-        yield first.way, first.row(rho)
-        for way in group[1:]:
-            if rho <= MODELS_PART.value:
-                carried[way] = first.hand_over(way)
-            else:
-                carried[way].advance(rho)
-            yield way, carried[way].row(rho)
+def make_table(
+    out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
+) -> Ways:
+    """Measure the table, and write it.
+
+    Args:
+        out: file to write, `ways.csv.gz`. Rows are kept in `ways.csv` beside it seed by seed: a run that was stopped
+            goes on there; one of more seeds adds to the file, if there is one.
+        seeds: of the packings.
+        groups: ways of a seed, see `groups`.
+        levels: rho, ascending; of droplets carried beyond 0.88 they must hold 0.88.
+        how: `progress`, see `jamlab.studies.table.measure_table`.
+
+    Raises:
+        StorageError: the file cannot be written; raised before the work.
+    """
+    law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
+    facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
+    tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
+    measure_packed(out, COLUMNS, tasks, facts, **how)
+    return read_ways(out)
+
+
+def measure_packed(out: Path, columns: Sequence[str], tasks: Any, facts: dict[str, Any], **how: Any) -> None:
+    """Measure a table, see `jamlab.studies.table`, and pack it by gzip; the text stays beside it."""
+    check_target(out)
+    text = out.with_name(out.name.removesuffix(".gz"))
+    if out.exists() and not text.exists():
+        text.write_bytes(gzip.decompress(out.read_bytes()))
+    measure_table(text, columns, tasks, facts, **how)
+    with atomic_file(out) as temporary:
+        temporary.write_bytes(gzip.compress(text.read_bytes(), mtime=0))
+
+
+def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[float]) -> Iterator[dict[str, Any]]:
+    """Rows of a seed: droplets are handed over to at every level up to 0.88, and compressed from there on."""
+    for group in groups:
+        first = _Chain(group[0], seed)
+        carried: dict[EnsembleWay, _Chain] = {}
+        for rho in levels:
+            first.advance(rho)
+            yield first.row(rho)
+            for way in group[1:]:
+                if rho <= MODELS_PART.value:
+                    carried[way] = first.hand_over(way)
+                else:
+                    carried[way].advance(rho)
+                yield carried[way].row(rho)
 
 
 class _Chain:
     """A packing on its way up, with the CPU time that it took; without one after a failure."""
 
-    def __init__(self, way: EnsembleWay, seed: int) -> None:
+    def __init__(self, way: EnsembleWay, seed: int, disks: "_Chain | None" = None) -> None:
+        """Jam a packing, or hand over from disks above their onset."""
         self.way, self.seed = way, seed
-        self.seconds = 0.0
+        self.seconds: float = disks.seconds if disks else 0.0
         self.packing: Packing | None = None
-        self._timed(lambda: find_onset(way, seed))
-        self.onset = packing_fraction(self.packing) if self.packing else float("nan")
+        if disks is None:
+            self._timed(lambda: find_onset(way, seed))
+            self.onset = packing_fraction(self.packing) if self.packing else float("nan")
+            return
+        self.onset, state = disks.onset, disks.packing
+        if state is not None and packing_fraction(state) > self.onset + 1e-9:
+            self._timed(lambda: hand_over(way, state))
 
     def advance(self, rho: float) -> None:
         packing = self.packing
@@ -160,21 +132,15 @@ class _Chain:
             self._timed(lambda: bring_on(self.way, packing, rho))
 
     def hand_over(self, way: EnsembleWay) -> "_Chain":
-        disks = self.packing
-        new = object.__new__(_Chain)
-        new.way, new.seed, new.seconds, new.packing, new.onset = way, self.seed, self.seconds, None, self.onset
-        if disks is not None and packing_fraction(disks) > self.onset + 1e-9:
-            new._timed(lambda: hand_over(way, disks))
-        return new
+        return _Chain(way, self.seed, self)
 
-    def row(self, rho: float) -> Row:
+    def row(self, rho: float) -> dict[str, Any]:
         found = dict.fromkeys(QUANTITIES, float("nan"))
         if self.packing is not None and rho > self.onset:
             found = values_at(self.packing, QUANTITIES)
-        way = asdict(self.way) | {"nv": "" if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
-        rounded = {name: f"{found[name]:.6g}" for name in QUANTITIES}
-        onset = f"{self.onset:.6f}" if self.way.start != "carried" else ""
-        return {**way, "seed": self.seed, "rho": rho, **rounded, "rho-J": onset, "seconds": f"{self.seconds:.3f}"}
+        way = asdict(self.way) | {"nv": None if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
+        onset = float(self.onset) if self.way.start != "carried" else None
+        return {**way, "seed": self.seed, "rho": rho, **found, ONSET: onset, "seconds": self.seconds}
 
     def _timed(self, make: Callable[[], Packing]) -> None:
         began = time.process_time()
@@ -183,8 +149,3 @@ class _Chain:
         except JamlabError:
             self.packing = None
         self.seconds += time.process_time() - began
-
-
-def _read(path: Path) -> list[Row]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))

@@ -7,15 +7,16 @@ errors are where sliding is damped less or more than approach, and others again 
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from jamlab.errors import ConvergenceError, InputError, StorageError
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
+    CALIBRATE,
     CHECK,
     COLUMNS,
     MANY,
@@ -24,10 +25,10 @@ from jamlab.estimates.flow_errors import (
     SLIDING_BETAS,
     SLIDING_CHECK,
     STOKES,
-    law_number,
+    Flow,
+    FlowErrors,
     mean_overlap,
     read_errors,
-    relative_drag,
 )
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
@@ -36,8 +37,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
-from jamlab.storage.atomic_file import atomic_file
-from jamlab.storage.verified_file import versions
+from jamlab.studies.least_model.estimate_table import measure_packed
 
 N = SIZE
 PRESSURES = (1e-2, 3e-3)
@@ -46,24 +46,17 @@ DRAGS = (3e-3, 3e-2, 0.3, 3.0)
 LEAST_DRAG = 3e-2  # of power laws: below, equivalent damping is no use, and runs take minutes
 AMPLITUDES = (1e-3, 0.03, 0.3, 3.0)  # over the mean overlap
 RATES = (1e-2, 1e-1)
-SEEDS = (1, 2, 3, 4, 5)
+SEEDS = {  # of packings, by part; of many, the second largest error is the one that 95 % stay below
+    CALIBRATE: tuple(range(1, 6)),
+    MANY: tuple(range(201, 240)),
+    CHECK: tuple(range(101, 131)),
+    SLIDING: tuple(range(301, 401)),
+    SLIDING_CHECK: tuple(range(401, 461)),
+}
 SMALL_AMPLITUDES = (0.001, 0.01, 0.03, 0.1, 0.3)  # of many packings
-CHECKS = tuple(range(101, 131))  # seeds of other packings
-MANY_SEEDS = tuple(range(201, 240))  # 39: the second largest of their errors is the one that 95 % stay below
-SLIDING_SEEDS, SLIDING_CHECKS = tuple(range(301, 401)), tuple(range(401, 461))
 _CASES = 5  # random conditions on each of them
 TOLERANCE, CYCLES = 5e-3, 6  # of the runs that count as true
 _STRAIN = 3.0  # of the averages of steady flow
-
-
-class Condition(NamedTuple):
-    """One run: kind "oscillation" or "flow", law (alpha, or `STOKES`; beta), drag and amplitude as in `flow_errors`."""
-
-    kind: str
-    alpha: float
-    drag: float
-    amplitude: float
-    beta: float = 1.0
 
 
 def damping(alpha: float, beta: float = 1.0) -> Damping:
@@ -71,54 +64,62 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
     return StokesDrag(eta_f=0.0) if alpha == STOKES else ContactDamping(beta, alpha=alpha)
 
 
-def measure_errors(path: Path, *, seeds: tuple[int, ...] = SEEDS, many: tuple[int, ...] = MANY_SEEDS,
-                   checks: tuple[int, ...] = CHECKS, sliding: tuple[int, ...] = SLIDING_SEEDS,
-                   sliding_checks: tuple[int, ...] = SLIDING_CHECKS,
-                   progress: Callable[[str], None] | None = None) -> pd.DataFrame:  # fmt: skip
-    """Measure the table and write it after every packing; goes on from a file that holds a part.
+def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
+    """Measure the table and save it after every packing; goes on from a file that holds a part.
+
+    Args:
+        out: file to write, `flow_errors.csv.gz`; its text is kept beside it.
+        parts: seeds of packings by part of the table; default those of `SEEDS`.
+        how: `progress`, see `jamlab.studies.table.measure_table`.
 
     Raises:
         StorageError: the file cannot be written.
     """
-    try:
-        rows = cast("list[dict[str, Any]]", read_errors(path).to_dict("records"))
-    except StorageError:
-        rows = []
-    done = {(row["part"], row["seed"]) for row in rows}
-    parts = (("calibrate", seeds, _grid), (MANY, many, _small), (CHECK, checks, _random), (SLIDING, sliding, _sliding),
-             (SLIDING_CHECK, sliding_checks, _sliding))  # fmt: skip
-    for part, each, make in parts:
-        for seed in each:
-            if (part, seed) in done:
-                continue
-            if progress is not None:
-                progress(f"{part}, seed {seed}")
-            rows += [{"part": part, "seed": seed} | row for row in _runs(*make(seed))]
-            _write(path, rows)
-    return read_errors(path)
+    tasks = {
+        f"{part}, seed {seed}": partial(_rows, part, seed)
+        for part, seeds in (SEEDS if parts is None else parts).items()
+        for seed in seeds
+    }
+    facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
+    measure_packed(out, COLUMNS, tasks, facts, **how)
+    return read_errors(out)
 
 
-def _grid(seed: int) -> tuple[Packing, list[Condition]]:
+def _rows(part: str, seed: int) -> Iterator[dict[str, Any]]:
+    """Rows of a packing, one for every condition that has an answer."""
+    packing, flows = _PARTS[part](seed)
+    linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
+    for flow in flows:
+        began = time.process_time()
+        try:
+            error, scatter = _oscillation(packing, flow) if flow.kind == "oscillation" else _flow(packing, flow, linear)
+        except (ConvergenceError, InputError):  # no answer, or a frequency that no run reaches
+            continue
+        facts = {"part": part, "seed": seed, "n": packing.n, "pressure": mean_overlap(packing)}
+        yield flow._asdict() | facts | {"error": error, "scatter": scatter, "seconds": time.process_time() - began}
+
+
+def _grid(seed: int) -> tuple[Packing, list[Flow]]:
     packing = pack(N, PRESSURES[seed % len(PRESSURES)], seed)
-    small = [Condition("oscillation", a, w, x) for a in LAWS for w in _drags(a) for x in AMPLITUDES]
-    return packing, small + [Condition("flow", a, r, 1.0) for a in LAWS[1:] for r in RATES]
+    small = [Flow("oscillation", a, w, x) for a in LAWS for w in _drags(a) for x in AMPLITUDES]
+    return packing, small + [Flow("flow", a, r, 1.0) for a in LAWS[1:] for r in RATES]
 
 
 def _drags(alpha: float) -> tuple[float, ...]:
     return DRAGS if alpha in (STOKES, 1.0) else tuple(w for w in DRAGS if w >= LEAST_DRAG)
 
 
-def _small(seed: int) -> tuple[Packing, list[Condition]]:
+def _small(seed: int) -> tuple[Packing, list[Flow]]:
     """One of many packings, at strains at which few rearrange; of linear drag, whose error else is small there."""
     packing = pack(N * (1 + seed % 2), _between(PRESSURES, np.random.default_rng(seed)), seed)
-    return packing, [Condition("oscillation", 1.0, w, x) for w in DRAGS for x in SMALL_AMPLITUDES]
+    return packing, [Flow("oscillation", 1.0, w, x) for w in DRAGS for x in SMALL_AMPLITUDES]
 
 
 def _between(values: tuple[float, ...], chance: np.random.Generator) -> float:
     return float(np.exp(chance.uniform(np.log(min(values)), np.log(max(values)))))
 
 
-def _random(seed: int) -> tuple[Packing, list[Condition]]:
+def _random(seed: int) -> tuple[Packing, list[Flow]]:
     """Another packing, of another size and pressure, and conditions anywhere within the grid."""
     chance = np.random.default_rng(seed)
 
@@ -129,48 +130,30 @@ def _random(seed: int) -> tuple[Packing, list[Condition]]:
     found = []
     for k in range(_CASES):
         alpha = float(chance.choice([STOKES, 1.0, chance.uniform(0.5, 1.0), chance.uniform(0.5, 1.0)]))
-        found.append(Condition("oscillation", alpha, between(_drags(alpha)), between(AMPLITUDES)))
+        found.append(Flow("oscillation", alpha, between(_drags(alpha)), between(AMPLITUDES)))
         if k == 0 and packing.n == N:
-            found.append(Condition("flow", chance.uniform(0.5, 0.9), between(RATES), 1.0))
+            found.append(Flow("flow", chance.uniform(0.5, 0.9), between(RATES), 1.0))
     return packing, found
 
 
-def _sliding(seed: int) -> tuple[Packing, list[Condition]]:
+def _sliding(seed: int) -> tuple[Packing, list[Flow]]:
     """Another packing, whose contacts damp sliding less or more than approach, at conditions anywhere in the grid."""
     chance = np.random.default_rng(seed)
     packing, beta = pack(N, _between(PRESSURES, chance), seed), SLIDING_BETAS[seed % len(SLIDING_BETAS)]
-    found = [Condition("flow", chance.uniform(0.5, 0.9), _between(RATES, chance), 1.0, beta)]
+    found = [Flow("flow", chance.uniform(0.5, 0.9), _between(RATES, chance), 1.0, beta)]
     for _ in range(_CASES):
         alpha = float(chance.choice([1.0, chance.uniform(0.5, 1.0)]))
         drag, amplitude = _between(_drags(alpha), chance), _between(AMPLITUDES, chance)
-        found.append(Condition("oscillation", alpha, drag, amplitude, beta))
+        found.append(Flow("oscillation", alpha, drag, amplitude, beta))
     return packing, found
 
 
-def _runs(packing: Packing, conditions: list[Condition]) -> Iterator[dict[str, Any]]:
-    """Rows of the conditions that have an answer."""
-    pressure = mean_overlap(packing)
-    linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
-    for condition in conditions:
-        began = time.process_time()
-        try:
-            if condition.kind == "oscillation":
-                error, scatter = _oscillation(packing, condition)
-            else:
-                error, scatter = _flow(packing, condition, linear)
-        except (ConvergenceError, InputError):  # no answer, or a frequency that no run reaches
-            continue
-        facts = {"n": packing.n, "pressure": pressure, "seconds": time.process_time() - began}
-        yield condition._asdict() | facts | {"error": error, "scatter": scatter}
-
-
-def _oscillation(packing: Packing, wanted: Condition) -> tuple[float, float]:
+def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
     """Relative error of G* without running, and the number of cycles that running took."""
     law = damping(wanted.alpha, wanted.beta)
     amplitude = wanted.amplitude * mean_overlap(packing)
     alpha = wanted.alpha or 1.0
     omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
-    assert np.isclose(relative_drag(law, omega, amplitude), wanted.drag) and law_number(law) == wanted.alpha
     run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
     true = complex(run.storage, run.loss)
     if isinstance(law, ContactDamping):
@@ -184,7 +167,7 @@ def _oscillation(packing: Packing, wanted: Condition) -> tuple[float, float]:
 _FLOW: dict[str, Any] = {"strain": _STRAIN, "background": BACKGROUND}
 
 
-def _flow(packing: Packing, wanted: Condition, linear: dict[float, float]) -> tuple[float, float]:
+def _flow(packing: Packing, wanted: Flow, linear: dict[float, float]) -> tuple[float, float]:
     """Relative error of linear drag at the rate to the power alpha; and of the mean at unit strain."""
     if wanted.drag not in linear:
         linear[wanted.drag] = float(flow_curve(packing, [wanted.drag], damping(1.0, wanted.beta), **_FLOW).stress[0])
@@ -194,9 +177,10 @@ def _flow(packing: Packing, wanted: Condition, linear: dict[float, float]) -> tu
     return float(error), float(curve.stress_error[0] / curve.stress[0] * np.sqrt(_STRAIN))
 
 
-def _write(path: Path, rows: list[dict[str, Any]]) -> None:
-    programs = ", ".join(f"{name} {version}" for name, version in versions().items())
-    table = pd.DataFrame(rows, columns=list(COLUMNS))
-    with atomic_file(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write(f"# jamlab chart flow-table; {programs}; see jamlab/studies/least_model/flow_errors.py\n")
-        table.to_csv(file, index=False, float_format="%.5g", lineterminator="\n")
+_PARTS: dict[str, Callable[[int], tuple[Packing, list[Flow]]]] = {
+    CALIBRATE: _grid,
+    MANY: _small,
+    CHECK: _random,
+    SLIDING: _sliding,
+    SLIDING_CHECK: _sliding,
+}

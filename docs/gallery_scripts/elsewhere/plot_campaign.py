@@ -1,0 +1,36 @@
+"""
+A campaign, with error bars
+===========================
+
+Contact number and shear modulus of disks over the distance to onset: means over packings, with bands from bootstrap. A
+campaign is one file; run again, it does only what is missing.
+"""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib.pyplot as plt
+
+import jamlab
+
+CAMPAIGN = """
+name = "gallery"
+
+[[sweep]]
+name = "disks"
+model = "sp"
+n = [16, 32]
+seeds = 8
+ensemble = "shear-stabilized"
+compress = { to = 0.92, step = 0.02, nearest = 1e-3 }
+observables = ["states"]
+"""
+
+with TemporaryDirectory() as folder:
+    path = Path(folder) / "gallery.toml"
+    path.write_text(CAMPAIGN)
+    campaign = jamlab.open_campaign(path)
+    print(campaign.run(1))
+    figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.4), layout="constrained")
+    for ax, quantity in zip(axes, ("z", "g"), strict=True):
+        campaign.plot(quantity, along="d_rho", ax=ax)

@@ -1,0 +1,283 @@
+"""Observables that drive the states of a task in time: steady flow and its start-up, oscillation, creep; a row a run.
+
+A run that has no answer, such as one whose drag is too weak to be resolved, has nan and is not converged.
+"""
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from jamlab.campaign.file_values import FileTable, Frequencies, Rates
+from jamlab.campaign.observable import FLAG, LAW, STATE, Driven, Measured, Row, Schema, Size, floats
+from jamlab.errors import ConvergenceError
+from jamlab.flow.creep import LONGEST, creep
+from jamlab.flow.flow_curve import ROWS, steady_point
+from jamlab.flow.oscillate import LARGEST_AMPLITUDE, MOST_CYCLES, oscillate
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.quasistatic_shear import LARGEST_STEP
+from jamlab.flow.shear import LARGEST_RATE, shear
+from jamlab.packing.packing import Packing
+from jamlab.rheology.damping import LEAST_ALPHA, Damping
+from jamlab.rheology.nonlinear_drag import nonlinear_modulus
+
+_GROWTH = 1.2  # exponent of n of the time of a run
+_N = 256  # disks of which times of runs were measured
+_MINIMUM_SECONDS = 0.12  # after a step of quasi-static shear
+_SHEAR_SECONDS = (0.7, 1.1e-3)  # per unit of strain: at high rates, and over the rate at low ones
+_CYCLE_SECONDS = (0.3, 1.5e-3)  # at high frequencies, and over the frequency at low ones
+_CREEP_SECONDS = 4e-4  # per unit of time
+
+Alpha = Annotated[float, Field(ge=LEAST_ALPHA, le=1)]
+Background = Annotated[float, Field(ge=0, le=1e3)]
+FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)]
+
+
+class Flow(FileTable):
+    """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`.
+
+    Attributes:
+        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
+        strain: of the average.
+        discard: strain of start-up before.
+        step: of strain, at rate 0.
+        alpha: power of the velocity in contact damping, 1 is linear.
+        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
+        tolerance: relative error of velocities in a step.
+        last: true: only of the last state of each packing.
+    """
+
+    rates: Rates
+    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
+    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
+    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3
+    alpha: Alpha = 1.0
+    background: Background | None = None
+    tolerance: FlowTolerance = 1e-2
+    last: bool = False
+
+    @field_validator("rates")
+    @classmethod
+    def _check_rates(cls, value: list[float]) -> list[float]:
+        if max(value) > LARGEST_RATE:
+            raise ValueError(f"{max(value):g} is above {LARGEST_RATE:g}, the fastest flow there is: lower it")
+        return value
+
+
+class Oscillating(FileTable):
+    """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude.
+
+    Attributes:
+        omega: frequencies, 1/tau_1.
+        amplitudes: of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm.
+        alpha, background, tolerance: see `Flow`.
+        cycles: at most.
+    """
+
+    omega: Frequencies
+    amplitudes: Frequencies
+    alpha: Alpha = 1.0
+    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20
+    background: Background = 0.0
+    tolerance: FlowTolerance = 1e-3
+
+    @field_validator("amplitudes")
+    @classmethod
+    def _check_amplitudes(cls, value: list[float]) -> list[float]:
+        if max(value) > LARGEST_AMPLITUDE:
+            raise ValueError(f"{max(value):g} is above {LARGEST_AMPLITUDE:g}, the largest strain there is: lower it")
+        return value
+
+
+class Creeping(FileTable):
+    """Arguments of `jamlab.creep`, for every state, damping law and stress.
+
+    Attributes:
+        stresses: beside the residual one, in the packing's unit.
+        duration: time, tau_1.
+        largest_strain: at which a run ends early.
+        alpha, background, tolerance: see `Flow`.
+    """
+
+    stresses: Frequencies
+    duration: Annotated[float, Field(gt=0, le=LONGEST)]
+    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    alpha: Alpha = 1.0
+    background: Background = 0.0
+    tolerance: FlowTolerance = 1e-3
+
+
+class _Run(Driven):
+    """An observable with a row for each state, damping law and point of its table of the campaign file."""
+
+    before = ("phi", "rho", "background", "tolerance")
+    _FLOW: ClassVar = {**STATE, **LAW, **floats("alpha")}
+    _MISSING: ClassVar[Row]  # of a run that has no answer
+
+    @property
+    def how(self) -> Any:
+        """Table of the campaign file that says how packings are driven."""
+        return getattr(self, self.name)
+
+    @abstractmethod
+    def points(self) -> list[dict[str, float]]:
+        """List what differs from run to run."""
+
+    @abstractmethod
+    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+        """Run once by the law and the point that stand in a row, and return the columns of this run."""
+
+    def measure(self, of: Measured) -> list[Row]:
+        return list(self._rows(of))
+
+    def _rows(self, of: Measured) -> Iterator[Row]:
+        first = len(of.states.packings) - 1 if getattr(self.how, "last", False) else 0
+        for k, packing, state in of.each()[first:]:
+            for law, columns in self.damping.with_columns(self.how.alpha):
+                for point in self.points():
+                    row = state | columns | point
+                    try:
+                        found = self.drive(packing, law, row)
+                    except ConvergenceError:
+                        found = self._MISSING | {"converged": False}
+                    yield row | found | {"converged": of.states.converged[k] and found["converged"]}
+
+    def constants(self) -> Row:
+        how = self.how
+        return {"background": np.nan if how.background is None else how.background, "tolerance": how.tolerance}
+
+    @abstractmethod
+    def run_seconds(self) -> float:
+        """Time of all runs of one state by one law, of disks as many as `_N`."""
+
+    def seconds(self, size: Size) -> float:
+        states = 1 if getattr(self.how, "last", False) else size.states
+        return float(self.damping.count * states * self.run_seconds() * (size.n / _N) ** _GROWTH)
+
+
+class SteadyFlow(_Run):
+    """Steady shear and its start-up at each rate; rate 0 is quasi-static shear, in which there is no drag."""
+
+    name, needs = "flow", "a table with rates"
+    _STEADY: ClassVar = (  # means of `FlowCurve`; the pressure stands apart from that of the state
+        *("stress", "stress_error", "elastic_stress", "elastic_stress_error", "normal_stress_difference"),
+        *("normal_stress_difference_error", "dissipation", "plastic_events"),
+    )
+    _OTHERS: ClassVar = ("flow_pressure", "flow_pressure_error", "peak_stress", "peak_strain")
+    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("rate", *_STEADY, *_OTHERS), "converged": FLAG}
+    _MISSING: ClassVar[Row] = dict.fromkeys((*_STEADY, *_OTHERS), np.nan)
+    labels: ClassVar[dict[str, str]] = {
+        "rate": r"shear rate $\dot\gamma$",
+        "stress": r"shear stress $\sigma$",
+        "flow_pressure": "pressure $p$",
+    }
+
+    flow: Flow
+
+    def points(self) -> list[dict[str, float]]:
+        return [{"rate": rate} for rate in self.flow.rates]
+
+    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+        how = self.flow
+        strain = how.strain + how.discard
+        if rate := row["rate"]:
+            background = None if row["stokes"] else how.background  # Stokes drag is itself one
+            rows = int(np.ceil(ROWS * strain))
+            run = shear(packing, rate, strain, law, rows=rows, tolerance=how.tolerance, background=background)
+        else:
+            run = shear(packing, 0.0, strain, step=how.step)
+        mean, peak = steady_point(run, how.discard), run.peak
+        return {
+            **{name: mean[name] for name in self._STEADY},
+            "flow_pressure": mean["pressure"],
+            "flow_pressure_error": mean["pressure_error"],
+            "peak_stress": peak.stress if peak else np.nan,
+            "peak_strain": peak.strain if peak else np.nan,
+            "converged": run.steady(discard=how.discard).steady,
+        }
+
+    def run_seconds(self) -> float:
+        how, (fast, slow) = self.flow, _SHEAR_SECONDS
+        each = [fast + slow / rate**how.alpha if rate else _MINIMUM_SECONDS / how.step for rate in how.rates]
+        return sum(each) * (how.strain + how.discard)
+
+
+class Oscillation(_Run):
+    """First harmonic of the stress at each frequency and amplitude, beside the linear answer by equivalent damping."""
+
+    name, needs = "oscillation", "a table with omega and amplitudes"
+    _OF_RUN: ClassVar = ("storage", "loss", "third_over_first", "error")  # attributes of `Oscillation`
+    _EQUIVALENT: ClassVar = ("equivalent_storage", "equivalent_loss", "equivalent_time")
+    stored: ClassVar[Schema] = {**_Run._FLOW, **floats("omega", "amplitude", *_OF_RUN, *_EQUIVALENT), "converged": FLAG}
+    _MISSING: ClassVar[Row] = dict.fromkeys((*_OF_RUN, *_EQUIVALENT), np.nan)
+
+    oscillation: Oscillating
+
+    def points(self) -> list[dict[str, float]]:
+        how = self.oscillation
+        return [{"omega": omega, "amplitude": amplitude} for omega in how.omega for amplitude in how.amplitudes]
+
+    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+        how = self.oscillation
+        background = 0.0 if row["stokes"] else how.background
+        run = oscillate(
+            *(packing, row["omega"], row["amplitude"], law),
+            cycles=how.cycles,
+            tolerance=how.tolerance,
+            background=background,
+        )
+        stress = row["amplitude"] * abs(complex(run.storage, run.loss))
+        found: Row = {name: getattr(run, name) for name in self._OF_RUN} | {"converged": run.converged}
+        return found | self._equivalent(packing, row, stress)
+
+    def _equivalent(self, packing: Packing, row: Row, stress: float) -> Row:
+        """Linear answer at the stress that was seen, [T] eqs 23-29; nan for other than balanced contact damping."""
+        if row["beta"] != 1:  # nan for Stokes drag
+            return dict.fromkeys(self._EQUIVALENT, np.nan)
+        try:
+            linear = nonlinear_modulus(packing, [row["omega"]], self.oscillation.alpha, stress)
+        except ConvergenceError:  # not jammed, or unstable in a fixed box
+            return dict.fromkeys(self._EQUIVALENT, np.nan)
+        return dict(zip(self._EQUIVALENT, (linear.storage[0], linear.loss[0], linear.tau[0]), strict=True))
+
+    def run_seconds(self) -> float:
+        how, (fast, slow) = self.oscillation, _CYCLE_SECONDS
+        drag = [omega**how.alpha * a ** (how.alpha - 1) for omega in how.omega for a in how.amplitudes]
+        return float(sum(fast + slow / d for d in drag) * how.cycles)
+
+
+class Creep(_Run):
+    """Strain under each stress beside the residual one: where it ends, and whether the packing rests or flows."""
+
+    name, needs = "creep", "a table with stresses and duration"
+    _OF_RUN: ClassVar = ("residual", "final_time", "final_strain", "final_rate", "slope")
+    stored: ClassVar[Schema] = {
+        **_Run._FLOW,
+        **floats("stress", *_OF_RUN),
+        **dict.fromkeys(("flows", "rests", "converged"), FLAG),
+    }
+    _MISSING: ClassVar[Row] = {**dict.fromkeys(_OF_RUN, np.nan), "flows": False, "rests": False}
+
+    creep: Creeping
+
+    def points(self) -> list[dict[str, float]]:
+        return [{"stress": stress} for stress in self.creep.stresses]
+
+    def drive(self, packing: Packing, law: Damping, row: Row) -> Row:
+        how = self.creep
+        run = creep(
+            *(packing, row["stress"], how.duration, law),
+            largest_strain=how.largest_strain,
+            tolerance=how.tolerance,
+            background=0.0 if row["stokes"] else how.background,
+        )
+        return {
+            **{"residual": run.residual, "final_rate": run.final_rate, "slope": run.slope},
+            **{"final_time": run.time[-1], "final_strain": run.strain[-1]},
+            **{"flows": run.state == "flows", "rests": run.state == "rests", "converged": True},
+        }
+
+    def run_seconds(self) -> float:
+        return _CREEP_SECONDS * self.creep.duration * len(self.creep.stresses)

@@ -1,0 +1,280 @@
+"""The observables of a campaign: `OBSERVABLES` by name; here those of geometry and linear response.
+
+A new observable is a class here, or in a file of its own, and a place in `OBSERVABLES`.
+"""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from jamlab.campaign.file_values import Frequencies, Prestress, Tolerances
+from jamlab.campaign.flow_observables import Creep, Oscillation, SteadyFlow
+from jamlab.campaign.observable import (
+    FLAG,
+    LAW,
+    STATE,
+    WHOLE,
+    Driven,
+    Measured,
+    Observable,
+    Points,
+    Row,
+    Schema,
+    Size,
+    floats,
+)
+from jamlab.errors import BoundaryError, ConvergenceError
+from jamlab.geometry.contact_network import contacts
+from jamlab.geometry.orientational_order import orientational_order
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.geometry.voids.voids import voids
+from jamlab.mechanics.slow_shear import slow_shear
+from jamlab.packing.packing import Packing
+from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.displacement_correlation import displacement_correlations
+from jamlab.rheology.mode_motion import MOTIONS, mode_motion
+from jamlab.rheology.relaxation_spectrum import LARGEST_DENSE
+
+
+class Onset(Observable):
+    """The packing at onset, of every task that begins there, whatever it measures."""
+
+    name = "onset"
+    stored: ClassVar[Schema] = {
+        **floats("rho_J", "phi_J", "z_J"),
+        **{"n_contacts": WHOLE, "rattlers": WHOLE, "converged": FLAG},
+    }
+    columns = (*stored, "seconds")
+
+    def measure(self, of: Measured) -> list[Row]:
+        packing = of.states.packings[0]
+        network = contacts(packing)
+        counts = {"n_contacts": network.count, "rattlers": int(network.rattlers.sum())}
+        fractions = {"rho_J": packing_fraction(packing), "phi_J": packing.phi, "z_J": network.z}
+        return [{**fractions, **counts, "converged": of.states.converged[0]}]
+
+    def seconds(self, size: Size) -> float:
+        return 0.0
+
+
+class Linear(Driven):
+    """An observable of the linear response at finite frequency, with and without prestress."""
+
+    prestress: Prestress = Field(default=[True])
+
+    def each_law(self, of: Measured) -> list[tuple[int, Packing, tuple[Any, bool], Row]]:
+        """List states and laws, with the columns that begin the rows of each."""
+        found = []
+        for k, packing, row in of.each():
+            for law, columns in self.damping.with_columns():
+                found += [(k, packing, (law, p), row | columns | {"prestress": p}) for p in self.prestress]
+        return found
+
+    @property
+    def solutions(self) -> int:
+        """Number of damping laws, with and without prestress."""
+        return self.damping.count * len(self.prestress)
+
+
+_SPECTRUM_SECONDS: dict[str, Points] = {  # at 41 frequencies
+    "sp": ((32, 0.0075), (128, 0.02), (512, 0.06), (2048, 0.2), (32768, 25.0)),
+    "dp": ((16, 0.07), (32, 0.08), (64, 0.2)),
+}
+_ONE_FREQUENCY = 0.2  # time at one frequency over that of a spectrum
+
+
+class Spectra(Linear):
+    """The complex modulus over frequency; nan and not converged where a packing is unstable."""
+
+    name = "spectra"
+    _OF_MODULUS: ClassVar = ("storage", "loss", "g0", "eta0", "eta_inf", "error")
+    stored: ClassVar[Schema] = {**STATE, **LAW, "prestress": FLAG, **floats("omega", *_OF_MODULUS), "converged": FLAG}
+    labels: ClassVar[dict[str, str]] = {
+        "omega": r"frequency $\omega$",
+        "storage": "storage modulus $G'$",
+        "loss": "loss modulus $G''$",
+    }
+
+    omega: Frequencies
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows, omega = [], np.array(self.omega)
+        for k, packing, how, row in self.each_law(of):
+            try:
+                spectrum = complex_modulus(packing, omega, how[0], prestress=how[1])
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                found: Row = dict.fromkeys(self._OF_MODULUS, np.nan) | {"converged": False}
+            else:
+                found = {name: getattr(spectrum, name) for name in self._OF_MODULUS}
+                found["converged"] = of.states.converged[k] & (spectrum.error <= of.tolerances.spectrum_error)
+            rows.append(row | {"omega": omega} | found)
+        return rows
+
+    def depends_on(self, tolerances: Tolerances) -> Any:
+        return self, tolerances.spectrum_error
+
+    def seconds(self, size: Size) -> float:
+        return size.states * self.solutions * size.seconds(_SPECTRUM_SECONDS[size.model])
+
+    def rows(self, size: Size) -> float:
+        return self.solutions * len(self.omega)
+
+
+class Quasistatic(Observable):
+    """Medians of the linear motion in slow shear; nan where a packing is unstable."""
+
+    name, only = "quasistatic", "sp"
+    stored: ClassVar[Schema] = {**STATE, "prestress": FLAG, **floats("approach", "sliding", "nonaffine")}
+
+    prestress: Prestress = Field(default=[True])
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows = []
+        for _, packing, row in of.each():
+            for prestress in self.prestress:
+                found: Row = dict.fromkeys(("approach", "sliding", "nonaffine"), np.nan)
+                try:
+                    motion = slow_shear(packing, prestress=prestress)
+                except ConvergenceError:  # not jammed, or unstable in a fixed box
+                    pass
+                else:
+                    found = {"approach": motion.median_normal, "sliding": motion.median_tangential}
+                    found["nonaffine"] = motion.median_nonaffine
+                rows.append(row | {"prestress": prestress} | found)
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
+        return size.states * len(self.prestress) * each
+
+
+class Correlation(Linear):
+    """Correlation of displacements over distance, at some frequencies; no rows where a packing is unstable."""
+
+    name = "correlation"
+    stored: ClassVar[Schema] = {**STATE, **LAW, "prestress": FLAG, **floats("omega", "delta", "c", "box")}
+
+    correlation_omega: Frequencies
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows = []
+        for _, packing, how, row in self.each_law(of):
+            try:
+                correlations = displacement_correlations(packing, self.correlation_omega, how[0], prestress=how[1])
+            except ConvergenceError:  # not jammed, or unstable in a fixed box
+                continue
+            for omega, found in zip(self.correlation_omega, correlations, strict=True):
+                curve = {"delta": found.delta, "c": found.correlation, "box": packing.box[0, 0]}
+                rows.append(row | {"omega": omega} | curve)
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        each = _ONE_FREQUENCY * size.seconds(_SPECTRUM_SECONDS[size.model])
+        return size.states * self.solutions * len(self.correlation_omega) * each
+
+    def rows(self, size: Size) -> float:
+        return self.solutions * len(self.correlation_omega) * float(np.sqrt(size.n))
+
+
+class Modes(Driven):
+    """Relaxation modes of droplets, a row each; none where a packing is unstable."""
+
+    name, only = "modes", "dp"
+    _OF_MODES: ClassVar = ("rates", "strengths", *MOTIONS, "sliding")  # attributes of `ModeMotion`
+    stored: ClassVar[Schema] = {**STATE, **LAW, **floats(*_OF_MODES)}
+    _SECONDS: ClassVar[Points] = ((16, 0.07), (32, 0.5), (64, 3.5))
+
+    def check(self, sites: float) -> None:
+        super().check(sites)
+        if 2 * sites > LARGEST_DENSE:
+            most = LARGEST_DENSE // 2
+            raise ValueError(f"observable 'modes' of {sites:g} vertices: at most {most}; lower n or their vertices")
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows = []
+        for _, packing, row in of.each():
+            for law, columns in self.damping.with_columns():
+                try:
+                    found = mode_motion(packing, law)
+                except ConvergenceError:  # not jammed, or unstable in a fixed box
+                    continue
+                rows.append(row | columns | {name: getattr(found, name) for name in self._OF_MODES})
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        return size.states * self.damping.count * size.seconds(self._SECONDS)
+
+    def rows(self, size: Size) -> float:
+        return self.damping.count * 2 * size.sites
+
+
+class VoidsOfStates(Observable):
+    """Voids that do not percolate, a row each; no rows of a packing whose outlines cross."""
+
+    name = "voids"
+    stored: ClassVar[Schema] = {"state": WHOLE, "sides": WHOLE, **floats("area", "perimeter", "shape", "particle_area")}
+    columns = ("state", "rho", "onset", "sides", "area", "perimeter", "shape", "particle_area")
+    _SECONDS: ClassVar[dict[str, Points]] = {
+        "sp": ((32, 0.002), (128, 0.004), (256, 0.0055)),
+        "dp": ((16, 0.0055), (32, 0.008)),
+    }
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows: list[Row] = []
+        for k, packing, _ in of.each():
+            try:
+                found = voids(packing)
+            except BoundaryError:  # outlines cross
+                continue
+            closed = found.percolating == 0
+            if not closed.any():
+                continue
+            row: Row = {name: getattr(found, name)[closed] for name in ("sides", "area", "perimeter", "shape")}
+            rows.append(row | {"state": k, "particle_area": (packing.area - found.area.sum()) / packing.n})
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        return size.states * size.seconds(self._SECONDS[size.model])
+
+    def rows(self, size: Size) -> float:
+        return size.n
+
+
+class Order(Observable):
+    """Bond-orientational order of every state over Delaunay neighbours, and how many particles have 5, 6 and 7 of them.
+
+    psi_6 is the mean of |psi_6| over particles and psi_6_overall |mean of psi_6|, both 1 in a triangular crystal;
+    share_k is the part of the particles with k neighbours, so that 1 - share_6 is the density of disclinations.
+    """
+
+    name = "order"
+    _NEIGHBORS: ClassVar = (5, 6, 7)
+    stored: ClassVar[Schema] = {**STATE, **floats("psi_6", "psi_6_overall", *(f"share_{k}" for k in _NEIGHBORS))}
+    columns = ("rho", *stored)
+    labels: ClassVar[dict[str, str]] = {
+        "psi_6": r"bond-orientational order $\langle|\psi_6|\rangle$",
+        "psi_6_overall": r"bond-orientational order $|\langle\psi_6\rangle|$",
+        "share_6": "share of particles with 6 neighbours",
+    }
+    _SECONDS: ClassVar[Points] = ((32, 0.0017), (128, 0.0036), (512, 0.012), (2048, 0.046))
+
+    def measure(self, of: Measured) -> list[Row]:
+        rows = []
+        for _, packing, row in of.each():
+            found = orientational_order(packing)
+            row |= {"psi_6": found.mean_local, "psi_6_overall": found.overall}
+            rows.append(row | {f"share_{k}": float(np.mean(found.neighbors == k)) for k in self._NEIGHBORS})
+        return rows
+
+    def seconds(self, size: Size) -> float:
+        return size.states * size.seconds(self._SECONDS)
+
+    def rows(self, size: Size) -> float:
+        return 1
+
+
+OBSERVABLES: dict[str, type[Observable]] = {
+    o.name: o for o in (Spectra, Quasistatic, Correlation, Modes, VoidsOfStates, Order, SteadyFlow, Oscillation, Creep)
+}
+TABLES = ("states", "onset", *OBSERVABLES)

@@ -1,0 +1,56 @@
+"""Bound errors by measured ones: order statistics at the conditions that were measured, and lines between these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.statistics.confidence import CONFIDENCE
+
+
+def exceeded_by_few(errors: Array | Sequence[float]) -> float:
+    """Error that a new packing exceeds in 1 - `CONFIDENCE` of all cases, whatever the distribution.
+
+    It is the k-th largest of m, k/(m + 1) = 1 - `CONFIDENCE`: a new one is as likely in every place among them.
+    Infinite, no promise, where not even the largest of them is exceeded as rarely: for m < 19.
+
+    Example:
+        >>> from jamlab.estimates.quantiles import exceeded_by_few
+        >>> exceeded_by_few(range(39)), exceeded_by_few(range(18))
+        (37.0, inf)
+    """
+    place = int((1 - CONFIDENCE) * (len(errors) + 1) + 1e-9)
+    return float(np.sort(errors)[-place]) if place else float("inf")
+
+
+def between(levels: Array, values: Array | Sequence[float], at: float) -> float:
+    """Value on the line between the two levels beside a place; infinite if that of either is."""
+    left, right, part = neighbours(levels, at)
+    return float(values[left] if part == 0 else (1 - part) * values[left] + part * values[right])
+
+
+def neighbours(levels: Array, at: float) -> tuple[int, int, float]:
+    """Levels on both sides of a place, and the part of the way from the first to the second; one level stands alone."""
+    if len(levels) == 1 or at <= levels[0]:
+        return 0, 0, 0.0
+    right = min(int(np.searchsorted(levels, at)), len(levels) - 1)
+    part = float((at - levels[right - 1]) / (levels[right] - levels[right - 1]))
+    return (right, right, 0.0) if part == 1 else (right - 1, right, part)
+
+
+def bend(levels: Array, values: Array, at: float) -> float:
+    """How far a curve through the levels may lie from the line between two of them: |f''| (x - a)(b - x)/2.
+
+    The second derivative is the larger of those through three levels around the place.
+    """
+    left, right, part = neighbours(levels, at)
+    if part == 0:
+        return 0.0
+    slopes = np.diff(values) / np.diff(levels)
+    halves = [
+        (slopes[k] - slopes[k - 1]) / (levels[k + 1] - levels[k - 1]) for k in (left, right) if 0 < k < len(levels) - 1
+    ]
+    known = [abs(half) for half in halves if np.isfinite(half)]
+    return float(max(known, default=0.0) * (at - levels[left]) * (levels[right] - at))

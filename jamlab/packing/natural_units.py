@@ -1,0 +1,109 @@
+"""Express packings in natural units, in which sizes and stiffnesses are of order one, and back.
+
+Tolerances, time steps and trust radii of solvers are numbers of order one in these units, so they mean the same for a
+packing in any others. The units are powers of two: a packing changes by no digit on the way there and back, and one
+whose mean diameter and stiffness are near one, as the papers have them, is left as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from jamlab.packing.packing import Packing
+
+# powers of energy and of length that a parameter of a force law, or an entry of the provenance, is measured in
+_PARAMETERS = {
+    "eps": (1, 0),
+    "k": (1, -2),
+    "gamma": (1, -1),
+    "ka": (1, -4),
+    "delta": (0, 1),
+    "eta": (0, 1),
+    "a0": (0, 2),
+}
+_ENTRIES = {
+    **{name: (0, 1) for name in ("rounding", "moved")},
+    **{name: (1, -1) for name in ("max_force", "force_tolerance")},
+    "pressure": (1, -2),
+}
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Natural units of a packing, in its own units.
+
+    Attributes:
+        length: power of two next to the mean diameter; DP: to the mean of sqrt(a0).
+        energy: power of two next to eps, or to k length^2.
+
+    Example:
+        >>> from jamlab.packing.natural_units import natural_scales
+        >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
+        >>> soft = p.with_state(positions=3e-6 * p.positions, box=3e-6 * p.box, diameters=3e-6 * p.diameters)
+        >>> scales = natural_scales(soft.with_state(params={"k": 1e-7}))
+        >>> bool(0.7 < 3e-6 / scales.length < 1.5), bool(0.7 < 1e-7 / scales.stress < 1.5)
+        (True, True)
+    """
+
+    length: float = 1.0
+    energy: float = 1.0
+
+    @property
+    def force(self) -> float:
+        """Energy over length."""
+        return self.energy / self.length
+
+    @property
+    def stress(self) -> float:
+        """Energy over area; stiffness of a contact as well."""
+        return self.energy / self.length**2
+
+    def to_natural(self, packing: Packing) -> Packing:
+        """The same packing in natural units."""
+        return _in_units(packing, Scales(1 / self.length, 1 / self.energy))
+
+    def from_natural(self, packing: Packing) -> Packing:
+        """The packing, given in natural units, in those that the scales are measured in."""
+        return _in_units(packing, self)
+
+
+def natural_scales(packing: Packing) -> Scales:
+    """Scales of a packing, of either model, in any units."""
+    params = packing.params
+    sizes = np.sqrt(params["a0"]) if packing.diameters is None else packing.diameters
+    length = _power_of_two(float(np.mean(sizes)))
+    if packing.units == "k":
+        return Scales(length, _power_of_two(float(params["k"])) * length**2)
+    return Scales(length, _power_of_two(float(params["eps"])))
+
+
+def _power_of_two(value: float) -> float:
+    return float(2.0 ** round(np.log2(value)))
+
+
+def _in_units(packing: Packing, scales: Scales) -> Packing:
+    """The packing with all lengths and energies multiplied by the scales."""
+    if scales == Scales():
+        return packing
+
+    def convert(entries: dict[str, Any], powers: dict[str, tuple[int, int]]) -> dict[str, Any]:
+        return {
+            name: value * (scales.energy ** powers[name][0] * scales.length ** powers[name][1])
+            if name in powers and not isinstance(value, str)
+            else value
+            for name, value in entries.items()
+        }
+
+    diameters, max_force = packing.diameters, packing.max_force
+    return packing._trusted(
+        box=packing.box * scales.length,
+        positions=packing.positions * scales.length,
+        params=convert(packing.params, _PARAMETERS),
+        diameters=None if diameters is None else diameters * scales.length,
+        max_force=None if max_force is None else max_force * scales.force,
+        converged=packing.converged,
+        provenance=convert(packing.provenance, _ENTRIES),
+    )

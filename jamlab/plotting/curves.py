@@ -1,0 +1,100 @@
+"""Curves of plain arrays: complex moduli on logarithmic axes, and points with the law fitted to them.
+
+What a logarithm cannot show is counted in the legend.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from jamlab.arrays import Array
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes, positive
+from jamlab.plotting.palette import BLACK, BLUE, COLOURS, RED
+
+Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
+
+
+def draw_fit(
+    axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", /, **style: Any
+) -> None:
+    """Draw a law (m,) and the points that it was fitted to.
+
+    Args:
+        axes: to draw into.
+        x, y: (m,) of the law.
+        label: of the law in the legend.
+        points: what it was fitted to, None where that is not known.
+        new: whether the axes are new, and get scales and labels.
+        x_label: of the x axis.
+        style: of the law, matplotlib's Line2D.
+    """
+    px, py, error = points
+    if new:
+        label_axes(axes, x_label, "$y$")
+        axes.set_xscale("log")
+        if np.all(y > 0) and (py is None or np.all(py > 0)) and y.max() > 3 * y.min():
+            axes.set_yscale("log")
+    if px is not None and py is not None:
+        axes.errorbar(px, py, error, fmt="o", color=BLUE, markersize=5, capsize=2.5, label=f"{len(px)} points")
+    axes.plot(x, y, **merged(Line2D, {"color": RED, "linewidth": 1.6, "label": label}, style))
+    axes.legend(fontsize=LEGEND)
+
+
+def draw_limit(axes: Axes, limit: float) -> None:
+    """Draw a dotted line at the value that a law tends to."""
+    axes.axhline(limit, color=BLACK, linestyle=":", linewidth=1.4, label=f"limit {limit:.4g}")
+
+
+Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
+
+
+def draw_modulus(
+    axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, /, label: str = "", **style: Any
+) -> None:
+    """Draw G' (solid, filled) and G'' (dashed, open) over frequency.
+
+    Args:
+        axes: to draw into; made logarithmic.
+        omega: (m,).
+        storage, loss: (m,), or mean with the lower and upper end of a band.
+        label: what the legend says after G' and G''.
+        style: of both lines, matplotlib's Line2D.
+    """
+    colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
+    looks = (("G'", storage, {"linestyle": "-", "marker": "o"}), ("G''", loss, {"linestyle": "--", "marker": "s"}))
+    for symbol, values, look in looks:
+        mean, low, high = values if isinstance(values, tuple) else (values, values, values)
+        look = merged(Line2D, {"color": colour, "markersize": 4, **look}, style)
+        if symbol == "G''":
+            look.setdefault("markerfacecolor", "white")
+        mean, left_out = positive(mean)
+        axes.loglog(omega, mean, label=f"${symbol}_{{xy}}$" + (f"  {label}" if label else "") + left_out, **look)
+        if np.any(high > low):
+            bottom = np.maximum(low, 1e-3 * mean)
+            axes.fill_between(omega, bottom, high, color=look["color"], alpha=0.25, linewidth=0)
+
+
+def label_modulus(axes: Axes, unit: str, legend: bool = False) -> None:
+    """Name frequency and modulus with their units, and add a legend if asked for."""
+    label_axes(axes, r"angular frequency $\omega\,\tau_1$", in_unit("complex shear modulus $G^*_{xy}$", unit))
+    if legend:
+        axes.legend(fontsize=LEGEND)
+
+
+def draw_slopes(axes: Axes, omega: Array, g0: float, eta0: float) -> None:
+    """Draw dotted lines of slope 1 below 1/tau* and 1/2 above, a little beside the curves."""
+    if not (g0 > 0 and eta0 > 0):
+        return
+    turn = g0 / eta0
+    for low, high, slope, height, beside in ((1e-3, 0.3, 1.0, 0.4, (6, -13)), (3.0, 300.0, 0.5, 2.5, (-9, 5))):
+        x = turn * np.array([low, high])
+        x = np.clip(x, omega.min(), omega.max())
+        if x[0] >= x[1]:
+            continue
+        y = height * g0 * (x / turn) ** slope
+        axes.loglog(x, y, ":", color="#555555", linewidth=1.4)
+        middle = np.sqrt(x[0] * x[1]), np.sqrt(y[0] * y[1])
+        axes.annotate(f"{slope:g}", middle, textcoords="offset points", xytext=beside, color="#555555", fontsize=10)

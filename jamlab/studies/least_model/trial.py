@@ -1,0 +1,161 @@
+"""Check the intervals of `jamlab.estimate`: random requests, answered from packings that its table does not know.
+
+Answers are held against the droplets of the reference data, each packing interpolated between its states to the packing
+fraction of the request. Packings of a request are drawn from a pool, a table of other seeds and other packing
+fractions, or from one half of the reference packings, whose other half is the truth then.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from jamlab.arrays import Array
+from jamlab.errors import StorageError
+from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, plan_mean, reference_way
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, free_shape
+from jamlab.estimates.sampling import Make, sample
+from jamlab.estimates.way_errors import scatter
+from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.statistics.confidence import STANDARD_ERRORS
+from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.least_model.estimate_table import FEW_VERTICES, LOOSE
+
+POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
+POOL_SEEDS = range(60_001, 60_151)
+ERRORS = (0.3, 1.5)  # asked for, in units of the scatter of droplets: some 40 to 4 packings
+
+
+class Answer(NamedTuple):
+    """A request with what came of it.
+
+    Attributes:
+        request: its number.
+        quantity, rho, error: what was asked for; rho is that of the pool also at onset, where it is not used.
+        way, packings, expected, seconds: how it was met, and the cost, planned and seen.
+        value, reached: estimate, and half the width of its interval.
+        truth, truth_error, truth_packings: mean of the reference, its standard error, and over how many it is.
+    """
+
+    request: int
+    quantity: str
+    rho: float
+    error: float
+    way: str
+    packings: int
+    expected: float
+    seconds: float
+    value: float
+    reached: float
+    truth: float
+    truth_error: float
+    truth_packings: int
+
+
+def pool_groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
+    """Ways of the pool: all that the table offers but droplets from the start and another contact form."""
+    nv = default_vertices()
+    return [
+        (EnsembleWay("disks", N), EnsembleWay("carried", N, nv), EnsembleWay("carried", N, FEW_VERTICES)),
+        (EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)),
+        (EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)),
+    ]
+
+
+def blind_trial(
+    pool: Ways, truth: EnsembleTables, count: int, seed: int, *, progress: Progress = no_progress
+) -> pd.DataFrame:
+    """Ask for means at random, and hold the answers against the truth: one row for each, see `Answer`.
+
+    Args:
+        pool: packings that the shipped table does not hold.
+        truth: tables of the reference data.
+        count, seed: of the requests.
+        progress: called before each.
+    """
+    rng = np.random.default_rng(seed)
+    table = {way: record for way, record in read_ways().items() if way in pool or way == reference_way()}
+    droplets, levels = table[reference_way()], next(iter(pool.values())).levels
+    rows = []
+    for k in range(count):
+        progress(k / count, f"request {k}")
+        quantity = str(rng.choice(list(ENSEMBLE_QUANTITIES)))
+        rho = float(rng.choice(levels))
+        deviation = scatter(droplets, quantity, rho).deviation
+        error = float(f"{deviation * np.exp(rng.uniform(*np.log(ERRORS))):.2g}")
+        plan = plan_mean(quantity, None if quantity == ONSET else rho, error, table=table)
+        values = rng.permutation(droplets_at(truth, quantity, rho))
+        if plan.way == reference_way():
+            drawn, values = values[::2], values[1::2]
+            make = _draw(drawn, np.full(len(drawn), plan.scatter.seconds), rng)
+        else:
+            make = _draw(*_column(pool[plan.way], quantity, rho), rng)
+        found, _ = sample(plan, error, make)
+        value = float(np.mean(found.good)) + plan.correction
+        true = (float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
+        cost = (len(found.good), plan.seconds, found.seconds)
+        rows.append(Answer(k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true))
+    return pd.DataFrame(rows)
+
+
+def holds(answers: pd.DataFrame, *, truth_errs: bool = True) -> "pd.Series[bool]":
+    """Whether each interval holds the truth, which has an error of its own."""
+    own = STANDARD_ERRORS * answers["truth_error"] * truth_errs
+    return (answers["value"] - answers["truth"]).abs() <= np.hypot(answers["reached"], own)
+
+
+def summarize(answers: pd.DataFrame) -> dict[str, float]:
+    """Share of intervals that hold the truth, in all and by quantity and way, and of costs near the expected."""
+    held, ratio = holds(answers), answers["seconds"] / answers["expected"]
+    found = {
+        "holds": float(held.mean()),
+        "holds the truth without its error": float(holds(answers, truth_errs=False).mean()),
+        "error as asked for": float((answers["reached"] <= answers["error"]).mean()),
+        "cost within 1.5": float(ratio.between(1 / 1.5, 1.5).mean()),
+    }
+    for kind in ("quantity", "way"):
+        found |= {str(name): float(share) for name, share in held.groupby(answers[kind]).mean().items()}
+    return found
+
+
+def droplets_at(tables: EnsembleTables, quantity: str, rho: float) -> Array:
+    """(m,) a quantity of every packing of 64 droplets at rho, between two states; those that have it.
+
+    Sides of voids follow from z by Euler's relation, 2z/(z - 2): within 0.001 of those counted, at all rho from 0.845.
+    """
+    if quantity == ONSET:
+        return np.asarray(_of_droplets(tables.onset)["rho_J"])
+    column = {"a": "shape", "void_sides": "z"}.get(quantity, quantity)
+    found = []
+    for _, packing in _of_droplets(tables.states).sort_values("rho").groupby("seed"):
+        x, y = packing["rho"].to_numpy(), packing[column].to_numpy()
+        if x[0] <= rho <= x[-1]:
+            k = max(int(np.searchsorted(x, rho)), 1)
+            found.append(float(np.interp(rho, x[k - 1 : k + 1], y[k - 1 : k + 1])))
+    values = np.array([value for value in found if np.isfinite(value)])
+    if quantity == "void_sides":
+        return np.asarray(2 * values / (values - 2))
+    return values - free_shape(reference_way().nv) if quantity == "a" else values
+
+
+def _of_droplets(table: pd.DataFrame) -> pd.DataFrame:
+    return table[(table["model"] == "dp") & (table["n"] == N)]
+
+
+def _column(record: WayRecord, quantity: str, rho: float) -> tuple[Array, Array]:
+    """(m,) values and seconds of a way at one of its levels."""
+    k = 0 if quantity == ONSET else int(np.flatnonzero(np.isclose(record.levels, rho))[0])
+    return record.values[quantity][:, k], record.seconds[:, k]
+
+
+def _draw(values: Array, seconds: Array, rng: np.random.Generator) -> Make:
+    order = iter(rng.permutation(len(values)).tolist())
+
+    def make(count: int) -> list[tuple[float, float]]:
+        if len(drawn := list(itertools.islice(order, count))) < count:
+            raise StorageError(f"the pool has {len(values)} packings of this way, too few: measure more seeds")
+        return [(float(values[k]), float(seconds[k])) for k in drawn]
+
+    return make

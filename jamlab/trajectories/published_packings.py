@@ -1,0 +1,221 @@
+"""Packings of disks as other groups publish them: Leiden text, netCDF of Goodrich and Liu, extended xyz.
+
+Leiden (github.com/vanheckelab/jambashbulk) writes one block a state: `N = , L = , L1= { , } , L2= { , } , P = , P0= ,`
+and rows `x , y , R ,` in braces, of disks with energy (k/2)(R_i + R_j - r)^2, k = 1, in boxes sheared until stable.
+Goodrich and Liu, as jax-md ships them (2d_*.nc, netCDF 4, which is HDF5), have one row a packing: `pos` in units of the
+box, `rad` and `box`, energy (eps/2)(1 - r/s)^2, eps = 1. Extended xyz (freud, OVITO, ASE) has `Lattice` and
+`Properties`.
+"""
+
+import re
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from jamlab.arrays import Array
+from jamlab.errors import InputError
+from jamlab.packing.packing import Packing
+from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.verified_file import FilePath
+from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of
+from jamlab.trajectories.sites import Sites
+
+_HEAD = re.compile(
+    r"N\s*=\s*(?P<n>\d+)\s*,\s*L\s*=.*?L1\s*=\s*\{(?P<first>[^}]*)\}\s*,\s*L2\s*=\s*\{(?P<second>[^}]*)\}"
+    r"(?:\s*,\s*P\s*=\s*(?P<pressure>[^,]+))?"
+)
+_KEYS = re.compile(r'(\w+)=(?:"([^"]*)"|(\S+))')  # of the second line of an extended xyz frame
+_NETCDF = {"pos": 2, "rad": 1, "box": 4}  # names -> numbers a particle, or of the box
+MOST_BYTES = 2**31  # of numbers in one netCDF file: 10^7 disks
+
+
+def is_leiden(path: FilePath) -> bool:
+    """Whether a text file begins like a packing of the Leiden group."""
+    try:
+        with open(path, encoding="ascii") as file:
+            lines = (line for line in islice(file, 50) if line.strip() and not line.startswith("#"))
+            return _HEAD.match(next(lines, "")) is not None
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def read_leiden(path: FilePath) -> Iterator[Sites]:
+    """Read the states of a text file of the Leiden group, in units of `k` and of its own length.
+
+    Raises:
+        StorageError: no such file, or damaged; the message says which block and why.
+    """
+    with text_of(path) as file:
+        lines = (line.strip() for line in file)
+        block = 0
+        for line in lines:
+            if not line or line.startswith("#"):
+                continue
+            head = _HEAD.match(line)
+            if head is None:
+                raise ValueError(f"block {block}: {line[:40]!r} stands where N, L1 and L2 should")
+            box = np.array([_floats(head[name], 2, f"block {block}: lattice vector") for name in ("first", "second")])
+            if next(lines, "") != "{":
+                raise ValueError(f"block {block}: no brace opens the list of disks")
+            yield _leiden_block(lines, int(head["n"]), box, head["pressure"], block)
+            block += 1
+
+
+def _leiden_block(lines: Iterator[str], n: int, box: Array, pressure: str | None, block: int) -> Sites:
+    rows = []
+    for line in lines:
+        if line == "}":
+            break
+        rows.append(line.rstrip(", \t").split(","))
+    else:
+        raise ValueError(f"block {block}: the list of disks has no end after {len(rows)} of {n}")
+    if len(rows) != n or any(len(row) != 3 for row in rows):
+        raise ValueError(f"block {block}: {len(rows)} rows of x, y, R, {n} expected")
+    positions = np.column_stack([numbers(rows, 0), numbers(rows, 1)])
+    given = {} if pressure is None else {"pressure in the file": float(pressure)}
+    return Sites(
+        box=box,
+        positions=positions,
+        types=np.full(n, "1"),
+        rings=None,
+        radius=numbers(rows, 2),
+        entries={"units": "k", "k": 1.0, "ensemble": "shear-stabilized"},
+        rounding=rounding([word.strip() for row in rows for word in row], positions),
+        provenance=given,
+    )
+
+
+def is_netcdf(path: FilePath) -> bool:
+    """Whether an HDF5 file is a netCDF 4 file."""
+    try:
+        with h5py.File(path, "r") as file:
+            return "_NCProperties" in file.attrs and "jamlab" not in str(file.attrs.get("schema", ""))
+    except OSError:
+        return False
+
+
+def read_netcdf(path: FilePath) -> Iterator[Sites]:
+    """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`.
+
+    Raises:
+        StorageError: no such file, damaged, or without positions, radii and boxes in two dimensions.
+    """
+    with damage_named(path), h5py.File(path, "r") as file:
+        arrays = {name: _dataset(file, name) for name in _NETCDF}
+        count, n = arrays["rad"].shape
+        for name, each in _NETCDF.items():
+            expected = (count, each if name == "box" else n * each)
+            if arrays[name].shape != expected:
+                raise ValueError(f"{name} is {arrays[name].shape}, {expected} expected: only packings of disks in 2D")
+        for pos, rad, cell in zip(arrays["pos"], arrays["rad"], arrays["box"], strict=True):
+            box = cell.reshape(2, 2).T  # the file has lattice vectors as columns
+            law = {"units": "eps", "eps": 1.0}
+            yield Sites(box, pos.reshape(-1, 2) @ box, np.full(n, "1"), None, radius=rad, entries=law)
+
+
+def _dataset(file: h5py.File, name: str) -> Array:
+    found = file.get(name, getlink=True)
+    if not isinstance(found, h5py.HardLink) or not isinstance(file[name], h5py.Dataset):
+        raise ValueError(f"it has no array {name}")
+    data = file[name]
+    if data.ndim != 2 or data.dtype.kind != "f" or data.size * data.dtype.itemsize > MOST_BYTES:
+        raise ValueError(f"{name} is {data.dtype} of shape {data.shape}: rows of float64 expected, 2 GB at most")
+    values = np.asarray(data[()], dtype=np.float64)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name}, row {int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])}, is not finite")
+    return values
+
+
+def read_xyz(path: FilePath) -> Iterator[Sites]:
+    """Read the frames of an extended xyz file: disks in a periodic box, with radii if the file has them.
+
+    Raises:
+        StorageError: no such file, or damaged.
+        InputError: no `Lattice`, no plane box, or columns without positions.
+    """
+    with text_of(path) as file:
+        for line in file:
+            if not line.strip():
+                continue
+            n = int(line)
+            keys = {name: quoted or plain for name, quoted, plain in _KEYS.findall(next(file, ""))}
+            rows = [row.split() for row in islice(file, n)]
+            if len(rows) != n:
+                raise ValueError(f"{len(rows)} rows of disks, {n} announced")
+            yield _xyz_frame(keys, rows)
+
+
+def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
+    if "Lattice" not in keys:
+        raise InputError("an xyz frame has no Lattice: a packing needs its periodic box")
+    cell = _floats(keys["Lattice"].replace(" ", ","), 9, "Lattice").reshape(3, 3)
+    if np.any(cell[:2, 2]) or np.any(cell[2, :2]):
+        raise InputError("the Lattice of the xyz frame is no plane box: its third vector must stand on the first two")
+    columns = _columns(keys.get("Properties", "species:S:1:pos:R:3"))
+    if "pos" not in columns:
+        raise InputError(f"the xyz frame has no column pos, only {', '.join(columns)}")
+    at = columns["pos"]
+    positions = np.column_stack([numbers(rows, at), numbers(rows, at + 1)])
+    words = [word for row in rows for word in row[at : at + 2]]
+    radius = None
+    for name, half in (("radius", 1.0), ("radii", 1.0), ("diameter", 0.5)):
+        if name in columns:
+            radius = half * numbers(rows, columns[name])
+    kinds = columns.get("species", columns.get("type"))
+    types: NDArray[np.str_] = np.array(["1"] * len(rows) if kinds is None else [row[kinds] for row in rows])
+    entries: dict[str, Any] = {name: keys[name] for name in ("units",) if name in keys}
+    entries |= {name: float(keys[name]) for name in ("eps", "k") if name in keys}
+    return Sites(
+        cell[:2, :2],
+        positions,
+        types,
+        None,
+        radius=radius,
+        entries=entries,
+        deck=False,
+        rounding=rounding(words, positions),
+    )
+
+
+def _columns(properties: str) -> dict[str, int]:
+    """Name of each property -> its first column."""
+    fields = properties.split(":")
+    if len(fields) % 3:
+        raise ValueError(f"Properties={properties!r:.60}: name, kind and number of columns expected for each")
+    columns, at = {}, 0
+    for name, count in zip(fields[::3], fields[2::3], strict=True):
+        columns[name], at = at, at + int(count)
+    return columns
+
+
+def _floats(text: str, count: int, what: str) -> Array:
+    values = np.array([float(word) for word in text.split(",") if word.strip()])
+    if len(values) != count or not np.isfinite(values).all():
+        raise ValueError(f"{what} {text.strip()!r:.60}: {count} numbers expected")
+    return values
+
+
+def write_xyz(path: FilePath, packing: Packing) -> None:
+    """Write disks as one frame of extended xyz, which OVITO, freud and ASE read: positions, radii, box, force law.
+
+    Raises:
+        InputError: a packing of droplets.
+        StorageError: the file cannot be written.
+    """
+    if packing.diameters is None:
+        raise InputError("extended xyz holds disks; write droplets as LAMMPS data or dump: jamlab.write_dump")
+    check_target(path)
+    cell = np.zeros((3, 3))
+    cell[:2, :2], cell[2, 2] = packing.box, 1.0
+    law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items() if isinstance(value, float))
+    lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
+    head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
+    rows = [
+        f"A {x:.17g} {y:.17g} 0 {0.5 * d:.17g}" for (x, y), d in zip(packing.positions, packing.diameters, strict=True)
+    ]
+    with atomic_file(path) as temporary:
+        temporary.write_text("\n".join([str(packing.n), head, *rows]) + "\n", encoding="ascii")

@@ -1,0 +1,75 @@
+"""Units mean nothing: lengths times 1e-6 to 1e6 and stiffness times 1e-9 to 1e9 change no function's physics.
+
+`tests/support/unit_cases.py` lists the functions, and what each must give; as a program it prints the deviations.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from unit_cases import CASES, NOT_COMPARED, deviation, packings, public_functions_of_packings, scaled
+
+import jamlab
+from jamlab.packing.natural_units import Scales, natural_scales
+
+RUNS = [(name, model) for name, case in CASES.items() for model in case.models]
+DONE = [(name, model) for name, model in RUNS if not CASES[name].pending]
+LEFT = [
+    pytest.param(name, model, marks=pytest.mark.xfail(reason=CASES[name].pending, strict=True))
+    for name, model in RUNS
+    if CASES[name].pending
+]
+
+
+def test_no_public_function_of_a_packing_is_forgotten():
+    assert CASES.keys().isdisjoint(NOT_COMPARED)
+    assert public_functions_of_packings() == CASES.keys() | NOT_COMPARED.keys()
+
+
+@pytest.mark.parametrize("name, model", DONE)
+@settings(max_examples=max(2, settings.default.max_examples // 12))
+@given(length=st.floats(-6, 6), stiffness=st.floats(-9, 9))
+def test_any_units(name, model, length, stiffness):
+    assert deviation(name, model, 10.0**length, 10.0**stiffness) < CASES[name].tolerance
+
+
+@pytest.mark.parametrize("name, model", LEFT)
+def test_units_that_are_left(name, model):
+    assert deviation(name, model, 1e6, 1e9) < CASES[name].tolerance
+
+
+@pytest.mark.parametrize("model", ["sp", "dp"])
+@given(length=st.floats(-6, 6), stiffness=st.floats(-9, 9))
+@settings(max_examples=10)
+def test_natural_units_and_back_lose_no_digit(model, length, stiffness):
+    """Of a packing in any units; in natural ones, sizes and stiffnesses lie within sqrt(2) of 1."""
+    packing = scaled(packings()[model], 10.0**length, 10.0**stiffness)
+    packing = packing.with_state(max_force=0.1, converged=True, provenance={"rounding": 0.3, "pressure": "none"})
+    scales = natural_scales(packing)
+    natural = scales.to_natural(packing)
+    assert natural_scales(natural) == Scales()
+    sizes = np.sqrt(natural.params["a0"]) if model == "dp" else natural.diameters
+    assert 0.7 < sizes.mean() < 1.42 and 0.7 < natural.params["k" if model == "sp" else "eps"] < 1.42
+    assert natural.provenance["rounding"] == 0.3 / scales.length and natural.max_force == 0.1 / scales.force
+    back = scales.from_natural(natural)
+    assert packing.difference(back) is None and back.provenance == packing.provenance and back.converged
+    assert np.array_equal(back.positions, packing.positions) and np.array_equal(back.box, packing.box)
+
+
+def test_packings_of_the_papers_are_left_as_they_are():
+    for packing in packings().values():
+        assert natural_scales(packing) == Scales() and Scales().to_natural(packing) is packing
+
+
+@pytest.mark.parametrize("eps", [2.0**-30, 2.0**20])
+def test_droplets_jam_alike_at_any_energy(eps):
+    """All energies of the law times one number, whose digits do not change: the same onset, bit for bit."""
+    one, other = (jamlab.jam("dp", 6, 1, eps=e, ka=300 * e, gamma=0.4 * e) for e in (1.0, eps))
+    assert other.converged and np.array_equal(other.positions, one.positions) and other.max_force == eps * one.max_force
+    assert other.provenance["force_tolerance"] == 1e-10 * eps
+
+
+def test_an_onset_of_soft_droplets_is_one():
+    """By contact energies over eps, whatever eps is: not at a hundred times the pressure, nor nowhere."""
+    onset = jamlab.jam("dp", 8, 1, eps=1e-6, ka=3e-4, gamma=4e-7)
+    assert onset.converged and 1e-16 < jamlab.measure(onset, ["contact_energy"])["contact_energy"] / 1e-6 < 2e-13

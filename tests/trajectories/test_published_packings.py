@@ -1,0 +1,104 @@
+"""Packings of other groups: what they say of themselves is what jamlab finds."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.trajectories.published_packings import write_xyz
+
+PUBLISHED = Path(__file__).parents[1] / "states" / "published"
+LEIDEN, SHEAR = PUBLISHED / "N16~P1e-3~0001.txt", PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt"
+GOODRICH = sorted(PUBLISHED.glob("2d_*.nc"))
+
+
+def test_leiden_packing_is_the_minimum_that_its_log_describes():
+    p = jamlab.read(LEIDEN)
+    e = jamlab.evaluate(p)
+    assert (p.n, p.units, p.ensemble, p.rounding) == (16, "k", "shear-stabilized", 0.0)
+    assert p.phi == pytest.approx(0.81494906634508249081, rel=1e-14)  # of logN16~P1e-3~0001.txt, as what follows
+    assert e.energy == pytest.approx(1.0928358570711133750e-04, rel=1e-11)
+    assert np.abs(e.forces).max() < 1e-14 and jamlab.contacts(p).z == 4.125
+    assert e.stress == pytest.approx(1e-3 * np.eye(2), abs=1e-14)
+
+
+def test_leiden_shear_through_a_contact_change():
+    states = jamlab.read_all(SHEAR)
+    lines = (PUBLISHED / "dataN16~P1e-3~SR003~step007~0001.txt").read_text().splitlines()
+    rows = [line.split() for line in lines if not line.startswith(("#", "gamma"))]
+    assert len(states) == len(rows) == 7
+    for p, row in zip(states, rows, strict=True):
+        e = jamlab.evaluate(p)  # a pressure is positive here, their s_xy is that of the pull
+        assert -e.stress[0, 1] == pytest.approx(float(row[1]), abs=1e-9 * 1e-3)
+        assert len(jamlab.contacts(p).pairs) == int(row[2]) and e.pressure == pytest.approx(float(row[6]), rel=1e-11)
+    assert {int(row[2]) for row in rows} == {32, 33}
+
+
+@pytest.mark.parametrize("path", GOODRICH, ids=lambda path: path.stem)
+def test_goodrich_energies_stresses_and_elastic_tensors(path):
+    packings = jamlab.read_all(path)
+    with h5py.File(path) as file:
+        energy, stress, tensor = (file[name][()] for name in ("Energy", "Stress", "Cijkl"))
+    assert len(packings) == 10
+    for k, p in enumerate(packings):
+        e, c = jamlab.evaluate(p), jamlab.elastic_tensor(p).relaxed
+        assert e.energy == pytest.approx(energy[k], rel=1e-11)
+        assert -e.stress == pytest.approx(stress[k].reshape(2, 2), abs=1e-12)
+        strain = 0.25 * (c + c.transpose(1, 0, 2, 3) + c.transpose(0, 1, 3, 2) + c.transpose(1, 0, 3, 2))
+        found = [strain[i] for i in ((0,) * 4, (1,) * 4, (0, 1, 0, 1), (0, 0, 1, 1), (0, 0, 0, 1), (1, 1, 0, 1))]
+        assert found == pytest.approx(tensor[k], abs=1e-7)
+
+
+def test_extended_xyz_comes_back_bit_for_bit(tmp_path):
+    p = jamlab.pack(n=16, pressure=1e-2, seed=1)
+    write_xyz(tmp_path / "p.xyz", p)
+    q = jamlab.read(tmp_path / "p.xyz")
+    assert np.array_equal(p.positions, q.positions) and np.array_equal(p.diameters, q.diameters)
+    assert np.array_equal(p.box, q.box) and (p.units, p.params) == (q.units, q.params)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda text: text[: len(text) // 2], "block 0: "),
+        (lambda text: text.replace("1.0000000000000000000 ,", "nan ,", 1), "nan is no finite number"),
+        (lambda text: text.replace("L2= { 0.06", "L2= { a0.06"), "could not convert"),
+        (lambda text: text.replace("N = 16", "N = 17"), "16 rows of x, y, R, 17 expected"),
+    ],
+)
+def test_a_damaged_text_says_what_and_where(tmp_path, change, words):
+    (tmp_path / "bad.txt").write_text(change(LEIDEN.read_text()))
+    with pytest.raises(jamlab.StorageError, match=words) as caught:
+        jamlab.read(tmp_path / "bad.txt")
+    assert "bad.txt" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "name, damage",
+    [("rad", lambda v: v[:, :3]), ("box", lambda v: v * np.nan), ("pos", lambda v: v.astype("f4")[:, :5])],
+)
+def test_a_damaged_netcdf_says_what_and_where(tmp_path, name, damage):
+    with h5py.File(GOODRICH[0]) as source, h5py.File(tmp_path / "bad.nc", "w") as file:
+        file.attrs["_NCProperties"] = "version=2"
+        for key in ("pos", "rad", "box"):
+            file[key] = damage(source[key][()]) if key == name else source[key][()]
+    with pytest.raises(jamlab.StorageError, match=r"bad\.nc"):
+        jamlab.read(tmp_path / "bad.nc")
+
+
+@pytest.mark.parametrize(
+    "lines, words",
+    [
+        (["1", "Properties=pos:R:3", "0 0 0"], "no Lattice"),
+        (["1", 'Lattice="1 0 0 0 1 1 0 0 1" Properties=pos:R:3', "0 0 0"], "no plane box"),
+        (["2", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0 0 0"], "1 rows of disks, 2 announced"),
+        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=force:R:3', "0 0 0"], "no column pos"),
+        (["1", 'Lattice="1 0 0 0 1 0 0 0 1" Properties=pos:R:3', "0.51 0.5 0"], "sizes of the disks are unknown"),
+    ],
+)
+def test_an_xyz_that_is_no_packing_is_refused(tmp_path, lines, words):
+    (tmp_path / "bad.xyz").write_text("\n".join(lines) + "\n")
+    with pytest.raises(jamlab.JamlabError, match=words):
+        jamlab.read(tmp_path / "bad.xyz")
