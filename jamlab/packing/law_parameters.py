@@ -61,10 +61,9 @@ FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "k"): ("k",),
     ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
 }
-OPTIONAL: dict[str, dict[str, tuple[float, float, float]]] = {  # model -> parameter -> default, least, largest
-    "sp": {},  # what a packing does not say has the default; `jam`, `pack`, `--law` and campaigns take these by name
-    "dp": {},
-}
+# model -> parameter -> default, least, largest. What a packing does not say has the default; `jam`, `pack`, campaigns
+# and the command line take these by name. Disks of an exponent above 10 that barely touch have no stiffness left.
+OPTIONAL: dict[str, dict[str, tuple[float, float, float]]] = {"sp": {"exponent": (2.0, 2.0, 10.0)}, "dp": {}}
 # of the two papers, for labels: ε and the mean diameter σ, ε and l (droplets), k and the mean diameter d
 UNIT_OF_LENGTH = {("sp", "k"): "d", ("sp", "eps"): "σ", ("dp", "eps"): "l"}
 UNIT_OF_FORCE = {("sp", "k"): "k d", ("sp", "eps"): "ε/σ", ("dp", "eps"): "ε/l"}
