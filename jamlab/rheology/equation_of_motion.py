@@ -124,9 +124,9 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     packing = network.packing
     k, b = _assemble(packing, damping, network.meetings, network.terms)
     sites = len(packing.positions)
-    drifting = not isinstance(damping, ContactDamping)
+    drifting = not damping.at_contacts
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
-    spinning = isinstance(damping, ContactDamping) and damping.beta > 0 and packing.model == "sp"
+    spinning = damping.at_contacts and damping.contrast > 0 and packing.model == "sp"
     first = 0 if drifting else 2
     free = np.arange(first, 3 * sites if spinning else 2 * sites)
     kept = np.append(free, k.shape[0] - 1)
@@ -141,5 +141,5 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,
-        contrast=damping.beta if isinstance(damping, ContactDamping) else 1.0,
+        contrast=damping.contrast,
     )
