@@ -117,6 +117,7 @@ def _displacements(
 ) -> Iterator[tuple[Packing, Complex]]:
     """Yield what `oscillating_displacements` returns, for several frequencies of one equation of motion."""
     network = force_network(packing, prestress=prestress)
+    network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping())
     find_limits(motion)  # refuses what is not stable
     fixed = 2 * len(network.packing.positions) - motion.moving

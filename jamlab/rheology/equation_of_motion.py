@@ -14,6 +14,7 @@ from scipy import sparse
 
 from jamlab.arrays import Array
 from jamlab.checks import checked
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
@@ -120,8 +121,16 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     Args:
         network: `force_network` of a packing at an energy minimum, with or without pre-stress.
         damping: viscous law.
+
+    Raises:
+        InputError: a single particle, which has no motion but that of the box.
     """
     packing = network.packing
+    if packing.n == 1:
+        raise InputError(
+            "one particle that presses on its own images moves with the box alone: it has no G* but that of "
+            "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
+        )
     k, b = _assemble(packing, damping, network.meetings, network.terms)
     sites = len(packing.positions)
     drifting = not damping.at_contacts

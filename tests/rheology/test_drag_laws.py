@@ -48,3 +48,11 @@ def test_two_amplitudes_or_none_are_refused(given):
 def test_strain_that_is_no_amplitude_is_refused(strain):
     with pytest.raises(jamlab.InputError, match="strain"):
         jamlab.nonlinear_modulus(jamlab.pack(8, 1e-2, 1), [1.0], 0.5, strain=strain)
+
+
+def test_time_of_a_film_is_measured_in_its_own_tau():
+    packing = jamlab.pack(32, 1e-2, 1)
+    slow, fast = (jamlab.ContactDamping(tau=tau, alpha=0.5) for tau in (2.0, 1.0))
+    found = jamlab.nonlinear_modulus(packing, [0.3], damping=slow, strain=1e-3)
+    same = jamlab.nonlinear_modulus(packing, [0.6], damping=fast, strain=1e-3)
+    assert found.storage == pytest.approx(same.storage, rel=1e-6) and found.tau == pytest.approx(same.tau, rel=1e-6)
