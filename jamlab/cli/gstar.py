@@ -67,7 +67,7 @@ def gstar(
     if out is not None:
         spectrum_output.check_one_kind(out, packings)
     omega = np.geomspace(omega_min, omega_max, points)
-    found = mean_spectra(packings, omega, law, prestress, method)
+    found = mean_spectra(packings, omega, law, prestress=prestress, method=method)
     if out is not None:
         spectrum_output.save(found, law, out)
     if as_json:

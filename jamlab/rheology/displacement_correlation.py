@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import checked
+from jamlab.checks import checked, named_from
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
@@ -85,9 +85,10 @@ class DisplacementCorrelation:
         axes.legend(fontsize=LEGEND)
 
 
+@named_from("prestress")
 @checked
 def oscillating_displacements(
-    packing: Packing, omega: float, damping: Damping | None = None, prestress: bool = True
+    packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[Packing, Complex]:
     """The backbone and (sites, 2) complex non-affine displacements per shear stress that oscillates as cos(omega t).
 
@@ -129,13 +130,14 @@ def _displacements(
         yield network.packing, u - u.mean(axis=0)
 
 
+@named_from("prestress")
 @checked
 def displacement_correlation(
     packing: Packing,
     omega: float,
     damping: Damping | None = None,
-    prestress: bool = True,
     *,
+    prestress: bool = True,
     lane: float = 1.0,
     width: float = 0.5,
 ) -> DisplacementCorrelation:
@@ -159,15 +161,15 @@ def displacement_correlation(
         >>> c.delta.shape == c.correlation.shape
         True
     """
-    return displacement_correlations(packing, [omega], damping, prestress, lane=lane, width=width)[0]
+    return displacement_correlations(packing, [omega], damping, prestress=prestress, lane=lane, width=width)[0]
 
 
 def displacement_correlations(
     packing: Packing,
     frequencies: Iterable[float],
     damping: Damping | None = None,
-    prestress: bool = True,
     *,
+    prestress: bool = True,
     lane: float = 1.0,
     width: float = 0.5,
 ) -> list[DisplacementCorrelation]:

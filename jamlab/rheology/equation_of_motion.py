@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.checks import checked
+from jamlab.checks import checked, named_from
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
@@ -23,9 +23,10 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
 
+@named_from("prestress")
 @checked
 def dynamical_matrices(
-    packing: Packing, damping: Damping | None = None, prestress: bool = True
+    packing: Packing, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
 
