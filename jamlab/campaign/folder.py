@@ -133,6 +133,9 @@ class CampaignFolder:
             with _changing(self.path / part):
                 for file in (self.path / part).glob(".jamlab-*.tmp"):
                     file.unlink(missing_ok=True)
+        with _changing(self.path):
+            for file in self.path.glob(".dask-jobqueue.worker.*"):  # certificates of a driver that was killed
+                file.unlink(missing_ok=True)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
@@ -156,13 +159,13 @@ class CampaignFolder:
             file.flush()
             yield
 
-    def keep_copy(self, campaign_file: Path) -> None:
-        """Copy the campaign file into the folder, where `open_campaign(folder)` finds it."""
+    def keep_copy(self, text: str) -> None:
+        """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
         copy = self.path / COPY
         self.check_target(copy)
         check_target(copy)
+        content = text.encode()
         with _changing(copy):
-            content = campaign_file.read_bytes()
             known = copy.read_bytes() if copy.exists() else None
         if content != known:
             with atomic_file(copy) as temporary:

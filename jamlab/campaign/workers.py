@@ -7,7 +7,6 @@ every connection show a certificate that is made for the run and kept in files o
 """
 
 import contextlib
-import inspect
 import shutil
 import socket
 import subprocess
@@ -222,6 +221,7 @@ class Workers:
         slurm: start SLURM jobs with `slurm_options`.
         slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
         ranks: MPI ranks of each task; a worker holds as many cores.
+        name: of the campaign, and of its jobs.
         folder: that all jobs see, where the certificate of a run on SLURM is kept meanwhile.
     """
 
@@ -230,6 +230,7 @@ class Workers:
     slurm: bool = False
     slurm_options: dict[str, Any] = field(default_factory=dict)
     ranks: int = 1
+    name: str = "jamlab"
     folder: Path = Path()
 
     def __post_init__(self) -> None:
@@ -277,8 +278,6 @@ class Workers:
     def _slurm_cluster(self) -> "SLURMCluster":
         try:
             from dask_jobqueue import SLURMCluster
-            from dask_jobqueue.core import Job, JobQueueCluster
-            from dask_jobqueue.slurm import SLURMJob
         except ImportError:
             raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
         if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
@@ -286,16 +285,7 @@ class Workers:
                 f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
                 " --workers or --scheduler"
             )
-        options = _SLURM_DEFAULTS | self.slurm_options
-        if taken := [name for name in ("cores", "processes", "job_cpu") if options.get(name, 1) != 1]:
-            raise InputError(
-                f"[slurm] of the campaign file: {taken[0]} = {options[taken[0]]}: leave it out, and set ranks of a"
-                " sweep: its jobs hold as many cores"
-            )
-        known = {name for part in (SLURMJob, Job, JobQueueCluster) for name in inspect.signature(part).parameters}
-        if unknown := options.keys() - known:
-            names = ", ".join(sorted(unknown))
-            raise InputError(f"[slurm] of the campaign file: unknown key {names}; see dask_jobqueue.SLURMCluster")
+        options = _SLURM_DEFAULTS | {"job_name": self.name} | self.slurm_options
         # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
         fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": _DEATH_TIMEOUT}
         held = ["--resources", f"{_CORES}={self.ranks}"]

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import File, Frame, Json, Out, Ranks, Tolerance
+from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.options import File, Force, Frame, Json, Out, Ranks, Tolerance
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -23,17 +23,19 @@ def compress(
     ranks: Ranks = 1,
     tolerance: Tolerance = None,
     out: Out = Path("sweep.h5"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Compress or decompress a packing in steps; the first frame written is the start."""
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.compression import compress as run
 
-    check_target(out, file)
-    expect_output(out)
-    start = read(file, frame)
-    with progress_bar("compress", to, start.model) as progress:
+    check_target(out, file, replace=force)
+    start, kept = read(file, frame), KeptStates(out)
+    with kept, progress_bar("compress", to, start.model) as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "ranks": ranks}
         how["tolerance"] = tolerance
-        packings = [start, *run(start, to, step, progress=progress, **how)]
-    print_packings(packings, out, as_json)
+        kept.add(start)
+        for state in run(start, to, step, progress=progress, **how):
+            kept.add(state)
+    print_packings(kept.states, out, as_json)

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json, N, Seed
+from jamlab.cli.options import Force, Json, N, Seed
 from jamlab.cli.packing_table import print_not_stable
 from jamlab.cli.progress import progress_bars
 from jamlab.cli.spectrum_table import print_spectra
@@ -19,6 +19,7 @@ def demo(
     seed: Seed = 1,
     to: Annotated[float, typer.Option(help="Last true packing fraction.")] = 0.95,
     out: Annotated[Path, typer.Option(help="Folder for HDF5, PNG and HTML.")] = Path("jamlab-demo"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Take both models from a random start through jamming to rho = 0.95: tables, pictures, one HTML page."""
@@ -27,7 +28,7 @@ def demo(
 
     expect_output(out)
     with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}, to) as progress:
-        sweeps, spectrum = run_demo(n, seed, to, out, progress)
+        sweeps, spectrum = run_demo(n, seed, to, out, progress, force=force)
     if as_json:
         tables: dict[str, Any] = {m: {k: v.tolist() for k, v in sweep.measured.items()} for m, sweep in sweeps.items()}
         onset = {m: sweep.packings[0].onset for m, sweep in sweeps.items()}

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from jamlab.checks import check_bidisperse, check_number
+from jamlab.cli.kept_states import KeptStates
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures.explorer.observables import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
@@ -61,7 +62,7 @@ class ModelSweep:
 
 
 def run_demo(
-    n: int, seed: int, to: float, out: Path, progress: Mapping[str, Progress]
+    n: int, seed: int, to: float, out: Path, progress: Mapping[str, Progress], *, force: bool = True
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
     """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
 
@@ -71,6 +72,7 @@ def run_demo(
         to: last true packing fraction.
         out: folder, made if it does not exist.
         progress: model -> a function called with the stage and packing fraction reached.
+        force: replace the files of an earlier demo.
 
     Returns:
         Sweeps by model, and G*(omega) of the densest SP packing, or None if that packing is unstable.
@@ -85,7 +87,8 @@ def run_demo(
     missing = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        check_target(out / "index.html")
+        for name in ("index.html", "sp.h5", "dp.h5"):
+            check_target(out / name, replace=force)
         return _run_into(out, n, seed, to, progress)
     except FileExistsError:
         raise InputError(f"{out} is a file: name a folder") from None
@@ -101,7 +104,7 @@ def run_demo(
 def _run_into(
     out: Path, n: int, seed: int, to: float, progress: Mapping[str, Progress]
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    run, models = partial(_run_model, n=n, seed=seed, to=to), ("sp", "dp")
+    run, models = partial(_run_model, n=n, seed=seed, to=to, out=out), ("sp", "dp")
     found = run_side_by_side(run, models, len(models), report=lambda model, *step: progress[model](*step))
     sweeps = dict(zip(models, found, strict=True))
     try:
@@ -137,13 +140,17 @@ def unstable(sweep: ModelSweep) -> list[str]:
     return reasons
 
 
-def _run_model(model: str, report: Progress, *, n: int, seed: int, to: float) -> ModelSweep:
+def _run_model(model: str, report: Progress, *, n: int, seed: int, to: float, out: Path) -> ModelSweep:
+    """Make and measure a sweep; its states so far are kept in the file that it ends in."""
     began = time.perf_counter()
     onset = jam(model, n, seed, ensemble=ENSEMBLE, progress=report)
     if to <= onset.phi:
         raise InputError(f"to = {to}: {model} with n = {n}, seed = {seed} jams at {onset.phi:.4f}, so go higher")
-    packings = [onset, *compress(onset, to, STEP, progress=report)]
-    return ModelSweep(model, packings, measure_all(packings), time.perf_counter() - began)
+    kept = KeptStates(out / f"{model}.h5", interval=0.0)
+    kept.add(onset)
+    for packing in compress(onset, to, STEP, progress=report):
+        kept.add(packing)
+    return ModelSweep(model, kept.states, measure_all(kept.states), time.perf_counter() - began)
 
 
 _LEAD = (

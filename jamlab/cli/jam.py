@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
+from jamlab.cli.options import Ensemble, Force, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -28,12 +28,13 @@ def jam(
     ranks: Ranks = 1,
     tolerance: Tolerance = None,
     out: Out = Path("onset.h5"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a packing at jamming onset, after Boromand et al., section 2.3."""
     from jamlab.protocols.onset import jam as run
 
-    check_target(out)
+    check_target(out, replace=force)
     expect_output(out)
     with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}

@@ -57,6 +57,7 @@ Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of 
 Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=_check_hdf5)]
+Force = Annotated[bool, typer.Option("--force", help="Replace files that are there already.")]
 File = Annotated[Path, typer.Argument(help="HDF5 file written by jamlab.")]
 Ensemble = Annotated[str, typer.Option(help="fixed-box, or shear-stabilized: without residual shear stress.")]
 Frame = Annotated[int, typer.Option(help="Frame of the file; -1 stands for the last.")]

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
+from jamlab.cli.options import Ensemble, Force, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -23,12 +23,13 @@ def pack(
     large: Large = 0.5,
     tolerance: Tolerance = None,
     out: Out = Path("packing.h5"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe."""
     from jamlab.protocols.target_pressure import pack as run
 
-    check_target(out)
+    check_target(out, replace=force)
     expect_output(out)
     with progress_bar("to pressure", 1.0) as progress:
         how: dict[str, Any] = {

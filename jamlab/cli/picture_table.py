@@ -9,6 +9,12 @@ if TYPE_CHECKING:
     from jamlab.micrographs.measured_droplets import Micrograph
 
 DOUBT = " ?"  # beside every number of a doubtful picture
+SIDES = {
+    "bright": "bright on dark",
+    "dark": "dark on bright",
+    "ring": "with dark walls",
+    "labels": "as labelled",
+}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 
@@ -42,9 +48,8 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
     print_note(", ".join([*sides, *([f"P_{MOST_SIDES + 1}+ = {more:.2f}{mark}"] if more else [])]) or "no voids")
     print_note(f"sizes: {found.sizes}{mark}; lengths in {length}; droplets that the edge cuts are not counted")
-    side = "bright on dark" if found.bright else "dark on bright"
     print_note(
-        f"droplets {side}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
+        f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
     print_note(f"quality: {found.quality}")
@@ -69,7 +74,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
         },
         "pixel": found.pixel,
         "unit": "pixels" if found.pixel is None else "pixel",
-        "bright": found.bright,
+        "contrast": found.contrast,
         "quality": found.quality,
         "reasons": list(found.reasons),
     }

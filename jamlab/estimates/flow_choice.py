@@ -152,7 +152,7 @@ def choose_flow(
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> slow = jamlab.choose_flow(p, jamlab.ContactDamping(alpha=0.5), omega=1e-4, amplitude=1e-3)
         >>> slow.way, slow.options["why"].tolist()[-2:]
-        ('oscillation', [<Why.UNKNOWN: 'no promise'>, <Why.TAKEN: 'taken'>])
+        ('oscillation', ['error too large', 'taken'])
     """
     law = damping or ContactDamping()
     if mass is not None:

@@ -80,9 +80,10 @@ class RunFile(Generic[R]):
         except StorageError:  # damaged, or no file of jamlab: it will be replaced, as by `write`
             return None
         first: Packing = found.frames[0]  # type: ignore[attr-defined]
-        same = first.difference(packing) is None and np.array_equal(first.box, packing.box)
-        # LAMMPS wraps positions into its box and back, which rounds
-        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=1e-9) else None
+        # LAMMPS wraps positions into its box and back, and has units of its own, which rounds
+        near = 1e-9 * float(np.sqrt(packing.area / packing.n))
+        same = first.difference(packing) is None and np.allclose(first.box, packing.box, rtol=1e-12, atol=near)
+        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=near) else None
 
 
 def write_result(path: FilePath, result: Any, task: str = "{}") -> None:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
@@ -86,9 +87,10 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
     """Find the contacts of a DP packing in its own contact form.
 
     Raises:
-        InputError: if edges of two polygons cross. Eq 8 has no force there, and the other forms would pull a vertex
-            that has come inside further in.
+        InputError: if edges of two polygons cross, or one lies inside another. Eq 8 has no force there, and the other
+            forms would pull a vertex that has come inside further in.
     """
+    _check_apart(packing)
     delta, form = packing.params["delta"], packing.params["contact"]
     offsets = np.asarray(packing.offsets)
     crossing = np.zeros(2, dtype=np.int64)
@@ -101,11 +103,34 @@ def vertex_contacts(packing: Packing) -> VertexContacts:
             vertex, tail, place, separation, shift, crossing, search,
         )  # fmt: skip
         if count == _OUTLINES_CROSS:
-            m, n = crossing
-            raise InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
+            raise _crossing(*crossing)
         return count, (vertex, tail, place, separation, shift)
 
     return VertexContacts(*search_lattice(fill, 2 * len(packing.positions)))
+
+
+def _crossing(m: int, n: int) -> InputError:
+    return InputError(f"outlines of polygons {m} and {n} cross: no contact form keeps them apart from there")
+
+
+def _check_apart(packing: Packing) -> None:
+    """Refuse outlines that cross farther than delta from every vertex, and polygons in the middle of others.
+
+    The search for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds
+    another and a strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski).
+    """
+    delta, areas = packing.params["delta"], packing.polygon_areas
+    holds_another = areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2
+    if not holds_another and np.hypot(*packing.edges.T).max() <= 2 * delta:
+        return
+    starts, shapes = np.asarray(packing.offsets)[:-1], packing.outlines()
+    low, high = (bound.reduceat(packing.positions, starts, axis=0) for bound in (np.minimum, np.maximum))
+    middle, size = 0.5 * (low + high), high - low
+    near = periodic_pairs(middle, packing.box, 0.5 * np.hypot(*size.T))
+    for i, j, r in zip(near.i, near.j, near.r, strict=True):
+        other = shapely.transform(shapes[j], lambda x, by=r - (middle[j] - middle[i]): x + by)
+        if shapely.intersects(shapes[i], other) and not shapely.touches(shapes[i], other):
+            raise _crossing(int(i), int(j))
 
 
 def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:

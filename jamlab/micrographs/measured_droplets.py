@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+    from jamlab.packing.packing import Packing
+
 DPI = 150  # of an overlay
 LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
 LEAST_VOID_SHARE = 1e-3  # of a droplet
@@ -32,7 +34,7 @@ class Micrograph:
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film.
+        areas: (n,) with half of each film; of labels and rings up to their edges.
         shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
@@ -42,7 +44,7 @@ class Micrograph:
         voids: sides, areas and centres of the voids, and P_l.
         sizes: sizes with a verdict: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
-        bright: droplets are brighter than the ground.
+        contrast: how droplets were told from the ground: "bright", "dark", "ring" or "labels".
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
@@ -75,7 +77,7 @@ class Micrograph:
     voids: PictureVoids
     sizes: SizeDistribution
     cut: int
-    bright: bool
+    contrast: str
     blur: float
     noise: float
     light: float
@@ -163,6 +165,33 @@ class Micrograph:
                 "quality": self.quality,
             }
         )
+
+    def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
+        """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
+
+        Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
+        relax into places that the picture does not show. Outlines are not kept.
+
+        Args:
+            model: "dp", droplets, or "sp", disks in units "k" with lengths in mean diameters.
+            seed: of the orientations of polygons.
+            parameters: of the droplets, as in `jamlab.to_polygons`.
+
+        Raises:
+            InputError: fewer than eight whole droplets.
+            ConvergenceError: the packing fraction was not met.
+
+        Example:
+            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
+            >>> disks = m.packing("sp")
+            >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-5
+            (True, True)
+        """
+        from jamlab.protocols.packing_of_picture import packing_of_picture
+
+        upward = self.centres * np.array([1.0, -1.0])
+        return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, **parameters)
 
     def draw(self, path: str | Path) -> None:
         """Write the picture with outlines, numbers, contacts and voids over it, as PNG.

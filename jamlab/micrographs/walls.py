@@ -61,7 +61,9 @@ class Walls:
         return np.asarray(self.pairs[self.gap <= widest])
 
 
-def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None) -> Walls:
+def find_walls(
+    cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, line: float | None = None
+) -> Walls:
     """Measure the gaps along all walls.
 
     Args:
@@ -70,6 +72,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         radius: typical radius, pixels.
         blur: standard deviation of the blur, pixels.
         film: widest gap of a contact, pixels; None takes it from the gaps themselves.
+        line: widest gap of labels that touch, pixels; None where gaps are seen by darkness.
     """
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
@@ -83,7 +86,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
     long = np.isfinite(gaps)
     names, gaps, length = names[long], gaps[long], length[long]
     pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
-    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film)
+    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film, line)
     touching = gaps <= widest
     touch_names = names[touching]
     is_film = wall & np.isin(pair, touch_names) & (width <= widest)
@@ -164,17 +167,20 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
     )
 
 
-def _film_width(gaps: Array, radius: float, smear: float, film: float | None) -> tuple[float, float]:
+def _film_width(
+    gaps: Array, radius: float, smear: float, film: float | None, line: float | None
+) -> tuple[float, float]:
     """Width of films and of the widest gap that is a contact.
 
     Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of
-    all gaps lies among contacts. Where that is wider than any film, droplets do not touch.
+    all gaps lies among contacts. Where that is wider than any film, droplets do not touch. Labels that touch have
+    at most a line between them.
     """
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
     if film is not None:
         return own, film
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE) + smear
-    own = own if own <= THICKEST_FILM * radius else 0.0
+    own = (own if own <= THICKEST_FILM * radius else 0.0) if line is None else min(own, line)
     return own, own + tolerance
 
 

@@ -41,7 +41,7 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file
+from jamlab.storage.atomic_file import atomic_file, check_ending
 from jamlab.storage.verified_file import (
     NUMBERS,
     REMEDY,
@@ -59,6 +59,7 @@ LABELS = {
     "g_x": "relaxed shear modulus G_xy, for shear along x of the box",
     "b": "relaxed bulk modulus",
 }
+HDF5_ENDINGS = (".h5", ".hdf5", ".h5md")
 NEGATIVE_G = "below 0: at this box shape the packing would shear by itself; ensemble shear-stabilized lets it"
 
 
@@ -67,7 +68,7 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
     """Write the packings of one sweep as frames; the file appears whole or not at all.
 
     Args:
-        path: file to create or replace. On any failure the old file stays and nothing is left behind.
+        path: file to create or replace, .h5. On any failure the old file stays and nothing is left behind.
         packings: frames, which share model, units, diameters or offsets, and params.
         observables: name -> numbers, (frames,) or (frames, ...): results that belong to the frames.
 
@@ -84,6 +85,7 @@ def write(path: FilePath, packings: Iterable[Packing], observables: Mapping[str,
         >>> len(jamlab.read_all("sweep.h5")) == len(sweep)
         True
     """
+    check_ending(path, HDF5_ENDINGS, "packings are written as HDF5")
     content = add_checksum(file_image(packings, observables))
     with atomic_file(path) as temporary:
         temporary.write_bytes(content)

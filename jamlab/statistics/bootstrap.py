@@ -38,7 +38,8 @@ class Interval:
     Attributes:
         value: statistic of the ensemble itself, float64 of any shape.
         low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give
-            nan, and everywhere if too few packings were given.
+            nan, where the statistic depends on a group of a single packing, which says nothing about its spread, and
+            everywhere if too few packings were given.
     """
 
     value: Array
@@ -93,7 +94,7 @@ def bootstrap(
             drawn[k] = statistic(sample)
         except JamlabError:
             continue
-    missing = np.isnan(drawn).sum(axis=0) > resamples // 2
+    missing = (np.isnan(drawn).sum(axis=0) > resamples // 2) | _by_one_packing(arrays, statistic, value)
     tail = 0.5 * (1 - level)
     ends = np.full((2, *value.shape), np.nan)
     if not missing.all():
@@ -101,6 +102,17 @@ def bootstrap(
         ends = np.where(missing, np.nan, np.nanquantile(kept, [tail, 1 - tail], axis=0))
         ends = value + _stretch(min(several), level) * (ends - value)
     return Interval(value, ends[0], ends[1])
+
+
+def _by_one_packing(arrays: list[Array], statistic: Callable[[list[Array]], ArrayLike], value: Array) -> Array:
+    """Entries of a statistic that change with a group of one packing, which every resample repeats."""
+    if all(len(a) > 1 for a in arrays):
+        return np.zeros(value.shape, dtype=bool)
+    other = [a if len(a) > 1 else 1.01 * a + 0.01 * (a == 0) for a in arrays]
+    try:
+        return np.asarray(~np.isclose(statistic(other), value, rtol=1e-9, atol=0.0, equal_nan=True))
+    except JamlabError:
+        return np.ones(value.shape, dtype=bool)
 
 
 @cache

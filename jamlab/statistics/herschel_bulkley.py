@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,11 +15,8 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.drawable import drawn, in_unit, label_axes
 from jamlab.statistics.confidence import STANDARD_ERRORS
 
-if TYPE_CHECKING:
-    pass
-
-
 _STEEPEST = 2.0  # exponent
+_EDGE = 1e-3  # of its range, within which it counts as at its end
 
 
 @dataclass(frozen=True)
@@ -94,8 +91,8 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
         unit: of stress, for labels.
 
     Raises:
-        InputError: too few points, or values that are not positive.
-        ConvergenceError: no fit is found.
+        InputError: too few points, rates or errors that are not positive, the same stress at all rates.
+        ConvergenceError: no fit is found, or one whose exponent lies at an end of its range, 0 to 2.
     """
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
@@ -104,16 +101,26 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
         )
     if min(x.min(), error.min()) <= 0:
         raise InputError("rates and errors of the stress must be positive")
-    start = (0.5 * y.min(), (y.max() - 0.5 * y.min()) / x.max() ** 0.5, 0.5)
+    if not np.ptp(y) > 0:
+        raise InputError(f"stress is {y[0]:.6g} at every rate: such a curve has no exponent")
+    if y.min() > 0:
+        start = (0.5 * y.min(), (y.max() - 0.5 * y.min()) / x.max() ** 0.5, 0.5)
+    else:
+        start = (y.min(), float(np.ptp(y)) / x.max() ** 0.5, 0.5)
     bounds = ([-np.inf, 0.0, 0.0], [np.inf, np.inf, _STEEPEST])
     try:
         best, covariance = curve_fit(
-            _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(y.max(), start[1], 0.5)
+            _law, x, y, start, error, absolute_sigma=True, bounds=bounds, x_scale=(np.abs(y).max(), start[1], 0.5)
         )
     except RuntimeError as failure:
         raise ConvergenceError(
             f"no Herschel-Bulkley law fits these {len(x)} points: give more rates, longer strain or more particles"
         ) from failure
+    if not _EDGE < best[2] < _STEEPEST - _EDGE:
+        raise ConvergenceError(
+            f"the exponent of these {len(x)} points runs to {best[2]:.3g}, an end of its range: give more rates, or "
+            "longer strain"
+        )
     freedom = len(x) - 3
     misfit = float(np.sqrt(np.sum(((_law(x, *best) - y) / error) ** 2) / freedom)) if freedom else np.nan
     errors = np.sqrt(np.diag(covariance)) * max(1.0, misfit if freedom else 1.0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 
 _CORRECTIONS = (0.1, 4.0)  # range searched for the exponent of a finite-size correction; published ones: 0.7 to 2
+_EDGE = 1e-3  # of its range, within which such an exponent counts as at its end
+_GRID = np.linspace(-2.0, 2.0, 41)  # exponents less the mean slope, searched where two terms become one
+_APART, _CANCEL = 0.02, 20.0  # two terms are one if exponents are nearer, and coefficients so many times the sum
 _STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset bear in float64
 
 
@@ -108,7 +112,7 @@ def power_law(
 
     Raises:
         InputError: shapes that differ, no term, fewer usable points than unknowns.
-        ConvergenceError: the fit of the free exponents did not converge.
+        ConvergenceError: the fit of the free exponents did not converge, or two terms became one.
     """
     if len(exponents) == 0:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
@@ -163,9 +167,21 @@ def _fit_exponents(x: Array, y: Array, unit: Array, powers: Array, free: list[in
     start = slope + 0.4 * (np.arange(len(free)) - 0.5 * (len(free) - 1))
     start += 0.1 * np.any(np.isclose(powers[:, None], start), axis=0)  # two equal terms would be one
     found = least_squares(residual, start, x_scale=0.1)
-    if not found.success:
-        raise ConvergenceError(f"free exponents not found ({found.message}): narrow the window or fix one")
+    if found.success and len(free) == 2 and _merged(fill_in(found.x), x, y, unit):
+        pairs = [np.array(pair) for pair in combinations(slope + _GRID, 2)]
+        best = min(pairs, key=lambda pair: float(np.sum(residual(pair) ** 2)))
+        found = least_squares(residual, best, x_scale=0.01)
+    if not found.success or _merged(fill_in(found.x), x, y, unit):
+        why = f"two terms became one, of exponents {found.x.round(4)}" if found.success else found.message
+        raise ConvergenceError(f"free exponents not found ({why}): narrow the window or fix one")
     return fill_in(found.x)
+
+
+def _merged(powers: Array, x: Array, y: Array, unit: Array) -> bool:
+    """Whether two terms have become x^a ln x: exponents alike, and coefficients that take each other away."""
+    near = np.abs(np.subtract.outer(powers, powers)) + np.eye(len(powers)) < _APART
+    largest = np.abs(_fit_coefficients(x, y, unit, powers) * x[:, None] ** powers).max(axis=1)
+    return bool(near.any() and np.median(largest / np.abs(y)) > _CANCEL)
 
 
 @checked
@@ -226,6 +242,11 @@ class FiniteSize:
     y: Array | None = field(default=None, repr=False, compare=False)
     error: Array | None = field(default=None, repr=False, compare=False)
 
+    @property
+    def at_end(self) -> bool:
+        """Whether the exponent lies at an end of the range that is searched: the best one may lie beyond."""
+        return not _CORRECTIONS[0] * (1 + _EDGE) < self.exponent < _CORRECTIONS[1] * (1 - _EDGE)
+
     def __call__(self, n: ArrayLike) -> Array:
         """y at sizes n."""
         return np.asarray(self.limit + self.amplitude * np.asarray(n, dtype=np.float64) ** -self.exponent)
@@ -269,18 +290,21 @@ def finite_size(
     """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems.
 
     Args:
-        n, y: (m,) sizes and values.
+        n, y: (m,) sizes and values; those that are not finite are left out.
         error: (m,) standard errors; by default all equal.
-        exponent: of the correction; by default the one between 0.1 and 4 that fits best.
+        exponent: of the correction; by default the one between 0.1 and 4 that fits best; `at_end` of the result says
+            whether that is one of the two.
 
     Raises:
         InputError: fewer sizes than unknowns, sizes or errors that are not positive.
     """
-    n, y = _finite_points(n, y)
-    spread = np.asarray(np.ones_like(y) if error is None else error, dtype=np.float64)
+    n, y = _same_length(n, y)
+    spread = np.ones_like(y) if error is None else _same_length(n, error)[1]
+    kept = np.isfinite(n) & np.isfinite(y)
+    n, y, spread = n[kept], y[kept], spread[kept]
     if len(np.unique(n)) < (3 if exponent is None else 2):
         raise InputError(f"{len(np.unique(n))} sizes: give three or more, or two and the exponent")
-    if spread.shape != y.shape or not (np.all(n > 0) and np.all(spread > 0) and np.all(np.isfinite(spread))):
+    if not (np.all(n > 0) and np.all(spread > 0) and np.all(np.isfinite(spread))):
         raise InputError("sizes and errors must be positive, one error for each value")
     if exponent is not None:
         check_number("exponent", exponent, _STEEPEST)

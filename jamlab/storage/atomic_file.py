@@ -3,11 +3,11 @@
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from jamlab.errors import StorageError
+from jamlab.errors import InputError, StorageError
 
 
 @contextmanager
@@ -63,19 +63,30 @@ def make_folder(folder: Path) -> None:
     check_target(folder / "file")
 
 
-def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str]) -> Path:
+def check_ending(path: str | os.PathLike[str], endings: Sequence[str], format_: str) -> None:
+    """Refuse a name whose ending promises another format; names without an ending promise nothing.
+
+    Raises:
+        InputError: naming the path and an ending that fits.
+    """
+    if Path(os.fspath(path)).suffix.lower() not in ("", *endings):
+        raise InputError(f"{os.fspath(path)}: {format_}; name a file that ends in {endings[0]}")
+
+
+def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str], replace: bool = True) -> Path:
     """Refuse a path that cannot be written, before hours of work go into what should be written there.
 
     Args:
         path: to write.
         sources: files that are read; the result may not replace one of them.
+        replace: whether a file of this name may be replaced; commands ask for `--force`.
 
     Returns:
         The file behind all symbolic links.
 
     Raises:
-        StorageError: `path` is a folder, a device, a pipe, a socket, one of the sources or write-protected, or its
-            folder is missing or not writable.
+        StorageError: `path` is a folder, a device, a pipe, a socket, one of the sources, write-protected or a file
+            that may not be replaced, or its folder is missing or not writable.
     """
     try:
         target = Path(os.path.realpath(path))
@@ -90,6 +101,8 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str])
         raise StorageError(f"cannot write {path}: it is a device, a pipe or a socket; give the name of a file")
     if any(target == Path(os.path.realpath(source)) for source in sources):
         raise StorageError(f"cannot write {path}: it is what is read, and would be replaced; choose another name")
+    if mode is not None and not replace:
+        raise StorageError(f"{path} exists: choose another name, or give --force to replace it")
     if not target.parent.is_dir():
         raise StorageError(f"cannot write {path}: there is no folder {target.parent}; create it first")
     if not os.access(target.parent, os.W_OK):

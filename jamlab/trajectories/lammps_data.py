@@ -54,6 +54,11 @@ def read_data(path: FilePath) -> Sites:
         error = rounding([word for row in rows for word in row[at : at + 2]], positions)
         if imaged:
             positions = positions + np.column_stack([numbers(rows, at + 3), numbers(rows, at + 4)]) @ box
+        radius = 0.5 * numbers(rows, columns.index("diameter")) if "diameter" in columns else None
+        if radius is not None:
+            error += rounding([row[columns.index("diameter")] for row in rows], radius, chosen=True)
+        ends = [word for name in ("xlo xhi", "ylo yhi", "xy xz yz") for word in header.get(name, ())]
+        error += rounding(ends, box, chosen=True)
         bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
         entries = described(lines)
         return Sites(
@@ -62,7 +67,7 @@ def read_data(path: FilePath) -> Sites:
             types=np.array([row[columns.index("type")] for row in rows]),
             rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds else None,
             wrapped=not imaged,
-            radius=0.5 * numbers(rows, columns.index("diameter")) if "diameter" in columns else None,
+            radius=radius,
             a0=_rest_areas(sections, place),
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),

@@ -94,10 +94,13 @@ def sites(path: FilePath, frame: Frame) -> Sites:
         rows = [rows[k] for k in np.argsort(ids)]
         low, box = _box(*frame.bounds)
         positions, wrapped, error = _positions(rows, columns, low, box)
+        error += rounding([word for line in frame.bounds[1][:2] for word in line.split()], box, chosen=True)
         entries = _entries(rows[0], columns)
         a0 = numbers(rows, columns["a0"]) if "a0" in columns else None
         rings = rings_of_molecules(whole_numbers(rows, columns["mol"])) if "mol" in columns else None
         radius = numbers(rows, columns["radius"]) if "radius" in columns else None
+        if radius is not None:
+            error += rounding([row[columns["radius"]] for row in rows], radius, chosen=True)
         if rings is not None and radius is not None:
             entries.setdefault("delta", 2 * float(radius[0]))
         return Sites(

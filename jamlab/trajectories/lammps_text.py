@@ -11,6 +11,7 @@ from jamlab.errors import JamlabError, StorageError
 from jamlab.storage.verified_file import FilePath
 
 FULL_DIGITS = 15  # numbers of full precision rarely end in more than two zeros; LAMMPS writes 6 by default
+_CHOSEN_DIGITS = 4  # sizes and boxes of no more are taken for numbers that somebody chose
 _SAMPLE = 500  # coordinates that are looked at
 
 
@@ -52,15 +53,16 @@ def whole_numbers(words: Sequence[Sequence[str]], column: int) -> NDArray[np.int
     return np.array([int(row[column]) for row in words], dtype=np.int64)
 
 
-def rounding(words: Sequence[str], positions: Array) -> float:
-    """How far coordinates may be off because they were written with few digits; 0 for the digits of float64.
+def rounding(words: Sequence[str], values: Array, *, chosen: bool = False) -> float:
+    """How far numbers may be off because they were written with few digits; 0 for the digits of float64.
 
     Args:
-        words: some of the coordinates, as written.
-        positions: (n, 2) of all.
+        words: some of the numbers, as written.
+        values: all of them, of any shape.
+        chosen: sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded.
     """
     digits = max(len(word.lower().partition("e")[0].lstrip("+-0.").replace(".", "")) for word in words[:_SAMPLE])
-    largest = float(np.abs(positions).max())
-    if digits >= FULL_DIGITS or not largest:
+    largest = float(np.abs(values).max())
+    if digits >= FULL_DIGITS or not largest or (chosen and digits <= _CHOSEN_DIGITS):
         return 0.0
     return float(0.5 * 10.0 ** (np.floor(np.log10(largest)) + 1 - max(digits, 1)))

@@ -112,7 +112,7 @@ def test_outlines_that_cross_are_refused_with_the_number_of_the_state(tmp_path):
     onto_another = np.where(packing.particle == 0, 1.0, 0.0)[:, None] * (np.diff(packing.centroids[:2], axis=0) + 0.2)
     crossed = packing.with_state(positions=packing.positions + onto_another)
     with pytest.raises(jamlab.InputError, match="state 1: outlines of polygons"):
-        jamlab.write_page([packing, crossed], tmp_path / "page.html")
+        jamlab.write_page(tmp_path / "page.html", [packing, crossed])
 
 
 def test_displacements_leave_out_the_box_the_drift_and_jumps_by_a_period(packing):
@@ -134,7 +134,7 @@ def test_the_affine_part_is_that_of_the_box(packing):
 def test_page_takes_known_numbers_measures_others_and_says_why_there_is_no_modulus(tmp_path):
     stored = jamlab.read(STATES / "droplets.h5")
     sweep = [stored, at_phi(stored, 0.7)]
-    jamlab.write_page(sweep, tmp_path / "page.html", observables={"z": [4.25, np.nan], "psi": [1.0, 2.0]})
+    jamlab.write_page(tmp_path / "page.html", sweep, observables={"z": [4.25, np.nan], "psi": [1.0, 2.0]})
     content = head((tmp_path / "page.html").read_text())
     first, last = content["rows"]
     assert (first["z"], last["z"]) == (4.25, None)
@@ -150,7 +150,7 @@ def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
     stored = jamlab.read(STATES / "disks.h5")
     sweep = [sheared(stored, 0.01 * k) for k in range(7)]
     done = []
-    jamlab.write_page(iter(sweep), tmp_path / "page.html", every=3, progress=lambda k, n: done.append((k, n)))
+    jamlab.write_page(tmp_path / "page.html", iter(sweep), every=3, progress=lambda k, n: done.append((k, n)))
     page = (tmp_path / "page.html").read_text()
     assert not re.search(r"\b(src|href)=|url\(|@import|//[a-z]+\.[a-z]", page.replace("http://www.w3.org/2000/svg", ""))
     assert page.count('class="state">') == 3 and done == [(1, 3), (2, 3), (3, 3)]
@@ -174,27 +174,27 @@ def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
         ([disks, larger], "diameters: they are other particles"),
     ):
         with pytest.raises(jamlab.InputError, match=message):
-            jamlab.write_page(packings, path)
+            jamlab.write_page(path, packings)
     with pytest.raises(jamlab.InputError, match="every = 0"):
-        jamlab.write_page(disks, path, every=0)
+        jamlab.write_page(path, disks, every=0)
     with pytest.raises(jamlab.InputError, match="'z' has shape"):
-        jamlab.write_page(disks, path, observables={"z": [1.0, 2.0]})
+        jamlab.write_page(path, disks, observables={"z": [1.0, 2.0]})
     with pytest.raises(jamlab.StorageError, match="no folder"):
-        jamlab.write_page(disks, tmp_path / "absent" / "page.html")
+        jamlab.write_page(tmp_path / "absent" / "page.html", disks)
     monkeypatch.setattr(page, "MOST_BYTES", 10_000)
     with pytest.raises(jamlab.InputError, match=r"8 states .* take every (\d+)th frame") as refused:
-        jamlab.write_page([disks] * 8, path)
+        jamlab.write_page(path, [disks] * 8)
     every = int(re.search(r"every=(\d+)", str(refused.value))[1])
     monkeypatch.setattr(page, "MOST_BYTES", 10_000 * 8 // every * every)  # what is proposed fits
     monkeypatch.setattr(page, "MOST_PARTICLES", 23)
     with pytest.raises(jamlab.InputError, match="24 particles: a page shows 23 at most"):
-        jamlab.write_page(disks, path)
+        jamlab.write_page(path, disks)
     assert not path.exists()
 
 
 def test_a_value_that_the_file_lacks_is_said_to_be_lacking(tmp_path):
     stored = jamlab.read(STATES / "droplets.h5")
-    jamlab.write_page(stored, tmp_path / "page.html", observables={"g": [np.nan]})
+    jamlab.write_page(tmp_path / "page.html", stored, observables={"g": [np.nan]})
     (row,) = head((tmp_path / "page.html").read_text())["rows"]
     assert (row["g"], row["why"]) == (None, "the file holds no value")
 
@@ -203,3 +203,18 @@ def test_a_modulus_below_zero_is_explained():
     packing = jamlab.read(example_file("sp"), frame=6)
     row = observe(packing, {})
     assert row["g"] < 0 and "would shear by itself" in row["why"]
+
+
+def test_the_old_order_of_arguments_works_with_a_warning(tmp_path):
+    disks = jamlab.pack(n=16, pressure=1e-2, seed=1)
+    with pytest.warns(FutureWarning, match="give the path first"):
+        jamlab.write_page(disks, tmp_path / "old.html")
+    jamlab.write_page(tmp_path / "new.html", disks)
+    assert (tmp_path / "old.html").read_bytes() == (tmp_path / "new.html").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["page.png", "page.h5"])
+def test_a_page_does_not_go_into_a_file_of_another_kind(tmp_path, name):
+    with pytest.raises(jamlab.InputError, match=r"a page is written as HTML; name a file that ends in \.html"):
+        jamlab.write_page(tmp_path / name, jamlab.pack(n=16, pressure=1e-2, seed=1))
+    assert not list(tmp_path.iterdir())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.geometry.contact_network import find_meetings, find_rattlers
+from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers
 from jamlab.geometry.vertex_contacts import touching_disks
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
@@ -64,3 +64,14 @@ def test_network_renumbers_what_a_new_search_finds(request, name):
     for one, two in zip(network.terms, energy_terms(alone), strict=True):
         np.testing.assert_array_equal(one.hessian, two.hessian)
     np.testing.assert_array_equal(packing.positions[network.held], network.packing.positions)
+
+
+@pytest.mark.parametrize("gap, certain", [(1.1, False), (2.8, False), (3.1, True), (-1.1, False), (-2.8, False)])
+def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain):
+    """Both coordinates of both disks may be off, along the diagonal by 2 sqrt(2) times as much."""
+    rounding = 1e-6
+    apart = (1.0 + gap * rounding) / np.sqrt(2)
+    p = jamlab.Packing("sp", 3 * np.eye(2), [[0.5, 0.5], [0.5 + apart, 0.5 + apart]], {"k": 1.0}, "k", np.ones(2))
+    p = p.with_state(provenance={"rounding": rounding})
+    assert contacts_are_certain(p) == certain
+    assert np.isnan(jamlab.measure(p, ["rattlers"])["rattlers"]) != certain

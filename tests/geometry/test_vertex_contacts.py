@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from random_packings import polygons
 
+import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.packing.law_parameters import CONTACT_FORMS
@@ -129,3 +130,31 @@ def test_edges_over_too_many_images_are_refused():
     packing = droplets([SQUARE * [200.0, 1.0]], 0.1, 0.04 * np.eye(2))
     with pytest.raises(InputError, match="too many periodic images of box"):
         vertex_contacts(packing)
+
+
+def _rectangle(width, height, centre):
+    return np.array([[-width, -height], [width, -height], [width, height], [-width, height]]) / 2 + centre
+
+
+def _two(one, other, box=9.0, **changes):
+    law = {"gamma": 0.4, "ka": 30.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "segment", "a0": [4.0, 4.0]}
+    return jamlab.Packing("dp", box * np.eye(2), np.vstack([one, other]), law | changes, "eps", offsets=[0, 4, 8])
+
+
+@pytest.mark.parametrize("contact", ["segment", "outline", "segment/smooth"])
+@pytest.mark.parametrize("far", [0.0, 9.0, -18.0])
+@pytest.mark.parametrize(
+    "other", [_rectangle(1.0, 4.0, 4.0), _rectangle(0.4, 0.4, 4.0)], ids=["a plus sign", "one inside"]
+)
+def test_outlines_that_cross_far_from_vertices_are_refused(contact, far, other):
+    """No vertex comes near an edge of the other; images are outlines too."""
+    packing = _two(_rectangle(4.0, 1.0 if other[1, 1] > 5 else 2.0, 4.0), other + far, contact=contact)
+    for look in (jamlab.contacts, jamlab.hessian, lambda p: jamlab.measure(p, ["energy"])):
+        with pytest.raises(jamlab.InputError, match="outlines of polygons 0 and 1 cross"):
+            look(packing)
+
+
+def test_long_edges_that_only_touch_or_lie_apart_are_none_that_cross():
+    for gap in (0.0, 0.1, 0.3):
+        packing = _two(_rectangle(4.0, 1.0, [4.0, 3.0]), _rectangle(3.0, 1.0, [4.0, 4.0 + gap]))
+        assert len(jamlab.contacts(packing).pairs) == (gap < 0.25)

@@ -86,12 +86,12 @@ def test_onset_belongs_to_the_frame(tmp_path, onset):
     assert [p.onset for p in read_all(tmp_path / "run.h5")] == [onset, 0.5]
 
 
-def test_units_and_params_of_every_plain_kind(tmp_path):
-    params = {"k": 2.0, "note": "θ ≤ 1", "layers": 3, "fixed": True, "table": np.arange(6).reshape(2, 3)}
-    write(tmp_path / "run.h5", [disks(units="k", params=params)])
+@pytest.mark.parametrize("k", [2.0, 2])
+def test_units_and_params_keep_their_kinds(tmp_path, k):
+    write(tmp_path / "run.h5", [disks(units="k", params={"k": k})])
     back = read(tmp_path / "run.h5")
     assert back.units == "k"
-    assert_same_bits(back.params, params)
+    assert_same_bits(back.params, {"k": k})
 
 
 def test_provenance_survives_and_numpy_numbers_become_plain(tmp_path):
@@ -257,3 +257,11 @@ def test_stored_nan_is_refused_with_file_and_frame(tmp_path):
     with pytest.raises(InputError, match=r"run\.h5, frame 1: positions\[3, 0\] is nan"):
         read(tmp_path / "run.h5")
     assert_same(read(tmp_path / "run.h5", frame=0), disks())
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a.png", "a.data"])
+def test_packings_do_not_go_into_a_file_of_another_kind(tmp_path, name):
+    for save in (disks().write, lambda path: write(path, [disks()])):
+        with pytest.raises(InputError, match=r"packings are written as HDF5; name a file that ends in \.h5"):
+            save(tmp_path / name)
+    assert not list(tmp_path.iterdir())

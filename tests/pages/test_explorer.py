@@ -27,7 +27,7 @@ def sweep():
 @pytest.fixture(scope="module")
 def page(sweep, tmp_path_factory):
     path = tmp_path_factory.mktemp("explorer") / "page.html"
-    jamlab.write_page(sweep, path)
+    jamlab.write_page(path, sweep)
     return path
 
 

@@ -116,3 +116,12 @@ def test_the_same_seed_is_used_everywhere_unless_another_is_given():
     values = np.random.default_rng(5).normal(size=12)
     first, again, other = (bootstrap([values], lambda g: g[0].mean(), **seed) for seed in ({}, {}, {"seed": SEED + 1}))
     assert (first.low, first.high) == (again.low, again.high) != (other.low, other.high)
+
+
+def test_what_depends_on_a_single_packing_has_no_interval():
+    """Of the difference of two means an interval would hold in half of the cases; the other mean keeps its own."""
+    rng = np.random.default_rng(0)
+    groups = [rng.normal(size=1), rng.normal(size=10)]
+    found = bootstrap(groups, lambda g: [g[0].mean() - g[1].mean(), g[0].mean(), g[1].mean()])
+    assert np.isnan(found.low[:2]).all() and np.isnan(found.high[:2]).all() and np.isfinite(found.value).all()
+    assert found.low[2] < found.value[2] < found.high[2]

@@ -174,6 +174,25 @@ def test_few_digits_are_noticed(tmp_path):
     assert read.rounding == pytest.approx(5e-6)  # half of the last digit of 5.43219
 
 
+@pytest.mark.parametrize("what, suffix", [("radius", "dump"), ("box", "dump"), ("box", "data")])
+def test_radii_and_boxes_of_few_digits_are_noticed_too(tmp_path, what, suffix):
+    """Contacts of disks whose radii are off by 5e-7 may be open or closed: z is unknown, not wrong."""
+    p, file = jamlab.pack(n=64, pressure=1e-6, seed=1), tmp_path / f"a.{suffix}"
+    (jamlab.write_dump if suffix == "dump" else jamlab.write_data)(file, [p] if suffix == "dump" else p)
+    lines = file.read_text().splitlines()
+    for k, line in enumerate(lines):
+        words = line.split()
+        if suffix == "dump" and what == "radius" and len(words) > 4 and words[0].isdigit() and k > 8:
+            at = lines[8].split().index("radius") - 2
+            lines[k] = " ".join([*words[:at], f"{float(words[at]):g}", *words[at + 1 :]])
+        if what == "box" and ("xlo xhi" in line or "ylo yhi" in line or (suffix == "dump" and 4 < k < 7)):
+            lines[k] = " ".join([f"{float(word):g}" for word in words[:2]] + words[2:])
+    file.write_text("\n".join(lines) + "\n")
+    back = jamlab.read(file)
+    assert 1e-8 < back.rounding < 1e-4 and not back.converged
+    assert np.isnan(jamlab.measure(back, ["z"])["z"])
+
+
 def test_wrapped_droplets_become_whole(tmp_path):
     """As the decks' dumps had them: x and y in the box, no bonds, rows in any order."""
     packing = polygons(4, 1 / 3)

@@ -15,7 +15,7 @@ import jamlab
 onset = jamlab.jam(model="dp", n=12, seed=1)
 sweep = [onset, *jamlab.compress(onset, to=0.95, step=0.02)]
 with TemporaryDirectory() as folder:
-    jamlab.write_page(sweep, Path(folder, "page.html"))
+    jamlab.write_page(Path(folder, "page.html"), sweep)
     page = Path(folder, "page.html").read_text(encoding="utf-8")
 
 

@@ -5,6 +5,8 @@ One page holds states of the same particles, in the same units, and not too much
 
 from __future__ import annotations
 
+import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
@@ -21,7 +23,7 @@ from jamlab.errors import InputError
 from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, unit_labels
 from jamlab.figures.explorer.states import pack_state
 from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file, check_target
+from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import FilePath, versions
 
 MOST_PARTICLES = 20_000  # more do not come out as single particles on a screen, and slow the page down
@@ -105,8 +107,8 @@ _PAGES = Environment(loader=PackageLoader("jamlab.figures.explorer", ""), autoes
 
 @checked
 def write_page(
-    packings: Packing | Iterable[Packing],
-    path: FilePath,
+    path: FilePath | Packing | Iterable[Packing],
+    packings: Packing | Iterable[Packing] | FilePath,
     *,
     every: int = 1,
     observables: Mapping[str, ArrayLike] | None = None,
@@ -119,8 +121,9 @@ def write_page(
     it is computed here; the page only draws. 80 states of 64 droplets take 3 MB and half a minute.
 
     Args:
-        packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`.
-        path: HTML file to create or replace.
+        path: HTML file to create or replace, .html.
+        packings: one packing, or states of the same particles in their order, e.g. of `jamlab.compress`. The order of
+            0.2, packings before path, works for one more release, with a warning.
         every: take every k-th state, from the first on.
         observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, rattlers,
             pressure, g. Others are measured.
@@ -133,11 +136,19 @@ def write_page(
 
     Example:
         >>> onset = jamlab.jam(n=16, seed=1)
-        >>> jamlab.write_page(jamlab.compress(onset, to=0.9, step=0.02), "page.html")
+        >>> jamlab.write_page("page.html", jamlab.compress(onset, to=0.9, step=0.02))
         >>> from pathlib import Path
         >>> Path("page.html").read_text()[:15]
         '<!doctype html>'
     """
+    if not isinstance(path, str | os.PathLike):
+        warnings.warn(
+            "write_page(packings, path): give the path first, as to jamlab.write", FutureWarning, stacklevel=3
+        )
+        path, packings = packings, path
+    if not isinstance(path, str | os.PathLike) or isinstance(packings, str | os.PathLike):
+        raise InputError("write_page takes the path of an HTML file and packings")
+    check_ending(path, (".html", ".htm"), "a page is written as HTML")
     check_target(path)
     states = [packings] if isinstance(packings, Packing) else list(packings)
     fragment = explorer_fragment(states, every=every, observables=observables, progress=progress)

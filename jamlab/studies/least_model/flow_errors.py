@@ -37,7 +37,7 @@ from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
-from jamlab.studies.least_model.estimate_table import measure_packed
+from jamlab.studies.table import measure_table
 
 N = SIZE
 PRESSURES = (1e-2, 3e-3)
@@ -68,7 +68,7 @@ def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, *
     """Measure the table and save it after every packing; goes on from a file that holds a part.
 
     Args:
-        out: file to write, `flow_errors.csv.gz`; its text is kept beside it.
+        out: file to write, `flow_errors.csv.gz`.
         parts: seeds of packings by part of the table; default those of `SEEDS`.
         how: `progress`, see `jamlab.studies.table.measure_table`.
 
@@ -81,7 +81,7 @@ def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, *
         for seed in seeds
     }
     facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
-    measure_packed(out, COLUMNS, tasks, facts, **how)
+    measure_table(out, COLUMNS, tasks, facts, **how)
     return read_errors(out)
 
 
