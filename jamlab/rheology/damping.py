@@ -142,8 +142,8 @@ class ContactDamping(DragLaw):
             )
         meetings = meetings or find_meetings(packing)
         if isinstance(meetings, Pairs):
-            return _assemble_contacts(_join_disks(packing, meetings, self.arms), self)
-        return _assemble_contacts(_join_vertices(packing, meetings), self)
+            return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
+        return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
 
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
@@ -254,8 +254,8 @@ def _size(packing: Packing) -> int:
 
 
 @dataclass(frozen=True)
-class _Joints:
-    """Relative velocity at m contacts as a linear function of all rates.
+class _ContactJacobian:
+    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix).
 
     Attributes:
         normal: (m, 2) unit vectors.
@@ -274,7 +274,7 @@ class _Joints:
     rolling: sparse.csr_array
 
 
-def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
+def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
     assert packing.diameters is not None
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
@@ -282,7 +282,7 @@ def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     levers = 0.5 * packing.diameters[pairs]
     if arms == "contact":  # in the middle of the overlap
         levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]
-    return _Joints(
+    return _ContactJacobian(
         normal=r / distance[:, None],
         flow=r[:, 1],
         stiffness=stiffness,
@@ -292,7 +292,7 @@ def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     )
 
 
-def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
+def _jacobian_of_vertices(packing: Packing, found: VertexContacts) -> _ContactJacobian:
     """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
     distance, t = found.distance, found.place
     if not np.all(distance > 0):
@@ -300,7 +300,7 @@ def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
     sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
     _, _, stiffness = rim_law(packing, distance)
     levers = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
-    return _Joints(
+    return _ContactJacobian(
         normal=found.separation / distance[:, None],
         flow=found.separation[:, 1],
         stiffness=stiffness,
@@ -334,25 +334,25 @@ def _outline_rotation(packing: Packing) -> sparse.csr_array:
     return sparse.coo_array((values.ravel(), (rows, np.tile(columns, 2))), shape=shape).tocsr()
 
 
-def _assemble_contacts(joints: _Joints, damping: ContactDamping) -> sparse.csc_array:
-    normal = joints.normal
+def _assemble_contacts(jacobian: _ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
+    normal = jacobian.normal
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    weight = sparse.diags_array(joints.stiffness * damping.tau)
-    approach = _relate_velocities(joints, normal)
+    weight = sparse.diags_array(jacobian.stiffness * damping.tau)
+    approach = _relate_velocities(jacobian, normal)
     matrix = approach.T @ weight @ approach
     if damping.beta > 0:
-        slide = _relate_velocities(joints, tangent) - joints.rolling
+        slide = _relate_velocities(jacobian, tangent) - jacobian.rolling
         matrix = matrix + damping.beta * (slide.T @ weight @ slide)
     return sparse.csc_array(matrix)
 
 
-def _relate_velocities(joints: _Joints, direction: Array) -> sparse.csr_array:
+def _relate_velocities(jacobian: _ContactJacobian, direction: Array) -> sparse.csr_array:
     """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
-    size = joints.rolling.shape[1]
-    columns = np.hstack([2 * joints.sites, 2 * joints.sites + 1, np.full((len(direction), 1), size - 1)])
+    size = jacobian.rolling.shape[1]
+    columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(direction), 1), size - 1)])
     along_x, along_y = direction[:, [0]], direction[:, [1]]
-    flow = joints.flow[:, None] * along_x
-    return _spread(np.hstack([joints.weights * along_x, joints.weights * along_y, flow]), columns, size)
+    flow = jacobian.flow[:, None] * along_x
+    return _spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)
 
 
 def _spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:
