@@ -16,7 +16,7 @@ from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
     pass
@@ -142,7 +142,7 @@ def creep(
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if isinstance(law, StokesDrag) and law.eta_f == 0:
+    if not law.resists_shear:
         raise InputError(
             f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
             "use contact damping"

@@ -21,7 +21,7 @@ from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.natural_units import Scales
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import Damping, StokesDrag
+from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _SOFTEST, _STIFFEST = 1e-3, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
@@ -100,14 +100,9 @@ class OverdampedSession:
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
         settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
-        settings |= {"tau": damping.tau, "background": background, "fluid": 0.0}
-        self._outlines = ""  # words for drag between outlines
-        if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
-            settings |= {"background": 1.0, "fluid": damping.eta_f}
-        else:
-            settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
-            if packing.model == "dp":
-                self._outlines = f" drag {damping.tau:.17g} {damping.beta:.17g} {damping.alpha:.17g}"
+        settings |= {"background": background, "fluid": 0.0}
+        settings |= damping.lammps_variables()
+        self._outlines = damping.outline_words() if packing.model == "dp" else ""
         self._session = Session(packing, scales=flow_scales(packing))
         try:
             self._session.set_variables(settings)
@@ -126,7 +121,7 @@ class OverdampedSession:
         self.close()
 
     def _take_disk_style(self) -> None:
-        if isinstance(self._damping, StokesDrag):
+        if not self._damping.at_contacts:
             self._session.command('variable disk_style string "disk/drag 0 0"')
         else:
             self._session.include("flow.law")
@@ -231,7 +226,7 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and background >= 0):
         raise InputError(f"background = {background!r}: must be a drag over k tau_1, 0 or more, such as 1e-2")
-    if background and isinstance(damping, StokesDrag):
+    if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 
 
@@ -239,7 +234,7 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
-    return 0.0 if isinstance(damping, StokesDrag) else float(defaults("flow")[f"background_{packing.model}"])
+    return 0.0 if not damping.at_contacts else float(defaults("flow")[f"background_{packing.model}"])
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
@@ -247,7 +242,7 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
 
     A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
     """
-    softest = 1.0 if isinstance(damping, StokesDrag) else background
+    softest = background if damping.at_contacts else 1.0
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
 
 

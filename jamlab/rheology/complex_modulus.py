@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import check_choice, checked
+from jamlab.checks import check_choice, checked, named_from
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
@@ -100,14 +100,15 @@ class ComplexModulus:
         label_modulus(axes, self.unit, legend=True)
 
 
+@named_from("prestress", "method")
 @checked
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,
     damping: Damping | None = None,
+    *,
     prestress: bool = True,
     method: str = "auto",
-    *,
     settings: KrylovSettings = SETTINGS,
 ) -> ComplexModulus:
     """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.

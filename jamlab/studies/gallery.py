@@ -26,6 +26,7 @@ from jamlab.studies.beyond import droplet_sizes as beyond_droplet_sizes
 from jamlab.studies.beyond import droplet_spectra as beyond_droplet_spectra
 from jamlab.studies.beyond import droplet_vertices as beyond_droplet_vertices
 from jamlab.studies.beyond import droplet_voids as beyond_droplet_voids
+from jamlab.studies.beyond import stiffening_disks as beyond_stiffening_disks
 from jamlab.studies.boromand import confluence as boromand_confluence
 from jamlab.studies.boromand import contacts_and_modulus as boromand_contacts_and_modulus
 from jamlab.studies.boromand import geometry as boromand_geometry
@@ -84,6 +85,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "beyond-droplet-sizes": beyond_droplet_sizes.droplet_sizes,
     "beyond-droplet-vertices": beyond_droplet_vertices.droplet_vertices,
     "beyond-droplet-voids": beyond_droplet_voids.droplet_voids,
+    "beyond-stiffening-disks": beyond_stiffening_disks.stiffening_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 _PAGE = "figures"

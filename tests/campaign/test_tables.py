@@ -56,7 +56,7 @@ def test_spectra_hold_what_jamlab_computes(full):
     frame = full.table("spectra")
     row = frame[(frame.law == "stokes") & ~frame.prestress & (frame.target_pressure == 1e-3) & (frame.omega == 1.0)]
     p = next(p for p in full.packings(row.task.iloc[0]) if abs(p.provenance["pressure"] / 1e-3 - 1) < 1e-5)
-    s = jamlab.complex_modulus(p, [1e-3, 1.0], jamlab.StokesDrag(eta_f=2.0), False)
+    s = jamlab.complex_modulus(p, [1e-3, 1.0], jamlab.StokesDrag(eta_f=2.0), prestress=False)
     assert (row.storage.item(), row.loss.item()) == (s.storage[1], s.loss[1])
     assert (row.g0.item(), row.eta0.item(), row.eta_inf.item()) == (s.g0, s.eta0, s.eta_inf)
     assert (row.eta_f.item(), np.isnan(row.beta.item()), row.converged.item()) == (2.0, True, True)
@@ -64,7 +64,7 @@ def test_spectra_hold_what_jamlab_computes(full):
     u = jamlab.slow_shear(p)
     assert slow.approach == pytest.approx(u.median_normal, rel=1e-9)
     assert slow.sliding == pytest.approx(u.median_tangential, rel=1e-9)
-    c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), True)
+    c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), prestress=True)
     curve = full.table("correlation").query("law == 'contact' and prestress and target_pressure == 1e-3")
     assert (curve.delta.tolist(), curve.box.iloc[0]) == (c.delta.tolist(), p.box[0, 0])
     np.testing.assert_allclose(curve.c, c.correlation, atol=1e-9)

@@ -156,7 +156,7 @@ def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
     omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
     run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
     true = complex(run.storage, run.loss)
-    if isinstance(law, ContactDamping):
+    if law.at_contacts:
         simple = modulus_at_strain(packing, omega, amplitude, law)
     else:
         spectrum = complex_modulus(packing, [omega], law)
