@@ -188,7 +188,7 @@ void FixOverdamped::final_integrate()
 
 void FixOverdamped::post_run()
 {
-  last_timestep = update->ntimestep;
+  if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run, not of a minimisation
   if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -65,9 +66,8 @@ def shear(
         tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump where contacts
             open and close, and steps end there; stresses over the largest one err by less than the tolerance, but
             for the few rows that lie next to a jump. Where drag would push a contact open that closes without it, the
-            two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of droplets do not end
-            at their contacts: the result says how well energy is balanced, of droplets with contact drag to 20 % at
-            rate 0.1 and to 1 % at 0.01.
+            two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of droplets end at no
+            contact, and what energy they lose is lost there: the result says how well energy is balanced.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
             Contacts leave some motion without drag, as of a disk on one contact, and the law does not determine it:
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
@@ -93,13 +93,13 @@ def shear(
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
     protocol = parts.tolist() if len(parts) > 1 else []
-    task = {"rate": protocol or parts[0, 0], "tolerance": tolerance, "background": background}
+    task = {"rate": protocol or float(parts[0, 0]), "tolerance": tolerance, "background": background}
     file = RunFile(out, ShearRun, packing, law, task)
     with Recording(packing, law, tolerance, background, file.before) as flow:
 
         def result() -> ShearRun:
-            facts = {"shear_rate": float(parts[-1, 0]), "strain_asked": whole, "parts": parts if protocol else None}
-            return ShearRun(**flow.content(), **facts)
+            asked: dict[str, Any] = {"strain_asked": whole, "parts": parts if protocol else None}
+            return ShearRun(**flow.content() | asked, shear_rate=float(parts[-1, 0]))
 
         begin = 0.0
         for (speed, length), (count, every) in zip(parts, counts, strict=True):
