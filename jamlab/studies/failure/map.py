@@ -340,7 +340,7 @@ def write_maps(
     tables = measured(out, maps, measure=measure, progress=progress)
     write_page(
         out,
-        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=3),
+        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2),
         {name: chart.heading for name, chart in maps.items()},
         lambda name: maps[name].show(tables[name]),
         source_fact(measure),
