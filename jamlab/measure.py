@@ -42,12 +42,12 @@ _START = 2.0  # s that new processes take to start and to load what measures
 
 
 @checked
-def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, float]:
+def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
 
     Args:
         packing: SP or DP.
-        quantities: some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
+        quantities: one or some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
 
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
@@ -81,8 +81,8 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
     return {name: found[name] for name in names}
 
 
-def _check_names(quantities: Iterable[str]) -> tuple[str, ...]:
-    names = tuple(quantities)
+def _check_names(quantities: str | Iterable[str]) -> tuple[str, ...]:
+    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     for name in names:
         check_choice("quantity", name, QUANTITIES)
     return names
@@ -97,15 +97,19 @@ def why_no_modulus(packing: Packing) -> str:
     try:
         elastic_tensor(packing, network=bearing)
     except ConvergenceError as error:
-        count = packing.n - bearing.packing.n
-        return f"with its {count} rattlers taken out, {error}" if count and packing.converged else str(error)
+        rattlers = int(network.rattlers.sum())
+        squeezed = rattlers - (packing.n - bearing.packing.n)
+        if not (rattlers and packing.converged):
+            return str(error)
+        kept = f", but for {squeezed} that two contacts squeeze and that may roll between them" if squeezed else ""
+        return f"with its {rattlers} rattlers taken out{kept}, {error}"
     return ""
 
 
 @checked
 def measure_all(
     packings: Sequence[Packing],
-    quantities: Iterable[str] = COLUMNS,
+    quantities: str | Iterable[str] = COLUMNS,
     *,
     processes: int | None = None,
     progress: Callable[[int, int], None] | None = None,

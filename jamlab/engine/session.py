@@ -352,11 +352,12 @@ class Session:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
-            if packing.model == "dp":
-                self.command("fix d_a0 all property/atom d_a0")
-                self.command(f'read_data "{file}" fix d_a0 NULL d_a0')
-            else:
-                self.command(f'read_data "{file}"')
+            with _plain_name(file) as name:
+                if packing.model == "dp":
+                    self.command("fix d_a0 all property/atom d_a0")
+                    self.command(f'read_data "{name}" fix d_a0 NULL d_a0')
+                else:
+                    self.command(f'read_data "{name}"')
         self.include(f"{packing.model}.force")
         self.include("common.output")
         self.command("thermo 1")  # so that energy and virial are summed at every step
@@ -407,6 +408,16 @@ def evaluate(packing: Packing) -> Evaluation:
 def _text(value: object) -> str:
     # numpy scalars print as np.float64(...), which LAMMPS cannot read; 17 digits give the same double back
     return f"{float(value):.17g}" if isinstance(value, float | np.floating) else str(value)
+
+
+@contextmanager
+def _plain_name(file: Path) -> Iterator[str]:
+    """Name a file by what LAMMPS takes inside quotes, whatever letters its folder has (TMPDIR)."""
+    if str(file).isascii() and not set('"$&#\\') & set(str(file)):
+        yield str(file)
+        return
+    with open(file, "rb") as opened:
+        yield f"/dev/fd/{opened.fileno()}"
 
 
 def _edge_limit(packing: Packing) -> float:

@@ -8,6 +8,8 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
+from difflib import get_close_matches
+from inspect import signature
 from typing import Any
 
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
@@ -107,11 +109,17 @@ def jam(
     return scales.from_natural(recorded)
 
 
+_ARGUMENTS = tuple(signature(jam).parameters)
+
+
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
+    for name in parameters.keys() - defaults("dp").keys():
+        if meant := get_close_matches(name, _ARGUMENTS, 1, cutoff=0.75):
+            raise InputError(f"jam has no argument {name!r}: did you mean {meant[0]!r}?")
     if search == "paper" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":
