@@ -8,6 +8,7 @@ import reprlib
 import sys
 import types
 import typing
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec, TypeVar
@@ -66,6 +67,30 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return function(*args, **kwargs)
 
     return call
+
+
+def named_from(*names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Take arguments that are given by name now by position as well, for one more release, with a warning.
+
+    Args:
+        names: of the arguments in their old order, after those that may stand by position; goes above `checked`.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        places = [p for p in inspect.signature(function).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD]
+
+        @functools.wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            late = dict(zip(names, args[len(places) :], strict=False))
+            if not late:
+                return function(*args, **kwargs)
+            given = ", ".join(f"{name}={value!r}" for name, value in late.items())
+            warnings.warn(f"{function.__qualname__}: give {given} by name", DeprecationWarning, stacklevel=2)
+            return function(*args[: len(places)], *args[len(places) + len(late) :], **late, **kwargs)  # type: ignore[arg-type]
+
+        return call
+
+    return decorate
 
 
 def checked_class(cls: type[T]) -> type[T]:

@@ -4,20 +4,48 @@
 #ifndef JAMLAB_DISK_CONTACT_H
 #define JAMLAB_DISK_CONTACT_H
 
+#include <algorithm>
+#include <cmath>
+
 namespace LAMMPS_NS {
 
-/* Two overlapping disks. A contact between ranks, or with a periodic image, is seen by both its
-   owners where newton is off: each then counts half of it. */
+/* Of two disks that overlap: E = K overlap^exponent and its derivatives. */
+
+struct Repulsion {
+  double overlap, energy, force, stiffness;
+
+  Repulsion(double K, double overlap, double exponent) : overlap(overlap)
+  {
+    const double stiffer = exponent == 2.0 ? K : K * std::pow(std::max(overlap, 0.0), exponent - 2.0);
+    energy = stiffer * overlap * overlap;
+    force = exponent * stiffer * overlap;
+    stiffness = exponent * (exponent - 1.0) * stiffer;
+  }
+};
+
+/* Two disks of the neighbor list, which may touch before the list is made anew. A pair between ranks, or
+   with a periodic image, is seen by both its owners where newton is off: each then counts half of it. */
+
+struct DiskPair {
+  int i, j;             // local or ghost index
+  double x, y;          // from i to j
+  double reach;         // distance at which they touch
+  double strength;      // K
+  double radius_i, radius_j;
+  double share;         // 1, or 1/2 of a pair that two ranks see
+};
+
+/* Two disks that touch. */
 
 struct DiskContact {
-  int i, j;             // local or ghost index
+  int i, j;
   double nx, ny;        // unit vector from i to j
   double distance;      // of the centers
   double stiffness;     // second derivative of the energy
   double force;         // elastic, a push
   double energy;
   double arm_i, arm_j;  // from the center to where the surfaces slide
-  double share;         // 1, or 1/2 of a contact that two ranks see
+  double share;
 };
 
 }    // namespace LAMMPS_NS

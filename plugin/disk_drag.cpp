@@ -18,30 +18,157 @@ static constexpr int PEELS = 20;    // chains of loose disks are shorter
 
 /* ---------------------------------------------------------------------- */
 
-DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair) :
-    DragSolver(world, exchange, settings, pair.drag()), contacts(pair.contacts())
+DiskDrag::DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const PairDiskDrag &pair,
+                   const tagint *const &tags) :
+    DragSolver(world, exchange, settings, pair.drag()), pair(pair), tags(tags)
 {
 }
 
 /* ---------------------------------------------------------------------- */
 
+const std::vector<DiskPair> &DiskDrag::near() const
+{
+  return pair.pairs();
+}
+
+/* ----------------------------------------------------------------------
+   states as gaps tell them, but of edges
+------------------------------------------------------------------------- */
+
 void DiskDrag::take(int local, int ghost, double /*ahead*/)
 {
   make_room(local, ghost);
-  weights.resize(contacts.size());
   for (auto &each : blocks) each.resize(local + ghost);
+  rest.assign(local + ghost, Motion());
+  answers.clear();
+  states.resize(near().size());
+  for (std::size_t k = 0; k < states.size(); k++) {
+    const DiskPair &p = near()[k];
+    states[k] = p.x * p.x + p.y * p.y < p.reach * p.reach ? CLOSED : OPEN;
+  }
+  edge_pair.clear();
+  for (const Edge &edge : edged) edge_pair.push_back(find_pair(edge));
+  find_contacts();
+}
+
+/* ----------------------------------------------------------------------
+   of several images of one pair that whose gap is closest to zero
+------------------------------------------------------------------------- */
+
+int DiskDrag::find_pair(const Edge &edge) const
+{
+  int found = -1;
+  double least = HUGE_VAL;
+  for (std::size_t k = 0; k < near().size(); k++) {
+    const DiskPair &p = near()[k];
+    const tagint a = tags[p.i], b = tags[p.j];
+    if (!(a == edge.first && b == edge.second) && !(a == edge.second && b == edge.first)) continue;
+    const double gap = fabs(hypot(p.x, p.y) - p.reach);
+    if (gap >= least) continue;
+    found = static_cast<int>(k);
+    least = gap;
+  }
+  return found;
+}
+
+/* ---------------------------------------------------------------------- */
+
+DiskContact DiskDrag::contact_of(const DiskPair &p, double x, double y) const
+{
+  const double r = hypot(x, y);
+  const Repulsion push = pair.repulsion(p.strength, p.reach - r);
+  const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
+  return {p.i, p.j, x / r, y / r, r, push.stiffness, push.force, push.energy, p.radius_i - back, p.radius_j - back,
+          p.share};
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::find_contacts()
+{
+  rubbing = 0;
+  for (std::size_t e = 0; e < edged.size(); e++) {
+    if (edged[e].state == RUBBING) rubbing++;
+    if (edge_pair[e] >= 0) states[edge_pair[e]] = edged[e].state;
+  }
+  pair_of.clear();
+  for (std::size_t k = 0; k < states.size(); k++)
+    if (states[k] != OPEN) pair_of.push_back(static_cast<int>(k));
+  edge_of.assign(pair_of.size(), -1);
+  for (std::size_t k = 0; k < pair_of.size(); k++)
+    for (std::size_t e = 0; e < edged.size(); e++)
+      if (edge_pair[e] == pair_of[k] && edged[e].state == RUBBING) edge_of[k] = static_cast<int>(e);
+  weights.resize(pair_of.size());
+  displace(rest, 0.0);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::displace(const Motions &moved, double strain)
+{
+  contacts.clear();
+  answers.clear();
+  for (const int k : pair_of) {
+    const DiskPair &p = near()[k];
+    const double y = p.y + moved[p.j].y - moved[p.i].y, x = p.x + moved[p.j].x - moved[p.i].x + strain * y;
+    contacts.push_back(contact_of(p, x, y));
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void DiskDrag::push(Motions &force) const
+{
+  force.assign(nlocal + nghost, Motion());
+  for (const DiskContact &c : contacts) {
+    force[c.i].x -= c.force * c.nx;
+    force[c.i].y -= c.force * c.ny;
+    force[c.j].x += c.force * c.nx;
+    force[c.j].y += c.force * c.ny;
+  }
+  for (std::size_t e = 0; e < edged.size(); e++)
+    if (edged[e].state == RUBBING) push_along_slip(e, force);
+  exchange.add_from_ghosts(force);
+}
+
+/* ----------------------------------------------------------------------
+   add the force held against the slip of a rubbing pair, ghosts apart; returns its part in A stress, of this rank
+------------------------------------------------------------------------- */
+
+double DiskDrag::push_along_slip(std::size_t edge, Motions &force) const
+{
+  double moment = 0.0;
+  for (std::size_t k = 0; k < contacts.size(); k++) {
+    if (edge_of[k] != static_cast<int>(edge)) continue;
+    const DiskContact &c = contacts[k];
+    const double rub = edged[edge].held, fx = -rub * c.ny, fy = rub * c.nx;
+    Motion &a = force[c.i], &b = force[c.j];
+    a = {a.x + fx, a.y + fy, a.spin + rub * c.arm_i};
+    b = {b.x - fx, b.y - fy, b.spin + rub * c.arm_j};
+    moment -= c.share * fx * c.ny * c.distance;
+  }
+  return moment;
 }
 
 /* ----------------------------------------------------------------------
    approach and slip of j past i, the affine flow included
 ------------------------------------------------------------------------- */
 
-void DiskDrag::slip(const DiskContact &c, const Motions &u, double rate, double &approach, double &slide) const
+void DiskDrag::slip(const DiskContact &c, const Motions &u, double rate, double &approach, double &slide)
 {
   const Motion &a = u[c.i], &b = u[c.j];
   const double x = b.x - a.x + rate * c.ny * c.distance, y = b.y - a.y;
   approach = x * c.nx + y * c.ny;
   slide = y * c.nx - x * c.ny - c.arm_i * a.spin - c.arm_j * b.spin;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double DiskDrag::contact_speed(const DiskPair &p, const Motions &u, double rate) const
+{
+  double approach, slide;
+  slip(contact_of(p, p.x, p.y), u, rate, approach, slide);
+  return law.tau > 0.0 ? sqrt(approach * approach + law.beta * slide * slide) : fabs(approach);
 }
 
 /* ----------------------------------------------------------------------
@@ -85,6 +212,7 @@ void DiskDrag::multiply(Motions &p, double rate, Motions &out, double &power, do
 
 void DiskDrag::find_weights(const Motions &u, double rate)
 {
+  if (law.alpha != 1.0) answers.clear();
   std::vector<double> square(law.alpha == 1.0 ? 0 : contacts.size());
   double squares = 0.0, count = 0.0;
   for (std::size_t k = 0; k < square.size(); k++) {
@@ -96,7 +224,8 @@ void DiskDrag::find_weights(const Motions &u, double rate)
   }
   const double slowest = law.alpha == 1.0 ? 0.0 : speed_floor(squares, count);
   for (std::size_t k = 0; k < contacts.size(); k++)
-    weights[k] = contacts[k].stiffness * law.weight(square.empty() ? 0.0 : square[k], slowest);
+    weights[k] = (edge_of[k] < 0 ? 1.0 : edged[edge_of[k]].base) * contacts[k].stiffness *
+        law.weight(square.empty() ? 0.0 : square[k], slowest);
 }
 
 /* ----------------------------------------------------------------------
@@ -201,10 +330,14 @@ void DiskDrag::let_go_of_loose(Motions &u)
 
 /* ---------------------------------------------------------------------- */
 
+// of the forces held, too
 double DiskDrag::elastic_moment() const
 {
   double elastic = 0.0;
   for (const DiskContact &c : contacts) elastic -= c.share * c.force * c.nx * c.ny * c.distance;
+  Motions unused(nlocal + nghost);
+  for (std::size_t e = 0; e < edged.size(); e++)
+    if (edged[e].state == RUBBING) elastic -= push_along_slip(e, unused);
   return sum(elastic);
 }
 
@@ -217,7 +350,8 @@ FlowSums DiskDrag::add_up(const Motions &u, double rate)
     const DiskContact &c = contacts[k];
     double approach, slide;
     slip(c, u, rate, approach, slide);
-    const double push = weights[k] * approach, rub = law.beta * weights[k] * slide;
+    const double push = weights[k] * approach;
+    const double rub = law.beta * weights[k] * slide + (edge_of[k] < 0 ? 0.0 : edged[edge_of[k]].held);
     const double x = push * c.nx - rub * c.ny, y = push * c.ny + rub * c.nx, part = c.share * c.distance;
     sums.elastic -= part * c.force * c.nx * c.ny;
     sums.viscous += part * x * c.ny;
@@ -254,6 +388,6 @@ double DiskDrag::least_relaxation_time() const
 
 double DiskDrag::memory_usage() const
 {
-  return DragSolver::memory_usage() + weights.capacity() * sizeof(double) +
-      2.0 * blocks[0].capacity() * sizeof(Motion);
+  return DragSolver::memory_usage() + weights.capacity() * (sizeof(double) + 2 * sizeof(int) + sizeof(DiskContact)) +
+      states.capacity() * sizeof(int) + (3.0 + answers.size()) * blocks[0].capacity() * sizeof(Motion);
 }

@@ -6,16 +6,42 @@
 
 #include "disk_contact.h"
 #include "drag_solver.h"
+#include "lmptype.h"
 
 #include <cmath>
 
 namespace LAMMPS_NS {
 
-/* Drag of disks: on approach and slip at their contacts, those that pair_style disk/drag has found. */
+/* Drag of disks: on approach and slip at their contacts, among the pairs that pair_style disk/drag has
+   found. Who touches whom is held over a step, so that velocities change smoothly in it.
+
+   Drag that sets in where a gap closes may push the two apart that would meet without it. They neither
+   part nor meet then, but rub: the gap stays zero, and a part theta of the drag acts, whose approach is
+   none and whose slip keeps the gap as it is. */
 
 class DiskDrag : public DragSolver {
  public:
-  DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const class PairDiskDrag &pair);
+  enum State : int { OPEN, CLOSED, RUBBING };
+  enum Revision { FITS, CHANGED, CYCLES };
+  struct Edge {    // a pair with a gap of zero, known to all ranks: its state is not seen from its gap
+    tagint first, second;
+    int state;
+    double theta;    // part of the drag of a rubbing pair
+    double base;     // part of it that stands in the matrix; the rest is the force `held` along the slip
+    double held;
+    int tried;    // states that do not fit at this instant, as bits
+    bool free;    // slips without an answer in its approach, as a disk on one contact: no force keeps its gap
+  };
+  struct Change {    // of a pair whose state does not fit at the end of a step
+    tagint first, second;
+    int state;       // that fits
+    double time;     // of the step, where the gap is zero
+    double speed;    // of one past the other: what is dragged too much or too little later on
+    double steepness;    // that part grows in time from zero on, at this rate; 0: at once
+  };
+
+  DiskDrag(MPI_Comm world, GhostExchange &exchange, const Settings &settings, const class PairDiskDrag &pair,
+           const tagint *const &tags);
   void take(int nlocal, int nghost, double ahead) override;
   void let_go_of_loose(Motions &u) override;
   double elastic_moment() const override;
@@ -23,18 +49,97 @@ class DiskDrag : public DragSolver {
   double least_relaxation_time() const override;
   double memory_usage() const override;
 
+  // from the positions of `take`, in coordinates that lean with the box by the strain
+  void displace(const Motions &moved, double strain);
+  void push(Motions &force) const;    // elastic forces, and those held; of the contacts of this rank
+  void expect(const Change &);        // its state from the next `take` on
+  // states of edges that fit the velocities better
+  Revision revise(const Motions &u, double rate, double least_speed);
+  void try_states(int combination);    // of all edges, counted as digits to base 3
+  double misfit(const Motions &u, double rate) const;    // of the states of edges, as a part of their velocities
+  bool close_rubbing();               // all of them, where no solution is found; false: there are none
+  void forget_settled();              // edges whose gap tells their state
+  void keep_gaps(double per_time) { closing = per_time; }    // of rubbing pairs, which a step leaves not quite zero
+  bool rubs() const { return rubbing > 0; }
+  std::vector<double> thetas() const;
+  const std::vector<Edge> &edges() const { return edged; }
+  void take_over(const DiskDrag &earlier) { edged = earlier.edged; }
+  bool drags() const { return law.tau > 0.0; }
+
+  // pairs of this rank whose state does not fit after a displacement
+  template <typename Moved> void find_changes(const Motions &u, double rate, double time, const Moved &,
+                                              std::vector<Change> &) const;
+  // rubbing pairs that part or meet by then; thetas of the start and of a later time
+  void find_exits(const Motions &u, double rate, const std::vector<double> &first, const std::vector<double> &later,
+                  double time, double end, std::vector<Change> &found) const;
+  double contact_speed(const DiskPair &, const Motions &u, double rate) const;
+
  private:
-  const std::vector<DiskContact> &contacts;
+  const class PairDiskDrag &pair;
+  const tagint *const &tags;
+  std::vector<int> states;    // of pairs
+  std::vector<DiskContact> contacts;
+  std::vector<int> pair_of, edge_of;    // of contacts; -1: none
+  std::vector<Edge> edged;
+  std::vector<int> edge_pair;    // of edges, on this rank; -1: none
   std::vector<double> weights;    // drag over velocity of approach
   double flow_relaxation = HUGE_VAL;    // time in which a free rate relaxes while no disk leaves the affine flow
-  Motions blocks[2];
+  double closing = 0.0;
+  int rubbing = 0;
+  Motions blocks[2], rest;
+  std::vector<Motions> answers;    // of all velocities to a unit force along the slip of a rubbing pair
+  std::vector<double> rate_answers;
 
+  const std::vector<DiskPair> &near() const;
+  struct Slip {
+    double approach, slide, gap;
+  };
+  void find_contacts();
+  void set_state(Edge &, int state);
+  int find_pair(const Edge &) const;
+  std::vector<Slip> edge_slips(const Motions &u, double rate) const;
+  DiskContact contact_of(const DiskPair &, double x, double y) const;
   void find_weights(const Motions &u, double rate) override;
   void find_preconditioner(bool free_rate) override;
   void multiply(Motions &p, double rate, Motions &out, double &power, double &flow) override;
+  bool hold(Motions &force, Motions &u, Load &, Result &) override;
+  double push_along_slip(std::size_t edge, Motions &force) const;
+  void update_thetas(const std::vector<std::size_t> &rubs, const std::vector<Slip> &);
+  static void solve_dense(std::vector<double> &matrix, std::vector<double> &right, std::vector<bool> &free);
   double rounding() const override;
-  void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide) const;
+  static void slip(const DiskContact &, const Motions &u, double rate, double &approach, double &slide);
 };
+
+/* ----------------------------------------------------------------------
+   moved(time) gives x and y of j against i beside the lean, and the lean, of a pair
+------------------------------------------------------------------------- */
+
+template <typename Moved>
+void DiskDrag::find_changes(const Motions &u, double rate, double time, const Moved &moved,
+                            std::vector<Change> &found) const
+{
+  const std::vector<DiskPair> &pairs = near();
+  for (std::size_t k = 0; k < pairs.size(); k++) {
+    if (states[k] == RUBBING) continue;
+    const DiskPair &p = pairs[k];
+    const auto gap = [&](double t) {
+      double x, y, strain;
+      moved(p, t, x, y, strain);
+      return hypot(p.x + x + strain * (p.y + y), p.y + y) - p.reach;
+    };
+    const double sign = states[k] == CLOSED ? 1.0 : -1.0;
+    if (!(sign * gap(time) > 0.0)) continue;
+    double low = 0.0, high = time;
+    for (int n = 0; n < 60 && high - low > 1e-12 * time; n++) {
+      const double middle = 0.5 * (low + high);
+      (sign * gap(middle) > 0.0 ? high : low) = middle;
+    }
+    const bool decided = sign * gap(0.0) > 0.0;    // against its gap: what it costs is too little to matter
+    found.push_back({tags[p.i], tags[p.j], states[k] == CLOSED ? OPEN : CLOSED, high,
+                     decided ? 0.0 : contact_speed(p, u, rate),
+                     law.tau > 0.0 ? 0.0 : 2.0 * p.strength / settings.background});
+  }
+}
 
 }    // namespace LAMMPS_NS
 

@@ -155,7 +155,7 @@ double DragSolver::descend(Motions &u, Load &load, double r_flow, double enough,
    force: on the owned atoms. u: in, where to start; out, the velocities, ghosts too
 ------------------------------------------------------------------------- */
 
-DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &load)
+DragSolver::Result DragSolver::solve(Motions &force, Motions &u, Load &load)
 {
   Result result = {0, false, 0.0, true};
   start_rate = load.rate;
@@ -171,13 +171,16 @@ DragSolver::Result DragSolver::solve(const Motions &force, Motions &u, Load &loa
     const double r_flow = find_residual(force, u, load, round > 0);
     double rho = precondition(r_flow, z_flow);
     result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
-    if (!(rho > enough)) {
-      result.converged = std::isfinite(rho);
-      break;
+    result.converged = rho <= enough;
+    if (result.converged || !std::isfinite(rho)) {
+      if (!result.converged || !hold(force, u, load, result)) break;
+      continue;
     }
 
     rho = descend(u, load, r_flow, enough, result);
-    if (law.alpha == 1.0 || !result.positive) {
+    if (!result.positive) break;
+    const bool held = hold(force, u, load, result);
+    if (law.alpha == 1.0 && !held) {
       result.residual = driven > 0.0 ? sqrt(rho / driven) : 0.0;
       result.converged = rho <= enough;
       break;

@@ -75,7 +75,7 @@ class DragSolver {
   // contacts at present positions; ahead: time over which forces follow the velocities, of droplets
   virtual void take(int nlocal, int nghost, double ahead) = 0;
   virtual void let_go_of_loose(Motions &) {}    // what nothing holds keeps no velocity from the last step
-  Result solve(const Motions &force, Motions &u, Load &load);
+  Result solve(Motions &force, Motions &u, Load &load);    // force: changed where pairs are held
   void accept(Motions &u, double rate);    // velocities of a run before, as if they were the solution
 
   // at the velocities of the last solution
@@ -105,6 +105,7 @@ class DragSolver {
   double sum(double) const;
   double speed_floor(double squares, double count) const;
   virtual double precondition(double r_flow, double &z_flow);    // residual descent over all ranks
+  double descend(Motions &u, Load &, double r_flow, double enough, Result &);
 
  private:
   Motions direction, product;
@@ -119,11 +120,12 @@ class DragSolver {
     multiply(p, rate, out, power, flow);
   }
   virtual bool looks_ahead() const { return false; }
+  // hold what a linear solution leaves free; true: it has changed, and velocities are found again
+  virtual bool hold(Motions &, Motions &, Load &, Result &) { return false; }
   virtual double rounding() const = 0;    // squared norm that rounding of the forces leaves in any residual
 
   double driving(const Motions &force, const Load &);
   double find_residual(const Motions &force, Motions &u, const Load &, bool moved);
-  double descend(Motions &u, Load &, double r_flow, double enough, Result &);
   void subtract(const Motions &, double factor = 1.0);
 };
 

@@ -7,6 +7,7 @@
 #include "compute.h"
 #include "domain.h"
 #include "error.h"
+#include "fix_overdamped.h"
 #include "fix_polygon_area.h"
 #include "force.h"
 #include "modify.h"
@@ -66,8 +67,8 @@ void DropletDrag::take(int local, int ghost, double time_ahead)
     const Foot &foot = c.foot;
     const double d = sqrt(foot.rsq);
     if (d == 0.0)
-      lmp->error->one(FLERR, "{}: outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance",
-                      WHO, lmp->atom->tag[c.vertex], lmp->atom->tag[c.tail], lmp->atom->tag[c.head]);
+      lmp->error->one(FLERR, "{}: {} outlines cross at atom {}, edge {} - {}: take shorter steps, by a smaller tolerance",
+                      WHO, FLOW_CROSSES, lmp->atom->tag[c.vertex], lmp->atom->tag[c.tail], lmp->atom->tag[c.head]);
     const PairCirculoline::Push push = pair->push_on_vertex(c);
     const double ex = x[c.head][0] - x[c.tail][0], ey = x[c.head][1] - x[c.tail][1];
     const bool corner = foot.t <= 0.0 || foot.t >= 1.0;

@@ -9,6 +9,9 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "output.h"
 #include "timer.h"
 #include "update.h"
 
@@ -19,22 +22,17 @@ using namespace LAMMPS_NS;
 
 static constexpr char WHO[] = "Fix overdamped";
 
-static constexpr double STABLE = 0.5;       // step over the least relaxation time; the scheme diverges at 1
-static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, units of length
+static constexpr double STABLE = 2.0;       // step over the least relaxation time; the scheme diverges at 2.5
+static constexpr double TRAVEL = 0.03;      // that the fastest disk may go in a step beside the flow, mean diameters
+static constexpr double REACH = 0.2;        // of the skin of the neighbor list that a disk may go in a step
 static constexpr double STRAIN = 0.02;      // that the box may lean in a step
 static constexpr double PHASE = 0.2;        // of an oscillation that may pass in a step
-static constexpr double FIRST = 1e-3;       // first step over the longest: there is no history yet
 static constexpr double GROWTH = 1.5, SHRINKAGE = 0.3, SAFETY = 0.9;
-static constexpr double SHORTEST = 0.02;    // that errors may make a step, over the longest: a new contact is a jump
-                                            // of velocities, which no step resolves
 static constexpr double FINE = 1e-6;        // tolerance below which the shortest step shrinks as the root of it
 static constexpr double DROPLET_FIRST = 1e-6;    // over the longest, which knows of no relaxation
 static constexpr double DROPLET_SHORTEST = 1e-2;    // over tau
-static constexpr double STILL = 1e-12;      // travel in a step, in units of length, whose error is rounding
 static constexpr double DROPLET_STILL = 1e-11;    // over tau: a velocity whose error is rounding
 static constexpr double STUCK = 1e-7;       // step over the stable one at which a run is given up
-static constexpr double TRUST = 0.9;        // in the prediction, where the solver starts; at 1, motion that costs no
-                                            // drag would grow from step to step
 static constexpr double LEAN = 0.55;        // tilt over width at which the box flips; above 1/2, so as not to flip back
 
 /* ---------------------------------------------------------------------- */
@@ -69,31 +67,48 @@ double FixOverdamped::typical_rate() const
 
 void FixOverdamped::setup(int /*vflag*/)
 {
+  if (last_timestep >= 0 && last_timestep != update->ntimestep) forget_velocities();
+  for (int i = 0; i < atom->nlocal; i++) std::fill_n(atom->v[i], 3, 0.0);    // no mass, no kinetic energy or pressure
   if (interval > 0.0 && state.end <= state.time) state.end = (floor(state.time / interval + 1e-9) + 1.0) * interval;
+  if (!droplets) {
+    start_disks();
+    plan_disks();
+    return;
+  }
   solver->take(atom->nlocal, atom->nghost, 0.0);
-  if (droplets)
-    start_droplets();
-  else if (const DragSolver::Result result = find_velocities(); !result.converged)
-    refuse(result);
+  start_droplets();
   const double stress = state.stress, dissipation = state.dissipation;
   add_up();
-  if (droplets && state.step > 0.0) {    // those of contacts before the positions were corrected
+  if (state.step > 0.0) {    // those of contacts before the positions were corrected
     state.stress = stress;
     state.dissipation = dissipation;
   }
-  if (state.step == 0.0) state.step = (droplets ? DROPLET_FIRST : FIRST) * longest_step();
-  set_step();
+  if (state.step == 0.0) state.step = DROPLET_FIRST * longest_step();
+  set_time_step(up_to_end(std::min(state.step, longest_step())));
 }
 
 /* ----------------------------------------------------------------------
-   disks and box to the end of the step
+   something else has moved the particles since, such as a minimisation
+------------------------------------------------------------------------- */
+
+void FixOverdamped::forget_velocities()
+{
+  for (Motions *each : {&now, &before, &moved, &moved_before}) std::fill(each->begin(), each->end(), Motion());
+  state.step = state.last_step = state.step_before = 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   particles and box to the end of the step
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::initial_integrate(int /*vflag*/)
 {
-  const double dt = update->dt, strain_step = next_strain_step(dt);
+  const double dt = update->dt, strain_step = droplets ? next_strain_step(dt) : plan.strain;
   at_start = state;
-  droplets ? predict_droplets(dt, strain_step) : predict_disks(dt, strain_step);
+  if (droplets)
+    predict_droplets(dt, strain_step);
+  else
+    move_disks();
   const double rate = state.rate;
   if (droplets && drive == STRESS && state.last_step > 0.0)
     state.rate += dt / state.last_step * (rate - state.rate_before);
@@ -109,30 +124,11 @@ void FixOverdamped::initial_integrate(int /*vflag*/)
 
 /* ---------------------------------------------------------------------- */
 
-void FixOverdamped::predict_disks(double dt, double strain_step)
-{
-  const double ratio = state.last_step > 0.0 ? dt / state.last_step : 0.0, half = 0.5 * ratio;
-  const double leaned = state.strain_step, ylo = domain->boxlo[1];
-  double **const x = atom->x;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const Motion v = now[i], w = before[i];
-    const double wx = w.x + leaned * w.y;    // seen from the box as it leans now
-    x[i][1] += dt * (v.y + half * (v.y - w.y));
-    x[i][0] += dt * (v.x + half * (v.x - wx)) + strain_step * (x[i][1] - ylo);
-    before[i] = v;
-    now[i] = {v.x + ratio * (v.x - w.x), v.y + ratio * (v.y - w.y), v.spin + ratio * (v.spin - w.spin)};
-  }
-}
-
-/* ---------------------------------------------------------------------- */
-
 double FixOverdamped::next_strain_step(double dt) const
 {
   if (drive == RATE) return wanted_rate * dt;
   if (drive == OSCILLATE) return amplitude * (sin(omega * (state.time + dt)) - sin(omega * state.time));
-  if (droplets) return droplet_strain_step(dt);
-  const double half = state.last_step > 0.0 ? 0.5 * dt / state.last_step : 0.0;
-  return dt * (state.rate + half * (state.rate - state.rate_before));
+  return droplet_strain_step(dt);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -167,40 +163,33 @@ void FixOverdamped::pre_exchange()
 
 void FixOverdamped::final_integrate()
 {
-  const Motions predicted(now.begin(), now.begin() + atom->nlocal);
-  const double stress = state.stress, dissipation = state.dissipation, contacts = sums.contacts, rate = state.rate;
-  solver->take(atom->nlocal, atom->nghost, ahead);
-  if (!droplets) blend_prediction();
-  const DragSolver::Result result = find_velocities();
-  if (droplets && !correct_droplets(predicted, rate, result)) {
-    step_back();
-    return;
+  const bool ended = interval > 0.0 && state.time == state.end;
+  if (droplets) {
+    const Motions predicted(now.begin(), now.begin() + atom->nlocal);
+    const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
+    solver->take(atom->nlocal, atom->nghost, ahead);
+    if (!correct_droplets(predicted, rate, find_velocities())) {
+      step_back();
+      return;
+    }
+    add_up();
+    state.work += 0.5 * state.strain_step * (stress + state.stress);
+    state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
+    adapt_step();
+    set_time_step(up_to_end(std::min(state.step, longest_step())));
+  } else {
+    start_disks();
+    if (!ended) plan_disks();    // a run that goes on from here plans anew
   }
-  if (!result.converged) refuse(result);
-  add_up();
-  state.work += 0.5 * state.strain_step * (stress + state.stress);
-  state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
-  adapt_step(predicted, contacts);
-  set_step();
-  if (interval > 0.0 && state.time == state.end) timer->force_timeout();
+  if (ended) timer->force_timeout();
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixOverdamped::post_run()
 {
+  if (update->whichflag == 1) last_timestep = update->ntimestep;    // of a run, not of a minimisation
   if (interval > 0.0 && state.time == state.end) timer->reset_timeout();
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixOverdamped::blend_prediction()
-{
-  for (int i = 0; i < atom->nlocal; i++) {
-    const Motion u = now[i], v = before[i];
-    now[i] = {v.x + TRUST * (u.x - v.x), v.y + TRUST * (u.y - v.y), v.spin + TRUST * (u.spin - v.spin)};
-  }
-  solver->let_go_of_loose(now);
 }
 
 /* ----------------------------------------------------------------------
@@ -210,8 +199,12 @@ void FixOverdamped::blend_prediction()
 DragSolver::Result FixOverdamped::find_velocities(bool forces)
 {
   const int nlocal = atom->nlocal;
-  pushes.assign(nlocal, Motion());
-  for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
+  if (droplets) {
+    pushes.assign(nlocal, Motion());
+    for (int i = 0; forces && i < nlocal; i++) pushes[i] = {atom->f[i][0], atom->f[i][1], 0.0};
+  } else {
+    disks->push(pushes);
+  }
 
   state.rate = driven_rate();
   DragSolver::Load load = {state.rate, 0.0, drive == STRESS};
@@ -229,11 +222,12 @@ DragSolver::Result FixOverdamped::find_velocities(bool forces)
 void FixOverdamped::refuse(const DragSolver::Result &result) const
 {
   if (droplets)
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are still "
-               "too long: give a background drag, such as 1e-2, or a larger one", WHO, state.time, state.strain,
+    error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g} droplets slip past each other, and steps of {:.2g} are "
+               "still too long: give a background drag, such as 1e-2, or a larger one", WHO, FLOW_SLIPS, state.time, state.strain,
                state.last_step);
-  error->all(FLERR, "{}: the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
-             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, state.time,
+  error->all(FLERR, "{}: {} the drag is nearly singular at time {:.6g}, strain {:.6g}: a residual of {:.3g} is left after "
+             "{} iterations: give a background drag, such as 1e-2 k tau, or a looser solver tolerance", WHO, FLOW_SINGULAR,
+             state.time,
              state.strain, result.residual, result.iterations);
 }
 
@@ -272,23 +266,17 @@ void FixOverdamped::add_up()
 }
 
 /* ----------------------------------------------------------------------
-   step that keeps the error at the tolerance: the prediction was off by some part of the velocities,
-   and half of that is the error of the scheme, which goes as the square of the step. Where disks come
-   to touch or part, velocities jump, and the error goes as the step.
+   step of droplets that keeps the error at the tolerance, which goes as the square of the step
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::adapt_step(const Motions &predicted, double contacts_before)
+void FixOverdamped::adapt_step()
 {
-  double off = droplets ? droplet_error() : 0.0;
-  for (int i = 0; !droplets && i < atom->nlocal; i++)
-    off += 0.5 * hypot(now[i].x - predicted[i].x, now[i].y - predicted[i].y);
+  double off = droplet_error();
   MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
   const double longest = longest_step();
-  const double still = droplets ? DROPLET_STILL / time_unit() : STILL / longest;
-  off /= sums.speed + atom->natoms * (typical_rate() + still);
-  const double allowed = sums.contacts == contacts_before ? tolerance : sqrt(tolerance);
-  const double factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
-  const double floor = droplets ? DROPLET_SHORTEST * std::min(time_unit(), longest) : SHORTEST * longest;
+  off /= sums.speed + atom->natoms * (typical_rate() + DROPLET_STILL / time_unit());
+  const double factor = off > 0.0 ? SAFETY * sqrt(tolerance / off) : GROWTH;
+  const double floor = DROPLET_SHORTEST * std::min(time_unit(), longest);
   const double least = std::min(floor * std::min(1.0, sqrt(tolerance / FINE)), state.last_step * GROWTH);
   state.step = std::max(state.last_step * std::clamp(factor, SHRINKAGE, GROWTH), least);
 }
@@ -307,31 +295,36 @@ double FixOverdamped::longest_step() const
   double least = HUGE_VAL;
   if (std::isfinite(relaxation)) least = STABLE * relaxation;
   const double stable = least;
-  if (fastest > 0.0) least = std::min(least, TRAVEL / fastest);
+  if (fastest > 0.0) least = std::min(least, std::min(TRAVEL * length_unit, REACH * neighbor->skin) / fastest);
   if (typical_rate() > 0.0) least = std::min(least, STRAIN / typical_rate());
-  if (drive == OSCILLATE) least = std::min(least, PHASE / omega);
+  if (drive == OSCILLATE) least = std::min(least, (droplets ? 0.5 : 1.0) * PHASE / omega);    // their work is a trapezoid
   if (droplets && !std::isfinite(least)) least = time_unit();    // all rests
   if (longest > 0.0) least = std::min(least, longest);
   if (!std::isfinite(least))
     error->all(FLERR, "{}: nothing touches and nothing moves: give the longest step, as longest value", WHO);
   if (std::isfinite(stable) && least < STUCK * stable && (longest == 0.0 || least < longest))
-    error->all(FLERR, "{}: at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
+    error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} the fastest one moves at {:.3g} beside "
                "the flow, and steps of {:.2g} lead nowhere: give a background drag, such as 1e-2 k tau, or lower the "
-               "rate", WHO, state.time, state.strain, state.rate, fastest, least);
+               "rate", WHO, FLOW_STUCK, state.time, state.strain, state.rate, fastest, least);
   return least;
 }
 
 /* ----------------------------------------------------------------------
-   the next step: it, or half of it, ends where the interval does
+   of a step: it, or half of it, ends where the interval does
 ------------------------------------------------------------------------- */
 
-void FixOverdamped::set_step()
+double FixOverdamped::up_to_end(double step) const
 {
-  double dt = std::min(state.step, longest_step());
-  if (interval > 0.0) {
-    const double left = state.end - state.time;
-    if (left > 0.0 && left < 2.0 * dt) dt = left <= dt ? left : 0.5 * left;
-  }
+  const double left = state.end - state.time;
+  if (interval > 0.0 && left > 0.0 && left < 2.0 * step) return left <= step ? left : 0.5 * left;
+  return step;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::set_time_step(double dt)
+{
   update->update_time();
   update->dt = dt;
+  output->reset_dt();    // of dumps that are written at given times
 }

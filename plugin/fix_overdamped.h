@@ -4,9 +4,10 @@
 #ifndef JAMLAB_FIX_OVERDAMPED_H
 #define JAMLAB_FIX_OVERDAMPED_H
 
-#include "drag_solver.h"
+#include "disk_drag.h"
 #include "fix.h"
 
+#include <array>
 #include <memory>
 
 namespace LAMMPS_NS {
@@ -16,9 +17,13 @@ namespace LAMMPS_NS {
    it leans too far. The step is as long as accuracy allows. What drives the flow is a rate, an
    oscillating strain or a stress.
 
-   Steps are of second order, in coordinates that lean with the box: those of Adams and Bashforth for
-   disks. Droplets are too stiff for them, and vertices without contact may have no drag at all: theirs
-   are backward differences, linearised where the same prediction ends. */
+   Steps of disks are of third order and end where contacts open or close. Droplets are too stiff for
+   them, and vertices without contact may have no drag at all: theirs are backward differences of second
+   order, linearised where their prediction ends. */
+
+// Codes in the messages of flows that have no answer, by which Python tells them from wrong settings
+inline constexpr char FLOW_SINGULAR[] = "[flow-singular]", FLOW_STUCK[] = "[flow-stuck]", FLOW_SLIPS[] = "[flow-slips]",
+                      FLOW_CROSSES[] = "[flow-crosses]";
 
 class FixOverdamped : public Fix, private GhostExchange {
  public:
@@ -64,8 +69,12 @@ class FixOverdamped : public Fix, private GhostExchange {
 
   bool droplets = false;
   std::unique_ptr<DragSolver> solver;
+  DiskDrag *disks = nullptr;    // the solver, of disks
+  double length_unit = 1.0;     // mean diameter of disks
+  double approached = 0.0;      // by two disks at most, since neighbors were found
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
-  Motions now, before;        // velocities: of this step, and of the last one
+  bigint last_timestep = -1;    // of the last run: velocities of droplets are those of then
+  Motions now, before;        // velocities: of this step, and, of droplets, of the last one
   Motions moved, moved_before;    // droplets: beside the affine flow, in the last two steps
   Motions pushes;             // on every atom, but for the drag
   Motions *traveling = nullptr;
@@ -81,6 +90,18 @@ class FixOverdamped : public Fix, private GhostExchange {
     double iterations = 0.0;
   } state;
 
+  using Weights = std::array<double, 3>;
+  struct Stage {    // of a step of disks
+    Motions velocities;    // as the box leans at the start of the step
+    double rate = 0.0, stress = 0.0, dissipation = 0.0;
+    std::vector<double> thetas;
+  } stages[3];
+  struct Plan {     // the next step of disks: part `time` of a whole one
+    double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0;
+    Motions moved, ahead;
+    std::vector<DiskDrag::Change> changes;    // that happen in it
+  } plan;
+
   FlowSums sums;
   State at_start;    // of the step
   int last_iterations = 0;
@@ -89,20 +110,33 @@ class FixOverdamped : public Fix, private GhostExchange {
   void read_droplet_law(char **arg);
   double number(const char *keyword, const char *text) const;
   void check() const;
+  void check_forces() const;
+  void find_computes();
+  void forget_velocities();
 
   void make_solver();
   DragSolver::Result find_velocities(bool forces = true);
   void start_droplets();
-  void predict_disks(double dt, double strain_step);
+  void start_disks();
+  void find_states();
+  void plan_disks();
+  void move_disks();
+  double try_stages(double step);
+  double strain_after(double time, double step) const;
+  double up_to_changes(double step, double allowed);
+  void gather(std::vector<DiskDrag::Change> &) const;
+  void keep_neighbors();
+  double all_speeds() const;
+  static Weights dense_weights(double part);
+  static Weights ahead_weights(double part);
   void predict_droplets(double dt, double strain_step);
-  void blend_prediction();
   bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
   void step_back();
   double droplet_error() const;
   double farthest_correction(const Motions &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
-  void refuse(const DragSolver::Result &) const;
+  [[noreturn]] void refuse(const DragSolver::Result &) const;
   void remove_drift();
   void add_up();
   void lean(double strain);
@@ -110,8 +144,9 @@ class FixOverdamped : public Fix, private GhostExchange {
   double typical_rate() const;
   double time_unit() const;    // of droplets
   double next_strain_step(double dt) const;
-  void adapt_step(const Motions &predicted, double contacts_before);
-  void set_step();
+  void adapt_step();
+  double up_to_end(double step) const;
+  void set_time_step(double dt);
   double longest_step() const;
   double area() const;
 

@@ -58,8 +58,9 @@ FixOverdamped::~FixOverdamped()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
-  for (Compute *compute : {virial, energy})
-    if (compute && modify) modify->delete_compute(compute->id);
+  if (!modify) return;
+  for (const char *name : {"virial", "energy"})    // they may be gone, by uncompute
+    if (const auto own = fmt::format("{}_{}", id, name); modify->get_compute_by_id(own)) modify->delete_compute(own);
 }
 
 /* ----------------------------------------------------------------------
@@ -171,7 +172,46 @@ int FixOverdamped::setmask()
 void FixOverdamped::init()
 {
   check();
+  check_forces();
+  find_computes();
   make_solver();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::find_computes()
+{
+  virial = modify->get_compute_by_id(fmt::format("{}_virial", id));
+  energy = modify->get_compute_by_id(fmt::format("{}_energy", id));
+  if (!virial || !energy)
+    error->all(FLERR, "{}: compute {}_virial or {}_energy is gone, which belong to it: do not uncompute them", WHO, id, id);
+}
+
+/* ----------------------------------------------------------------------
+   Forces that are not those of the contacts would move particles without being in any stress, energy or
+   step: drag and stiffness are known of those of the model alone.
+------------------------------------------------------------------------- */
+
+void FixOverdamped::check_forces() const
+{
+  const bool disks = force->pair_match("disk/drag", 1);
+  const auto refuse = [&](const std::string &what) {
+    error->all(FLERR, "{}: {} pushes {} too, which enters neither stress nor steps: remove it", WHO, what,
+               disks ? "disks" : "droplets");
+  };
+  if (utils::strmatch(force->pair_style, "^hybrid")) refuse(fmt::format("pair_style {}", force->pair_style));
+  if (disks && force->bond) refuse(fmt::format("bond_style {}", force->bond_style));
+  if (force->angle) refuse(fmt::format("angle_style {}", force->angle_style));
+  if (force->dihedral) refuse(fmt::format("dihedral_style {}", force->dihedral_style));
+  if (force->improper) refuse(fmt::format("improper_style {}", force->improper_style));
+  if (force->kspace) refuse("kspace_style");
+  for (Fix *const fix : modify->get_fix_list()) {
+    const int mask = modify->get_fix_mask(fix);
+    if (fix == this || utils::strmatch(fix->style, "^polygon/") || utils::strmatch(fix->style, "^enforce2d")) continue;
+    if (mask & (PRE_FORCE | POST_FORCE)) refuse(fmt::format("fix {} of style {}", fix->id, fix->style));
+    if (mask & (INITIAL_INTEGRATE | FINAL_INTEGRATE))
+      error->all(FLERR, "{}: fix {} of style {} moves atoms, too: unfix it", WHO, fix->id, fix->style);
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -180,12 +220,18 @@ void FixOverdamped::make_solver()
 {
   GhostExchange &exchange = *this;
   settings.fluid = fluid * area();
-  const auto *const disks = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
-  droplets = !disks;
-  if (disks)
-    solver = std::make_unique<DiskDrag>(world, exchange, settings, *disks);
-  else
+  const auto *const style = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  droplets = !style;
+  if (droplets) {
+    disks = nullptr;
     solver = std::make_unique<DropletDrag>(lmp, exchange, settings, droplet_law, *virial, *energy);
+    return;
+  }
+  auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom->tag);
+  if (disks) drag->take_over(*disks);    // of the run before
+  disks = drag.get();
+  solver = std::move(drag);
+  length_unit = style->mean_diameter();
 }
 
 /* ---------------------------------------------------------------------- */

@@ -23,24 +23,6 @@ using namespace LAMMPS_NS;
 static constexpr char WHO[] = "Pair style disk/drag";
 static constexpr double LARGEST_EXPONENT = 10.0;    // beyond, forces of barely touching disks have no digits
 
-namespace LAMMPS_NS {
-
-// of two disks that overlap: E = K overlap^exponent and its derivatives
-
-struct Repulsion {
-  double overlap, energy, force, stiffness;
-
-  Repulsion(double K, double overlap, double exponent) : overlap(overlap)
-  {
-    const double stiffer = exponent == 2.0 ? K : K * pow(overlap, exponent - 2.0);
-    energy = stiffer * overlap * overlap;
-    force = exponent * stiffer * overlap;
-    stiffness = exponent * (exponent - 1.0) * stiffer;
-  }
-};
-
-}    // namespace LAMMPS_NS
-
 /* ---------------------------------------------------------------------- */
 
 PairDiskDrag::PairDiskDrag(LAMMPS *lmp) : Pair(lmp), strength(nullptr), reach(nullptr)
@@ -65,7 +47,7 @@ PairDiskDrag::~PairDiskDrag()
 void PairDiskDrag::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  touching.clear();
+  found.clear();
 
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
@@ -78,13 +60,16 @@ void PairDiskDrag::compute(int eflag, int vflag)
       const int j = neighbors[jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
       const double s = reach[type[i]][type[j]];
-      if (rsq >= s * s || factor == 0.0) continue;
+      if (factor == 0.0) continue;
+      const double K = factor * strength[type[i]][type[j]];
+      remember(i, j, -dx, -dy, K);
+      if (rsq >= s * s) continue;
       if (rsq == 0.0)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
                    atom->tag[i], atom->tag[j]);
 
       const double r = sqrt(rsq);
-      const Repulsion push(factor * strength[type[i]][type[j]], s - r, exponent);
+      const Repulsion push(K, s - r, exponent);
       const double fpair = push.force / r;
       f[i][0] += dx * fpair;
       f[i][1] += dy * fpair;
@@ -93,7 +78,6 @@ void PairDiskDrag::compute(int eflag, int vflag)
         f[j][1] -= dy * fpair;
       }
       if (evflag) ev_tally(i, j, nlocal, newton_pair, push.energy, 0.0, fpair, dx, dy, 0.0);
-      remember(i, j, -dx, -dy, r, push);
     }
   }
   if (vflag_fdotr) virial_fdotr_compute();
@@ -101,13 +85,21 @@ void PairDiskDrag::compute(int eflag, int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-void PairDiskDrag::remember(int i, int j, double dx, double dy, double r, const Repulsion &push)
+void PairDiskDrag::remember(int i, int j, double x, double y, double K)
 {
-  const int *const type = atom->type;
-  const double back = law.arms_to_contact ? 0.5 * push.overlap : 0.0;
+  const int a = atom->type[i], b = atom->type[j];
   const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  touching.push_back({i, j, dx / r, dy / r, r, push.stiffness, push.force, push.energy, 0.5 * reach[type[i]][type[i]] - back,
-                      0.5 * reach[type[j]][type[j]] - back, share});
+  found.push_back({i, j, x, y, reach[a][b], K, 0.5 * reach[a][a], 0.5 * reach[b][b], share});
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairDiskDrag::mean_diameter() const
+{
+  double total = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) total += reach[atom->type[i]][atom->type[i]];
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
+  return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -299,5 +291,5 @@ void *PairDiskDrag::extract(const char *str, int &dim)
 
 double PairDiskDrag::memory_usage()
 {
-  return Pair::memory_usage() + touching.capacity() * sizeof(DiskContact);
+  return Pair::memory_usage() + found.capacity() * sizeof(DiskPair);
 }

@@ -12,7 +12,7 @@
 
 namespace LAMMPS_NS {
 
-/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who touches whom.
+/* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near to whom.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 
 class PairDiskDrag : public Pair {
@@ -34,17 +34,19 @@ class PairDiskDrag : public Pair {
   void *extract(const char *, int &) override;
   double memory_usage() override;
 
-  const std::vector<DiskContact> &contacts() const { return touching; }    // of the last force evaluation
+  const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
   const DragLaw &drag() const { return law; }
+  double mean_diameter() const;
+  Repulsion repulsion(double strength, double overlap) const { return {strength, overlap, exponent}; }
 
  private:
   DragLaw law;
   double exponent = 2.0;
   double **strength, **reach;    // K and s of two types
-  std::vector<DiskContact> touching;
+  std::vector<DiskPair> found;
 
   void allocate();
-  void remember(int i, int j, double dx, double dy, double r, const struct Repulsion &push);
+  void remember(int i, int j, double x, double y, double strength);
 };
 
 }    // namespace LAMMPS_NS

@@ -7,6 +7,7 @@ import campaigns
 import numpy as np
 import pytest
 from hypothesis import settings
+from kept_results import kept_folder
 
 import jamlab
 
@@ -14,6 +15,8 @@ import jamlab
 settings.register_profile("fast", max_examples=25, deadline=None, derandomize=True)
 settings.register_profile("extensive", max_examples=500, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
+
+__all__ = ["kept_folder"]  # a fixture of benchmarks
 
 DROPLETS = {"gamma": 0.13, "ka": 20.0, "eps": 1.7, "delta": 0.25, "eta": 0.0, "contact": "outline"}
 

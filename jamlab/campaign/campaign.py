@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
-from jamlab.campaign.file import CampaignTable, read_campaign_file
+from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder
-from jamlab.campaign.own_observables import load_function
+from jamlab.campaign.own_observables import check_function, load_function
 from jamlab.campaign.plan import Estimate, longest_first, plan
 from jamlab.campaign.states import StoredStates
 from jamlab.campaign.status import Status, count_tasks, wanted_batches
 from jamlab.campaign.table_plot import draw_means
-from jamlab.campaign.tables import aggregate, table
+from jamlab.campaign.tables import aggregate, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import Workers
 from jamlab.checks import checked
@@ -46,7 +46,8 @@ class Campaign:
 
     Attributes:
         file: the campaign file.
-        content: of that file.
+        text: of that file when it was opened.
+        content: the same, key by key.
         folder: holds the files of the tasks.
 
     Example:
@@ -58,6 +59,7 @@ class Campaign:
     """
 
     file: Path
+    text: str
     content: CampaignTable
     folder: CampaignFolder
 
@@ -84,6 +86,8 @@ class Campaign:
     def plan(self, only: Iterable[str] | None = None) -> list[Estimate]:
         """Estimate time on one core and disk space of each sweep, model and n, without running anything.
 
+        Observables of your own are looked for in the source of their modules, which are not imported.
+
         Args:
             only: names of sweeps; by default all.
 
@@ -93,7 +97,7 @@ class Campaign:
 
         chosen = batches(self.content, only)
         lines = plan(chosen, self.folder, batches(self.content))
-        self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left])
+        self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left], check_function)
         return lines
 
     @checked
@@ -129,10 +133,10 @@ class Campaign:
         """
 
         chosen = longest_first(batches(self.content, only))
-        where = Workers(workers, scheduler, slurm, self.content.slurm, folder=self.folder.path)
+        where = Workers(workers, scheduler, slurm, self.content.slurm, name=self.name, folder=self.folder.path)
         self.folder.prepare()
         with self.folder.lock():
-            self.folder.keep_copy(self.file)
+            self.folder.keep_copy(self.text)
             self.folder.sweep_up()
             names = task_names(chosen)
             finished = self.folder.finished() & names
@@ -144,7 +148,7 @@ class Campaign:
             skip = self.folder.finished() | self.folder.failed()
             if task_names(wanted_batches(chosen, self.folder)) <= skip:
                 return CampaignRun(0, 0, repaired)
-            self._check_functions(chosen)
+            self._check_functions(chosen, load_function)
             ran = self._drive(chosen, where, self._teller(chosen, progress, done))
         return replace(ran, repaired=repaired)
 
@@ -178,11 +182,10 @@ class Campaign:
             ran = replace(ran, finished=ran.finished + more.finished, failed=ran.failed + more.failed)
         return ran
 
-    def _check_functions(self, chosen: list[Batch]) -> None:
-        """Import the observables of the user's own before any work begins."""
-
+    def _check_functions(self, chosen: list[Batch], check: Callable[[str, list[str]], object]) -> None:
+        """Check the observables of the user's own before any work begins: look for them, or import them."""
         for name in sorted({name for batch in chosen for name in batch.parameters.own}):
-            load_function(name, self._modules())
+            check(name, self._modules())
 
     def _modules(self) -> list[str]:
         """List the folders that hold modules of the user's own observables."""
@@ -215,6 +218,7 @@ class Campaign:
         table: str = "states",
         sweep: str | None = None,
         converged: bool = True,
+        at: dict[str, float] | None = None,
         along: str | None = None,
         bins: ArrayLike | None = None,
         statistic: str = "mean",
@@ -230,8 +234,9 @@ class Campaign:
                 d_phi = phi - onset_phi.
             sweep: take the tasks of this sweep only.
             converged: leave out rows that did not converge.
+            at: column and value, such as {"rho": 0.92}: of each packing take one state, see `at`.
             along: a further column, cut into bins.
-            bins: edges of these bins, ascending.
+            bins: edges of these bins, ascending; by default one for each value of few, or twelve that span them.
             statistic: "mean" or "median" over packings.
             confidence: level of the intervals.
             resamples: number of bootstrap samples.
@@ -240,10 +245,43 @@ class Campaign:
             InputError: a table, sweep or column does not exist, or a number is out of range.
             StorageError: a file is damaged.
         """
-        frame = self._rows(table, sweep, converged)
+        frame = self._rows(table, sweep, converged) if at is None else self.at(table, sweep, converged, **at)
         return aggregate(
             frame, values, by, along=along, bins=bins, statistic=statistic, confidence=confidence, resamples=resamples
         )
+
+    @checked
+    def at(
+        self, table: str = "states", sweep: str | None = None, converged: bool = True, /, **where: float
+    ) -> pd.DataFrame:
+        r"""Take one state of each packing: the nearest to a value of one column, and within 0.5 % of it.
+
+        >>> from pathlib import Path
+        >>> sweep = 'model = "sp"\nn = 16\nseeds = 4\ncompress = { to = 0.9, step = 0.02 }\n'
+        >>> _ = Path("small.toml").write_text(f'name = "small"\n[[sweep]]\nname = "disks"\n{sweep}')
+        >>> campaign = jamlab.open_campaign("small.toml")
+        >>> campaign.run(workers=1).finished
+        4
+        >>> campaign.at(rho=0.9)["rho"].round(4).tolist()
+        [0.9, 0.9, 0.9, 0.9]
+
+        Args:
+            table: to take rows from; of a table with several rows for each state all of them.
+            sweep: take the tasks of this sweep only.
+            converged: leave out rows that did not converge.
+            where: the column and the value.
+
+        Returns:
+            Rows of the table; packings without a state there have none.
+
+        Raises:
+            InputError: other than one column is given, there is no such column, or no packing has a state there.
+            StorageError: a file is damaged.
+        """
+        if len(where) != 1:
+            raise InputError(f"at {where}: give one column with its value, such as rho=0.92")
+        ((column, value),) = where.items()
+        return states_at(self._rows(table, sweep, converged), column, value)
 
     @checked
     def plot(
@@ -345,6 +383,9 @@ def open_campaign(path: str | os.PathLike[str], folder: str | os.PathLike[str] |
             raise InputError(f"{path} is a folder already: leave out folder = {folder}")
         if not (given / COPY).is_file():
             raise InputError(f"no campaign has run in the folder {path}: give the campaign file")
-        return Campaign(given / COPY, read_campaign_file(given / COPY), CampaignFolder(given))
-    content = read_campaign_file(given)
-    return Campaign(given, content, CampaignFolder(Path(folder) if folder is not None else given.parent / content.name))
+        text = read_text(given / COPY)
+        return Campaign(given / COPY, text, check_campaign(text, given / COPY), CampaignFolder(given))
+    text = read_text(given)
+    content = check_campaign(text, given)
+    place = Path(folder) if folder is not None else given.parent / content.name
+    return Campaign(given, text, content, CampaignFolder(place))

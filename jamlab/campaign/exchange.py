@@ -41,7 +41,7 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
     counts = {"copied": 0, "present": 0, "damaged": 0}
     campaign.folder.prepare()
     with campaign.folder.lock():
-        campaign.folder.keep_copy(campaign.file)
+        campaign.folder.keep_copy(campaign.text)
         for other in map(CampaignFolder, sources):
             for name in sorted(other.finished()):
                 target = campaign.folder.task_file(name)
@@ -93,7 +93,7 @@ def export(
 
     Args:
         campaign: to export.
-        out: folder, made if it does not exist.
+        out: folder, made when there is something to write.
         form: "csv", "parquet", or "dump": one LAMMPS text dump per task, for OVITO.
         tables: their names; by default all that have rows.
         sweep: export the tasks of this sweep only.
@@ -108,13 +108,13 @@ def export(
     check_choice("format", form, FORMATS)
     if form == "parquet":
         check_parquet()
-    make_folder(out)
     if form == "dump":
         return _write_dumps(campaign, out, sweep)
+    frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # all of them, before a folder is made
     written = []
-    for name in tables or TABLES:
-        frame = campaign.table(name, sweep)
+    for name, frame in frames.items():
         if len(frame) or tables:
+            make_folder(out)
             written.append(out / f"{name}.{form}")
             export_table(frame, written[-1])
     return written
@@ -123,6 +123,7 @@ def export(
 def _write_dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
     written = []
     for name in sorted(campaign.finished(sweep)):
+        make_folder(out)
         written.append(out / f"{name}.dump")
         write_dump(written[-1], campaign.packings(name))
     return written

@@ -40,7 +40,6 @@ from jamlab.campaign.observables import OBSERVABLES
 from jamlab.checks import MOST_PARTICLES
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError, JamlabError
-from jamlab.packing.law_parameters import OPTIONAL
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -56,6 +55,21 @@ STATES = "states"  # the observable of every task: what `jamlab.measure` says of
 _NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 _FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*", re.ASCII)
 _OTHERS = {"sp": "disks", "dp": "droplets"}
+_LINES = "must be a list of lines of text"
+_TEXT = (r".+", "must be text in quotes")
+_SIZE = (r"[0-9.]+ ?[kKMGTP]?i?B", 'must be a size such as "2 GB"')
+_TIME = (  # of sbatch: minutes, hours:minutes:seconds, days-hours, ...
+    r"\d+(:\d+){0,2}|\d+-\d+(:\d+){0,2}",
+    'must be "hours:minutes:seconds" such as "04:00:00", or "days-hours"',
+)
+SLURM_KEYS = {  # of `dask_jobqueue.SLURMCluster` that a file may set -> what its value must be
+    **dict.fromkeys(("queue", "account", "project", "interface", "python", "shebang", "job_name"), _TEXT),
+    **dict.fromkeys(("local_directory", "log_directory", "host", "job_mem", "worker_command"), _TEXT),
+    **dict.fromkeys(("job_extra_directives", "job_script_prologue", "job_directives_skip"), (r".*", _LINES)),
+    **dict.fromkeys(("env_extra", "job_extra", "header_skip", "extra", "worker_extra_args"), (r".*", _LINES)),
+    **{"memory": _SIZE, "walltime": _TIME},
+}
+_SET_BY_JAMLAB = ("cores", "processes", "job_cpu", "nanny", "protocol", "security", "death_timeout", "n_workers")
 _SHOWN = 120  # characters of a wrong value in its message
 
 
@@ -226,8 +240,6 @@ class Sweep(FileTable):
     def _check_force_law(self) -> None:
         from jamlab.protocols.random_start import check_force_law
 
-        if of_droplets := sorted(self.force_law.keys() - OPTIONAL["sp"].keys()):
-            self._only("dp", f"{of_droplets[0]} of force_law is")
         for model in self.model if self.force_law else ():
             try:
                 check_force_law(model, self.force_law)
@@ -293,6 +305,24 @@ class CampaignTable(FileTable):
     sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]
     slurm: dict[str, Any] = Field(default={})
 
+    @field_validator("slurm")
+    @classmethod
+    def _check_slurm(cls, value: dict[str, Any]) -> dict[str, Any]:
+        for key, given in value.items():
+            if key in _SET_BY_JAMLAB:
+                raise ValueError(
+                    f"{key} = {_show(given)}: leave it out, jamlab sets it; `ranks` of a sweep books cores"
+                )
+            if key not in SLURM_KEYS:
+                near = difflib.get_close_matches(key, SLURM_KEYS, 1)
+                hint = f"did you mean {near[0]}?" if near else f"use {', '.join(sorted(SLURM_KEYS))}"
+                raise ValueError(f"{key} = {_show(given)}: unknown key, {hint}")
+            pattern, remedy = SLURM_KEYS[key]
+            lines = given if remedy is _LINES and isinstance(given, list) else [given]
+            if not all(isinstance(line, str) and re.fullmatch(pattern, line) for line in lines):
+                raise ValueError(f"{key} = {_show(given)}: {remedy}")
+        return value
+
     @field_validator("sweep")
     @classmethod
     def _check_names(cls, value: list[Sweep]) -> list[Sweep]:
@@ -307,21 +337,22 @@ class CampaignTable(FileTable):
 
 
 def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
-    """Read and check a campaign file.
+    """Read and check a campaign file; errors as in `check_campaign`."""
+    return check_campaign(read_text(path), path)
+
+
+def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
+    """Check the text of a campaign file.
 
     Raises:
-        InputError: the file cannot be read, is not TOML, or is not a valid campaign; one line for each wrong key, with
-            its value and a remedy.
+        InputError: the text is not TOML, or not a valid campaign; one line for each wrong key, with its value and a
+            remedy.
     """
     try:
-        content = tomllib.loads(_read_text(path))
-    except OSError as error:
-        raise InputError(f"cannot read the campaign file {path}: {error.strerror}; check its name") from error
+        content = tomllib.loads(text)
     except RecursionError as error:
         raise InputError(f"{path} nests brackets too deeply: write the lists of a campaign flat") from error
-    except ValueError as error:  # of TOML, of UTF-8, or an integer of more than 4300 digits
-        if isinstance(error, JamlabError):
-            raise
+    except ValueError as error:  # of TOML, or an integer of more than 4300 digits
         raise InputError(f"{path} is not TOML: {error}; correct that line") from error
     try:
         return CampaignTable.model_validate(content)
@@ -331,14 +362,25 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
         raise InputError("\n".join(f"{path}: {line}" for line in dict.fromkeys(lines))) from None
 
 
-def _read_text(path: str | os.PathLike[str]) -> str:
-    """Read a file of a sensible size; a device or a pipe could be read without end, and not twice."""
-    status = os.stat(path)
-    if not stat.S_ISREG(status.st_mode):
-        raise InputError(f"cannot read the campaign file {path}: it is not a regular file; give a file")
-    if status.st_size > MOST_BYTES:
-        raise InputError(f"{path} has {status.st_size} bytes, a campaign file at most {MOST_BYTES}: check its name")
-    return Path(path).read_text(encoding="utf-8")
+def read_text(path: str | os.PathLike[str]) -> str:
+    """Read a file of a sensible size; a device or a pipe could be read without end, and not twice.
+
+    Raises:
+        InputError: the file cannot be read, or is not text.
+    """
+    try:
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(f"cannot read the campaign file {path}: it is not a regular file; give a file")
+        if status.st_size > MOST_BYTES:
+            raise InputError(f"{path} has {status.st_size} bytes, a campaign file at most {MOST_BYTES}: check its name")
+        return Path(path).read_bytes().decode("utf-8")
+    except OSError as error:
+        if isinstance(error, JamlabError):
+            raise
+        raise InputError(f"cannot read the campaign file {path}: {error.strerror}; check its name") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not TOML: {error}; correct that line") from error
 
 
 def _known_keys(place: list[Any]) -> list[str]:

@@ -12,6 +12,7 @@
 import fcntl
 import json
 import os
+import shutil
 import stat
 import traceback
 from collections.abc import Iterable, Iterator
@@ -26,6 +27,7 @@ from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 
 COPY = "campaign.toml"
+CERTIFICATE = ".certificate-"  # how folders with the certificate of a run on SLURM begin
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,9 @@ class CampaignFolder:
             with _changing(self.path / part):
                 for file in (self.path / part).glob(".jamlab-*.tmp"):
                     file.unlink(missing_ok=True)
+        with _changing(self.path):
+            for place in self.path.glob(f"{CERTIFICATE}*"):  # of a driver that was killed
+                shutil.rmtree(place)
 
     @contextmanager
     def lock(self) -> Iterator[None]:
@@ -156,13 +161,13 @@ class CampaignFolder:
             file.flush()
             yield
 
-    def keep_copy(self, campaign_file: Path) -> None:
-        """Copy the campaign file into the folder, where `open_campaign(folder)` finds it."""
+    def keep_copy(self, text: str) -> None:
+        """Keep the text of the campaign file in the folder, where `open_campaign(folder)` finds it."""
         copy = self.path / COPY
         self.check_target(copy)
         check_target(copy)
+        content = text.encode()
         with _changing(copy):
-            content = campaign_file.read_bytes()
             known = copy.read_bytes() if copy.exists() else None
         if content != known:
             with atomic_file(copy) as temporary:

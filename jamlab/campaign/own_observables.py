@@ -1,9 +1,12 @@
 """Measure observables of the user's own: functions `module:function` that take a packing and return numbers."""
 
+import ast
 import importlib
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.machinery import PathFinder
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,56 @@ from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 
 Function = Callable[[Packing], Any]
+
+
+def check_function(observable: str, folders: Sequence[str]) -> None:
+    """Look for the function of an observable `module:function` without running any code.
+
+    Its module is found as by an import, but only read. A module without source, or one that imports all names of
+    another, is believed.
+
+    Args:
+        observable: its name.
+        folders: searched for the module before the places where Python looks.
+
+    Raises:
+        InputError: there is no such module or function.
+    """
+    module, _, name = observable.partition(":")
+    places: list[str] | None = [*folders, *sys.path]
+    words = module.split(".")
+    for k in range(len(words)):
+        found = PathFinder.find_spec(".".join(words[: k + 1]), places)
+        if found is None or (k + 1 < len(words) and found.submodule_search_locations is None):
+            raise _no_module(observable, module, folders, "there is none")
+        places = list(found.submodule_search_locations or ())
+    source = found.origin if found is not None else None
+    if source is None or not source.endswith(".py"):
+        return
+    try:
+        tree = ast.parse(Path(source).read_bytes(), source)
+    except (OSError, SyntaxError, ValueError) as error:
+        raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
+    if not {name, "*"} & set(_names_in(tree)):
+        raise InputError(f"observable {observable}: {source} has no function {name}: correct the name")
+
+
+def _names_in(tree: ast.AST) -> Iterator[str]:
+    """Names that a module may define: functions, assignments and imports at any depth."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            yield from (alias.asname or alias.name.partition(".")[0] for alias in node.names)
+
+
+def _no_module(observable: str, module: str, folders: Sequence[str], reason: str) -> InputError:
+    return InputError(
+        f"observable {observable}: cannot import {module}: {reason}; put {module.partition('.')[0]}.py beside the"
+        f" campaign file (searched: {' and '.join(folders)})"
+    )
 
 
 def load_function(observable: str, folders: Sequence[str]) -> Function:
@@ -30,11 +83,7 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
         try:
             found = importlib.import_module(module)
         except Exception as error:  # the module is the user's: whatever it raises is reported with its name
-            places = " and ".join(folders)
-            raise InputError(
-                f"observable {observable}: cannot import {module}: {type(error).__name__}: {error};"
-                f" put {module.partition('.')[0]}.py beside the campaign file (searched: {places})"
-            ) from error
+            raise _no_module(observable, module, folders, f"{type(error).__name__}: {error}") from error
     function = getattr(found, name, None)
     if not callable(function):
         place = getattr(found, "__file__", module)

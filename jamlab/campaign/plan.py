@@ -57,7 +57,7 @@ _STATES_TIME: dict[str, Points] = {  # to measure table "states"
 }
 
 DRIVING = 1.2  # CPU of a campaign over that of its parts: Dask and files; 1.6, 1.6 and 1.2 on a machine at full load
-WORKER_SECONDS = 3.5  # CPU to start one worker and the driver, which load Dask, LAMMPS and the solvers
+WORKER_SECONDS = 2.0  # CPU to start one worker, which loads LAMMPS and the solvers
 
 _CRYSTAL = 12  # disks along each side of the packing on which the machine is timed
 _MEASUREMENTS = 30
@@ -140,7 +140,7 @@ class Estimate:
         model: "sp" or "dp".
         n: number of particles.
         tasks: number of tasks; with `until` the most there may be, or, once the standard errors are met, those needed.
-        left: number of tasks neither finished nor failed.
+        left: number of tasks neither finished nor failed; one that an earlier sweep has too is counted there.
         stored: number of tasks left whose states another finished task holds.
         states: number of packings in each task.
         seconds: of cores, for the tasks left; functions of the user's own count nothing.
@@ -174,11 +174,12 @@ def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) 
     """
     finished, failed = folder.finished(), folder.failed()
     held = StoredStates(folder, everything) if finished else None
-    lines = []
+    lines, counted = [], finished | failed
     for batch in batches:
         reached = precision(batch, folder, finished, failed)
         wanted = batch.first(reached.seeds) if reached.met else batch
-        left = [task for task in wanted.tasks() if task.name not in finished and task.name not in failed]
+        left = [task for task in wanted.tasks() if task.name not in counted]
+        counted |= {task.name for task in left}
         names = [name for name in batch.names() if name in finished]
         lines.append(_estimate(wanted, left, _mean_seconds(folder, names[:_SAMPLES]), held))
     return lines

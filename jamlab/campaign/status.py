@@ -147,6 +147,7 @@ class Status:
 
     Attributes:
         sweeps: one entry for each sweep, model and n.
+        tasks, finished, failed: numbers of all sweeps; a task that several of them share is one.
         failures: failed task -> record with label, error and reason.
         damaged: finished task -> damage of its file; None if the files were not read.
         gaps: finished task -> states it lacks, and why; None if the files were not read.
@@ -155,40 +156,31 @@ class Status:
     """
 
     sweeps: list[SweepStatus]
+    tasks: int
+    finished: int
+    failed: int
     failures: dict[str, dict[str, Any]]
     damaged: dict[str, str] | None
     gaps: dict[str, str] | None
     foreign: int
 
     @property
-    def tasks(self) -> int:
-        """Number of tasks; one that two sweeps share counts in both."""
-        return sum(sweep.tasks for sweep in self.sweeps)
-
-    @property
-    def finished(self) -> int:
-        """Number of tasks with a file."""
-        return sum(sweep.finished for sweep in self.sweeps)
-
-    @property
-    def failed(self) -> int:
-        """Number of tasks that failed."""
-        return sum(sweep.failed for sweep in self.sweeps)
-
-    @property
     def left(self) -> int:
         """Number of tasks neither finished nor failed."""
-        return sum(sweep.left for sweep in self.sweeps)
+        return self.tasks - self.finished - self.failed
 
 
 def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) -> Status:
     """Count the tasks of batches; arguments and errors as in `Campaign.status`."""
     finished, failed = folder.finished(), folder.failed()
-    sweeps, known = [], set()
+    sweeps: list[SweepStatus] = []
+    known: set[str] = set()
+    wanted: set[str] = set()
     for batch in batches:
         known |= set(batch.names())
         reached = precision(batch, folder, finished, failed)
         names = set(batch.first(reached.seeds).names())
+        wanted |= names
         counts = (len(names), len(names & finished), len(names & failed), len(batch.seeds))
         line = SweepStatus(
             batch.sweep, batch.parameters.model, batch.parameters.n, *counts, batch.until, reached.errors
@@ -197,7 +189,8 @@ def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) 
     failures = {name: record for name, record in folder.failures().items() if name in known}
     damaged = folder.damages(known & finished) if verify else None
     gaps = folder.gaps((known & finished) - damaged.keys()) if damaged is not None else None
-    return Status(sweeps, failures, damaged, gaps, len(finished - known))
+    totals = (len(wanted), len(wanted & finished), len(wanted & failed))
+    return Status(sweeps, *totals, failures, damaged, gaps, len(finished - known))
 
 
 def _timed(line: SweepStatus, folder: CampaignFolder, names: set[str]) -> SweepStatus:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
 from jamlab.campaign.observables import OBSERVABLES
-from jamlab.campaign.tables import aggregate
+from jamlab.campaign.tables import aggregate, choose_bins
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.plotting.axes import merged
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 
 
 ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
-_MOST_BINS = 12  # a column with no more values than that is not binned
-_WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
+_FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
+_LEGEND_WIDTH = 44  # characters of a line, which fit into axes of 4 inches
 _RESAMPLES = 400  # a standard error to 4 %
 LABELS = {
     "z": "contact number $z$",
@@ -34,7 +35,7 @@ LABELS = {
     "d_phi": r"distance from onset $\phi - \phi_J$",
     "pressure": "pressure $p$",
     "target_pressure": "pressure $p$",
-    "g": "shear modulus $G$, mean over directions",
+    "g": "shear modulus, mean over\ndirections, $G$",
     "g_x": "shear modulus $G_{xy}$",
     "b": "bulk modulus $B$",
     "shape": r"shape factor $\mathcal{A}$",
@@ -70,13 +71,24 @@ def draw_means(
         plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
         look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
         look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
-        look["label"] = f"{look['label']}{_left_out(part, value, along, edges)}"
+        notes = [str(look["label"]), *_left_out(part, value, along, edges), *_selection(means, value)]
+        look["label"] = "\n".join(
+            line for note in notes for line in textwrap.wrap(note, _LEGEND_WIDTH, break_on_hyphens=False)
+        )
         if not len(means):
             axes.plot([], [], **look)
             continue
         drawn += len(means)
         x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
-        axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
+        bars = axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
+        if (few := _few(means, value)).any():
+            line = bars.lines[0]
+            hollow: dict[str, Any] = {
+                "marker": line.get_marker(),
+                "markersize": line.get_markersize(),
+                "color": line.get_color(),
+            }
+            axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
     if not drawn:
         raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
     if logarithmic:
@@ -105,36 +117,28 @@ def _units(frame: pd.DataFrame) -> list[str]:
     return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
 
 
-def choose_bins(values: Array) -> tuple[Array, bool]:
-    """Edges of bins for a column, and whether they are equal in ratio.
-
-    A column of a few values, such as target pressures, gets a bin for each of them. Others get twelve bins, equal in
-    ratio where the positive values span more than a factor of 30; what lies at zero or below is then outside.
-    """
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return np.array([0.0, 1.0]), False
-    kinds = np.unique([float(f"{value:.5g}") for value in finite])  # a pressure is met to 1e-6
-    up = kinds[kinds > 0]
-    wide = len(up) > 1 and up[-1] > _WIDE * up[0]
-    if len(kinds) <= _MOST_BINS:
-        between = 0.5 * (kinds[1:] + kinds[:-1])
-        return np.concatenate([[-np.inf], between, [np.inf]]), wide and len(up) == len(kinds)
-    if wide:
-        return np.geomspace(up[0], up[-1], _MOST_BINS + 1) * np.r_[1 - 1e-4, np.ones(_MOST_BINS - 1), 1 + 1e-4], True
-    edges = np.linspace(finite.min(), finite.max(), _MOST_BINS + 1)
-    edges[-1] = np.nextafter(edges[-1], np.inf)
-    return edges, False
-
-
-def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> str:
-    """Say in the legend how many rows are not drawn, "" if none."""
+def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
+    """Say in the legend how many rows are not drawn, if any."""
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
     missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside
     counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
     text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
-    return f"; states left out: {text}" if text else ""
+    return [f"states left out: {text}"] if text else []
+
+
+def _few(means: pd.DataFrame, value: str) -> NDArray[np.bool_]:
+    """Whether a point is the mean of a selection: of fewer than half of its packings, since others have no value."""
+    return np.array(means[f"{value}_packings"] < _FEW * means["packings"], dtype=np.bool_)
+
+
+def _selection(means: pd.DataFrame, value: str) -> list[str]:
+    """Say in the legend that some points are means of a selection."""
+    if not len(means) or not (few := _few(means, value)).any():
+        return []
+    have, of = means.loc[few, [f"{value}_packings", "packings"]].to_numpy(np.int64).T
+    least = int(np.argmin(have / of))
+    return [f"hollow: a selection, down to the {have[least]} of {of[least]} packings that have {value}"]
 
 
 def _label(frame: pd.DataFrame, column: str) -> str:

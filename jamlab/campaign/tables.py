@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jamlab.arrays import Array
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
 from jamlab.campaign.task_file import TaskFile, read_task_file
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
+NEAR = 5e-3  # of a value, within which a state is at it: half a step of 0.01 in rho
+_MOST_BINS = 12  # a column with no more values than that is not binned
+_WIDE = 30.0  # ratio of the largest to the smallest value from which bins are equal in ratio
 DISTANCES = ("d_rho", "d_phi")  # from onset; columns that `Campaign.aggregate` adds to "states"
 _WHO = ("task", "model", "n", "seed", "ensemble")
 _LAW = ("gamma", "ka", "delta", "eps", "nv_small")  # of droplets
@@ -134,6 +138,49 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
+def states_at(frame: "pd.DataFrame", column: str, value: float) -> "pd.DataFrame":
+    """Choose the rows of one state of each packing: the one whose column is nearest to a value, and within 0.5 % of it.
+
+    Raises:
+        InputError: there is no such column, or no packing has a state there.
+    """
+    check_choice("column", column, frame.columns)
+    if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
+        raise InputError(f"{column} = {value:g}: a table with states is needed, and a column of numbers")
+    distance = (frame[column].astype(np.float64) - value).abs()
+    inside = frame[distance <= NEAR * abs(value)]
+    if not len(inside):
+        found = frame[column].astype(np.float64)
+        raise InputError(
+            f"{column} = {value:g}: no state lies within {NEAR:.1%} of it; they reach from {found.min():.6g} to"
+            f" {found.max():.6g}: give another value, or a sweep with a state there"
+        )
+    nearest = frame.loc[distance[inside.index].groupby(inside["task"]).idxmin(), ["task", "state"]]
+    return inside.merge(nearest, on=["task", "state"])
+
+
+def choose_bins(values: Array) -> tuple[Array, bool]:
+    """Edges of bins for a column, and whether they are equal in ratio.
+
+    A column of a few values, such as target pressures, gets a bin for each of them. Others get twelve bins, equal in
+    ratio where the positive values span more than a factor of 30; what lies at zero or below is then outside.
+    """
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return np.array([0.0, 1.0]), False
+    kinds = np.unique([float(f"{value:.5g}") for value in finite])  # a pressure is met to 1e-6
+    up = kinds[kinds > 0]
+    wide = len(up) > 1 and up[-1] > _WIDE * up[0]
+    if len(kinds) <= _MOST_BINS:
+        between = 0.5 * (kinds[1:] + kinds[:-1])
+        return np.concatenate([[-np.inf], between, [np.inf]]), wide and len(up) == len(kinds)
+    if wide:
+        return np.geomspace(up[0], up[-1], _MOST_BINS + 1) * np.r_[1 - 1e-4, np.ones(_MOST_BINS - 1), 1 + 1e-4], True
+    edges = np.linspace(finite.min(), finite.max(), _MOST_BINS + 1)
+    edges[-1] = np.nextafter(edges[-1], np.inf)
+    return edges, False
+
+
 def aggregate(
     frame: "pd.DataFrame",
     values: Sequence[str],
@@ -145,25 +192,22 @@ def aggregate(
     confidence: float = CONFIDENCE,
     resamples: int = 1000,
 ) -> "pd.DataFrame":
-    """Average the values of each group of rows, with intervals over packings.
+    """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`.
 
     Args:
         frame: rows with columns model, n and seed, which identify a packing.
-        values: columns to average; rows whose value is not finite are left out.
-        by: columns whose values define the groups; what agrees to five digits is one value. It is given to all of its
-            digits if all rows have the same, such as a frequency, and to five if not, such as a pressure that was met.
-        along: a further column to cut into bins.
-        bins: edges for it, ascending.
-        statistic: "mean" or "median", over packings.
-        confidence: level of the bootstrap intervals.
-        resamples: number of ensembles drawn; `jamlab.statistics.bootstrap` has the rule for the seed.
+        values: rows whose value is not finite are left out.
+        by: what agrees to five digits is one value. It is given to all of its digits if all rows have the same, such as
+            a frequency, and to five if not, such as a pressure that was met.
+        along, bins, statistic, confidence, resamples: see there; `jamlab.statistics.bootstrap` has the rule for seeds.
 
     Returns:
-        One row per group: `by`, the mean of `along`, and for each value `<value>`, `<value>_low`, `<value>_high` and
-        `<value>_packings`, the number of packings that have it. Intervals of one packing are nan.
+        One row per group: `by`, the mean of `along`, `packings`, their number, and for each value `<value>`,
+        `<value>_low`, `<value>_high` and `<value>_packings`, the number of packings that have it. Intervals of one
+        packing are nan.
 
     Raises:
-        InputError: a missing column, `along` without `bins`, numbers out of range, or a group of more than one
+        InputError: a missing column, `bins` without `along`, numbers out of range, or a group of more than one
             ensemble or unit, whose mean would be one of nothing.
     """
     import pandas as pd
@@ -171,8 +215,9 @@ def aggregate(
     _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)
     keys = {name: _round_keys(frame[name]) for name in by}
     if along is not None:
-        edges = np.asarray(bins, dtype=np.float64)
-        place = np.digitize(frame[along].to_numpy(np.float64), edges) - 1
+        numbers = frame[along].to_numpy(np.float64)
+        edges = choose_bins(numbers)[0] if bins is None else np.asarray(bins, dtype=np.float64)
+        place = np.digitize(numbers, edges) - 1
         inside = (place >= 0) & (place < len(edges) - 1)
         frame, keys = frame[inside], {name: key[inside] for name, key in keys.items()}
         keys["bin"] = pd.Series(place[inside], index=frame.index)
@@ -186,9 +231,9 @@ def aggregate(
         row |= {name: part[name].iloc[0] for name in by if part[name].nunique() == 1}  # to all of its digits
         if along is not None:
             row[along] = float(part[along].mean())
+        row["packings"] = part.groupby(["model", "n", "seed"]).ngroups
         for name in values:
-            numbers = part[name].astype(np.float64)
-            kept = part[np.isfinite(numbers)]
+            kept = part[np.isfinite(part[name].astype(np.float64))]
             packings = kept.groupby(["model", "n", "seed"])[name].mean().to_numpy(np.float64)
             row |= {name: np.nan, f"{name}_low": np.nan, f"{name}_high": np.nan, f"{name}_packings": len(packings)}
             if len(packings):
@@ -216,8 +261,8 @@ def _check(
     for name in columns:
         if name not in frame.columns:
             raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
-    if (along is None) != (bins is None):
-        raise InputError(f"along = {along!r} and bins = {bins!r}: give both or none")
+    if along is None and bins is not None:
+        raise InputError(f"bins = {bins!r}: name the column to cut into them, along = ...")
     if bins is not None:
         edges = np.asarray(bins, dtype=np.float64)
         if edges.ndim != 1 or len(edges) < 2 or not np.all(np.diff(edges) > 0):

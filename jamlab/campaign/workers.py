@@ -7,7 +7,6 @@ every connection show a certificate that is made for the run and kept in files o
 """
 
 import contextlib
-import inspect
 import shutil
 import socket
 import subprocess
@@ -20,6 +19,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from jamlab.campaign.folder import CERTIFICATE
 from jamlab.errors import EngineError, InputError
 from jamlab.processes.cores import available_cores
 from jamlab.processes.side_by_side import start_child
@@ -222,6 +222,7 @@ class Workers:
         slurm: start SLURM jobs with `slurm_options`.
         slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
         ranks: MPI ranks of each task; a worker holds as many cores.
+        name: of the campaign, and of its jobs.
         folder: that all jobs see, where the certificate of a run on SLURM is kept meanwhile.
     """
 
@@ -230,6 +231,7 @@ class Workers:
     slurm: bool = False
     slurm_options: dict[str, Any] = field(default_factory=dict)
     ranks: int = 1
+    name: str = "jamlab"
     folder: Path = Path()
 
     def __post_init__(self) -> None:
@@ -258,7 +260,9 @@ class Workers:
                 client = stack.enter_context(_connect(self.scheduler))
                 _check_cores(client, self.scheduler, self.ranks)
             else:
-                cluster = stack.enter_context(self._slurm_cluster())
+                _check_slurm()
+                security = stack.enter_context(_certificate(self.folder.resolve()))
+                cluster = stack.enter_context(self._slurm_cluster(security))
                 client = stack.enter_context(Client(cluster, set_as_default=False))
                 cluster.scale(jobs=self.expected)
             yield DaskCrew(client, self.expected, self.ranks)
@@ -274,33 +278,15 @@ class Workers:
             return self.count or 1
         return _local_workers(self.ranks)
 
-    def _slurm_cluster(self) -> "SLURMCluster":
-        try:
-            from dask_jobqueue import SLURMCluster
-            from dask_jobqueue.core import Job, JobQueueCluster
-            from dask_jobqueue.slurm import SLURMJob
-        except ImportError:
-            raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
-        if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
-            raise InputError(
-                f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
-                " --workers or --scheduler"
-            )
-        options = _SLURM_DEFAULTS | self.slurm_options
-        if taken := [name for name in ("cores", "processes", "job_cpu") if options.get(name, 1) != 1]:
-            raise InputError(
-                f"[slurm] of the campaign file: {taken[0]} = {options[taken[0]]}: leave it out, and set ranks of a"
-                " sweep: its jobs hold as many cores"
-            )
-        known = {name for part in (SLURMJob, Job, JobQueueCluster) for name in inspect.signature(part).parameters}
-        if unknown := options.keys() - known:
-            names = ", ".join(sorted(unknown))
-            raise InputError(f"[slurm] of the campaign file: unknown key {names}; see dask_jobqueue.SLURMCluster")
+    def _slurm_cluster(self, security: "Security") -> "SLURMCluster":
+        from dask_jobqueue import SLURMCluster
+
+        options = _SLURM_DEFAULTS | {"job_name": self.name} | self.slurm_options
         # `cores` are threads of the worker, which runs one task; `job_cpu` are those that the job books
         fixed: dict[str, Any] = {"cores": 1, "processes": 1, "job_cpu": self.ranks, "death_timeout": _DEATH_TIMEOUT}
         held = ["--resources", f"{_CORES}={self.ranks}"]
         fixed["worker_extra_args"] = [*options.get("worker_extra_args", []), *held]
-        fixed |= {"security": _certificate(), "protocol": "tls://", "shared_temp_directory": str(self.folder.resolve())}
+        fixed |= {"security": security, "protocol": "tls://"}
         try:
             cluster = SLURMCluster(**options | fixed, scheduler_options={"dashboard": False})
         except (TypeError, ValueError) as error:
@@ -314,17 +300,42 @@ class Workers:
         return cluster
 
 
-def _certificate() -> "Security":
-    """Certificate and key of one run, which both sides of every connection must show."""
+def _check_slurm() -> None:
+    """Check that jobs can be submitted here.
+
+    Raises:
+        InputError: dask-jobqueue or a command of SLURM is missing.
+    """
+    try:
+        import dask_jobqueue  # noqa: F401
+    except ImportError:
+        raise InputError("SLURM needs dask-jobqueue: pip install 'jamlab[slurm]'") from None
+    if missing := [name for name in ("sbatch", "scancel") if shutil.which(name) is None]:
+        raise InputError(
+            f"SLURM: no command {' or '.join(missing)}: run --slurm where jobs are submitted, or use"
+            " --workers or --scheduler"
+        )
+
+
+@contextlib.contextmanager
+def _certificate(folder: Path) -> "Iterator[Security]":
+    """Certificate and key of one run, which both sides of every connection must show, in files of this user alone."""
     from distributed.security import Security
 
     try:
-        return Security.temporary()
+        made = Security.temporary()
     except ImportError:
         raise InputError(
             "SLURM needs cryptography, so that no other user of the network can reach the workers: pip install"
             " 'jamlab[slurm]'"
         ) from None
+    with tempfile.TemporaryDirectory(prefix=CERTIFICATE, dir=folder) as place:  # which nobody else may enter
+        key, certificate = Path(place, "key.pem"), Path(place, "certificate.pem")
+        key.write_text(made.tls_scheduler_key)
+        certificate.write_text(made.tls_scheduler_cert)
+        shown = {f"tls_{role}_cert": str(certificate) for role in ("client", "scheduler", "worker")}
+        held = {f"tls_{role}_key": str(key) for role in ("client", "scheduler", "worker")}
+        yield Security(require_encryption=True, tls_ca_file=str(certificate), **shown, **held)
 
 
 def _local_workers(ranks: int) -> int:

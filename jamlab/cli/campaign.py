@@ -54,7 +54,10 @@ Trust = Annotated[bool, typer.Option("--no-verify", help="Do not check the finis
 
 @app.command(epilog="Example: jamlab campaign new campaign.toml")
 def new(file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file (TOML) to write.")]) -> None:
-    """Write a commented campaign of two small sweeps, to be edited; never replaces a file."""
+    """Write a commented campaign file to start from.
+
+    It has two small sweeps, to be edited. No file is ever replaced.
+    """
     text = files("jamlab.campaign").joinpath("starter.toml").read_text(encoding="utf-8")
     try:
         with file.open("x", encoding="utf-8") as stream:
@@ -68,7 +71,10 @@ def new(file: Annotated[Path, typer.Argument(metavar="FILE", help="Campaign file
 
 @app.command(epilog="Example: jamlab campaign plan campaign.toml --workers 2")
 def plan(file: Where, out: Folder = None, workers: Count = None, only: Only = None, as_json: Json = False) -> None:
-    """Dry run: count tasks, estimate time and disk space."""
+    """Dry run: count tasks, estimate time and size.
+
+    Nothing is run, and no code beside the file is imported.
+    """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.plan import total_time
 
@@ -127,7 +133,10 @@ def run(
     no_verify: Trust = False,
     as_json: Json = False,
 ) -> None:
-    """Run the tasks that are left; stop at any time, and run again to go on."""
+    """Run the tasks that are left; go on after a stop.
+
+    Stop it at any time, and run it again to go on.
+    """
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
@@ -146,13 +155,25 @@ def run(
     if as_json:
         print_json({"finished": ran.finished, "failed": ran.failed, "repaired": ran.repaired})
         raise typer.Exit(1 if ran.failed else 0)
-    out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+    if ran.finished or ran.failed or ran.repaired:
+        out_console.print(f"{ran.finished} tasks finished, {ran.failed} failed; files in {campaign.folder.path}")
+    else:
+        print_note(_describe_nothing_left(campaign, only))
     if ran.failed:
         out_console.print(f"Reasons: jamlab campaign status {file}", soft_wrap=True)
         raise typer.Exit(1)
 
 
 app.command("resume", epilog="Example: jamlab campaign resume campaign.toml --retry-failed")(run)
+
+
+def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
+    """Say that a run had nothing to do, and what would give it something."""
+    chosen = [sweep for sweep in campaign.status().sweeps if not only or sweep.sweep in only]
+    finished, failed = sum(s.finished for s in chosen), sum(s.failed for s in chosen)
+    failures = f", {failed} failed before (--retry-failed runs them again)" if failed else ""
+    remedy = "" if failed else "; more seeds, sizes or observables in the file give it more to do"
+    return f"nothing left to run: {finished} tasks are finished in {campaign.folder.path}{failures}{remedy}"
 
 
 @contextmanager
@@ -206,7 +227,10 @@ def status(
     verify: Annotated[bool, typer.Option("--verify", help="Read every file: check it, add up times.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Count the tasks that are finished, failed and left, say why tasks failed, and with --verify what they took."""
+    """Count tasks finished, failed and left.
+
+    It says why tasks failed, and with --verify how long they took and which files are damaged.
+    """
     from jamlab.campaign.campaign import open_campaign
 
     campaign = open_campaign(file, out)
@@ -251,7 +275,10 @@ def page(
     out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.")] = Path("campaign.html"),
     folder: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
 ) -> None:
-    """Write a page of all sweeps: one packing of each to look through, means over packings, tasks done."""
+    """Write an interactive page of all sweeps.
+
+    One packing of each to look through, means over packings, and tasks done.
+    """
     from jamlab.campaign.campaign import open_campaign
     from jamlab.cli.campaign_report import write_campaign_page
 
@@ -272,7 +299,7 @@ def merge(
     out: Folder = None,
     as_json: Json = False,
 ) -> None:
-    """Copy finished tasks from other folders into the folder of this campaign."""
+    """Copy finished tasks from other folders."""
     from jamlab.campaign.campaign import open_campaign
     from jamlab.campaign.exchange import merge as copy
 

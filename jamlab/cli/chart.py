@@ -1,6 +1,6 @@
 """`jamlab chart`: speed, accuracy and limits of methods."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +11,7 @@ from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json
 
 if TYPE_CHECKING:
-    from jamlab.studies.measured_charts import MeasuredCharts
+    from jamlab.studies.study import Study
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -35,15 +35,16 @@ def speed_accuracy(
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
-    from jamlab.studies.cost.page import OFF_COLUMNS, TOPIC_CHARTS, defaults_off_the_front
-    from jamlab.studies.cost.page import speed_accuracy as run
+    from jamlab.studies.cost.chart import OFF_COLUMNS, defaults_off_the_front, write_charts
+    from jamlab.studies.registry import CHARTS, chosen
 
+    charts = chosen(CHARTS, topic or ())
     if plan:
-        _print_plan((TOPIC_CHARTS,), out, topic or (), as_json)
+        print_plan(charts.values(), out, as_json)
         return
     expect_output(out)
-    found = run(out, topic or (), measure=measure, progress=print_stage)
-    beaten = defaults_off_the_front(found)
+    found = write_charts(out, charts, measure=measure, progress=tell)
+    beaten = defaults_off_the_front(charts, found)
     if as_json:
         points: dict[str, Any] = {name: [asdict(p) for p in rows] for name, rows in found.items()}
         print_json({"out": str(out), "defaults_off_the_front": beaten, "topics": points})
@@ -55,14 +56,20 @@ def speed_accuracy(
     out_console.print(f"Open {out / 'speed-accuracy.html'}", soft_wrap=True)
 
 
-def _print_plan(kinds: "Sequence[MeasuredCharts]", out: Path, chosen: Sequence[str], as_json: bool) -> None:
-    """Print what a measurement would do and how long it takes."""
-    rows = [row for charts in kinds for row in charts.plan(out, chosen)]
-    total = sum(float(row[2]) for row in rows if row[2] != "unknown")
+def tell(share: float, text: str) -> None:
+    """Print what is done now on stderr."""
+    print_stage(text)
+
+
+def print_plan(studies: "Iterable[Study]", out: Path, as_json: bool) -> None:
+    """Print what a measurement into a folder would do, and how long it takes."""
+    plans, kinds = [study.plan(out) for study in studies], list(dict.fromkeys(study.kind for study in studies))
+    rows = [[p.name, str(p.left), "unknown" if p.seconds is None else f"{p.seconds:.0f}"] for p in plans]
+    total = sum(p.seconds or 0.0 for p in plans)
     if as_json:
         print_json({"plan": rows, "seconds": total})
         return
-    print_table("to measure", [" or ".join(charts.kind for charts in kinds), "left", "CPU s"], rows)
+    print_table("to measure", [" or ".join(kinds), "left", "CPU s"], rows)
     long = f"{total / 60:.0f} CPU minutes" if total > 90 else f"{total:.0f} CPU seconds"
     out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
@@ -76,19 +83,20 @@ def stability(
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
-    from jamlab.studies.failure.page import COUNTED, MAP_CHARTS, counts
-    from jamlab.studies.failure.page import stability as run
+    from jamlab.studies.failure.map import COUNTED, counts, write_maps
+    from jamlab.studies.registry import MAPS, chosen
 
+    named = chosen(MAPS, maps or ())
     if plan:
-        _print_plan((MAP_CHARTS,), out, maps or (), as_json)
+        print_plan(named.values(), out, as_json)
         return
     expect_output(out)
-    found = run(out, maps or (), measure=measure, progress=print_stage)
+    found = write_maps(out, named, measure=measure, progress=tell)
     if as_json:
         cells: dict[str, Any] = {name: table.to_dict("records") for name, table in found.items()}
         print_json({"out": str(out), "maps": cells})
         return
-    print_table("runs by how they ended", COUNTED, counts(found))
+    print_table("runs by how they ended", COUNTED, counts(named, found))
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
@@ -96,10 +104,9 @@ def stability(
 def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
     if plan:
-        from jamlab.studies.cost.page import TOPIC_CHARTS
-        from jamlab.studies.failure.page import MAP_CHARTS
+        from jamlab.studies.registry import CHARTS, MAPS
 
-        _print_plan((TOPIC_CHARTS, MAP_CHARTS), out, (), as_json=False)
+        print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
         return
     speed_accuracy(measure=measure, out=out)
     stability(measure=measure, out=out)
@@ -118,7 +125,7 @@ def flow_table(
 
     expect_output(out)
     quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in SEEDS.items()}
-    made = measure_errors(out, quick_parts if quick else SEEDS, progress=lambda name, *_: print_stage(name))
+    made = measure_errors(out, quick_parts if quick else SEEDS, progress=tell)
     (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
@@ -136,7 +143,7 @@ def estimates(
     from jamlab.studies.least_model.estimate_table import SEEDS, make_table
 
     expect_output(out)
-    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=lambda name, *_: print_stage(name))
+    made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=tell)
     count = {str(way): len(record.seeds) for way, record in made.items()}
     if as_json:
         print_json({"out": str(out), "packings": count})

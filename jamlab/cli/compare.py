@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.chart import tell
+from jamlab.cli.console import out_console, print_json, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Json, Seed
 
@@ -20,11 +21,8 @@ def compare(
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
     from jamlab.storage.atomic_file import make_folder
-    from jamlab.studies.other_codes.analysis import compare_analysis
-    from jamlab.studies.other_codes.compare import compare as run
     from jamlab.studies.other_codes.compare import jolted_minimum, summary
-    from jamlab.studies.other_codes.page import comparison_tables, notes, write_comparison
-    from jamlab.studies.other_codes.recipes import write_recipe
+    from jamlab.studies.other_codes.page import Comparison, comparison_tables, notes, write_comparison, write_recipe
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")
@@ -33,8 +31,7 @@ def compare(
     if out is not None:
         make_folder(out)
         expect_output(out)
-    rows = run(n, seed, phi, progress=print_stage)
-    analysis = compare_analysis(jolted_minimum(n, seed, phi)[1])
+    rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
     if out is not None:
         write_comparison(out, rows, analysis, n, phi)
     if as_json:

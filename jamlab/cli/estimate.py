@@ -49,7 +49,7 @@ def estimate(
     columns = ["way", "packings", "seconds", "error", "why"]
     print_table(
         f"{made.choice.packings} packings of {made.choice.way} are expected to give {quantity} to "
-        f"-+{made.choice.error[quantity]:.2g} in {made.choice.seconds:.3g} s",
+        f"±{made.choice.error[quantity]:.2g} in {made.choice.seconds:.3g} s",
         columns,
         [[_cell(row[name]) for name in columns] for row in shown],
     )

@@ -80,7 +80,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
         if whole:
             opening = example_sections() if source is None else ()
             drawn, failures = gallery.write_all(
-                chosen, tables, out, lambda name: status.update(f"drawing {name}"), opening, available_cores()
+                chosen, tables, out, lambda share, name: status.update(f"drawing {name}"), opening, available_cores()
             )
             claims = [c for each in drawn for c in each.claims]
             captions = {each.name: each.caption for each in drawn}

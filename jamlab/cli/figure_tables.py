@@ -1,6 +1,5 @@
 """Open the tables behind the figures: those of a campaign, or the reference data installed with jamlab."""
 
-import json
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -10,7 +9,7 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.verified_file import versions
 from jamlab.studies.ensemble_tables import NAMES, AbsentTableError, EnsembleTables
-from jamlab.studies.reference_data import RECORD, TABLE_FILE, combine, read_folder, reference_tables, save
+from jamlab.studies.reference_data import RECORD, combine, has_table, read_folder, reference_tables, save
 
 
 def open_tables(source: Path | None) -> EnsembleTables:
@@ -55,13 +54,12 @@ def save_reference(
     tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
     if not add:
         return save(tables, folder, facts, text, names=names)
-    names = only or [name for name in NAMES if (folder / TABLE_FILE.format(name)).exists()]
+    names = only or [name for name in NAMES if has_table(folder, name)]
     old = read_folder(folder)
-    before = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     for name in names:  # all are read before any is replaced
         with suppress(InputError, AbsentTableError):
             getattr(old, name)
-    return save(combine(tables, old), folder, facts, text, before, names)
+    return save(combine(tables, old), folder, facts, text, add=True, names=names)
 
 
 def _check_tables(only: Sequence[str]) -> Sequence[str]:

@@ -15,7 +15,7 @@ import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Frame, Json, Out
+from jamlab.cli.options import Alpha, Beta, EtaF, Frame, Json, Out, Stokes, Tau, drag_law
 from jamlab.cli.progress import share_bar
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -36,13 +36,11 @@ class FlowOptions:
     """Options of every command of flow; each name and default is that of the command line."""
 
     file: Annotated[Path, typer.Argument(help="HDF5 file with a packing of disks or droplets.")]
-    beta: Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")] = 1.0
-    alpha: Annotated[
-        float, typer.Option(help="Contact damping: power of the velocity, 0.4 to 1; films: 0.5, 0.667.")
-    ] = 1.0
-    tau: Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")] = 1.0
-    stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False
-    eta_f: Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")] = 1.0
+    beta: Beta = 1.0
+    alpha: Alpha = 1.0
+    tau: Tau = 1.0
+    stokes: Stokes = False
+    eta_f: EtaF = 1.0
     tolerance: Annotated[float, typer.Option(help="Relative error of velocities in a step.")] = 1e-3
     background: Annotated[
         float | None,
@@ -64,11 +62,7 @@ class FlowOptions:
 
     def law(self) -> "Damping":
         """Drag law."""
-        from jamlab.rheology.damping import ContactDamping, StokesDrag
-
-        if self.stokes:
-            return StokesDrag(eta_f=self.eta_f, tau=self.tau)
-        return ContactDamping(beta=self.beta, tau=self.tau, alpha=self.alpha)
+        return drag_law(self.stokes, self.beta, self.alpha, self.tau, self.eta_f)
 
     @property
     def accuracy(self) -> dict[str, Any]:

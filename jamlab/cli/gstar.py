@@ -7,7 +7,7 @@ import typer
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Frame, Json, Seed
+from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Frame, Json, Seed, Stokes, Tau, drag_law
 from jamlab.cli.spectrum_table import print_spectra
 from jamlab.errors import InputError
 
@@ -23,9 +23,11 @@ def gstar(
     seed: Seed = 1,
     ensemble: Ensemble = "fixed-box",
     frame: Frame = -1,
-    beta: Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")] = 1.0,
-    stokes: Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")] = False,
-    eta_f: Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")] = 1.0,
+    beta: Beta = 1.0,
+    alpha: Alpha = 1.0,
+    tau: Tau = 1.0,
+    stokes: Stokes = False,
+    eta_f: EtaF = 1.0,
     prestress: Annotated[bool, typer.Option(help="Keep the contact forces in the Hessian.")] = True,
     method: Annotated[str, typer.Option(help="auto, dense, direct or reduced.")] = "auto",
     omega_min: Annotated[float, typer.Option(help="Lowest angular frequency, 1/tau_1.")] = 1e-6,
@@ -44,7 +46,6 @@ def gstar(
     from jamlab.cli import spectrum_output
     from jamlab.packing.hdf5 import read
     from jamlab.protocols.target_pressure import pack as make
-    from jamlab.rheology.damping import ContactDamping, StokesDrag
     from jamlab.rheology.mean_spectrum import mean_spectra
 
     if not 0 < omega_min < omega_max < np.inf or not 2 <= points <= MOST_POINTS:
@@ -57,7 +58,7 @@ def gstar(
     if out is not None:
         spectrum_output.check_output(out, files or [])
         expect_output(out)
-    law = StokesDrag(eta_f=eta_f) if stokes else ContactDamping(beta=beta)
+    law = drag_law(stokes, beta, alpha, tau, eta_f)
     packings = (
         [read(file, frame) for file in files]
         if files
@@ -66,7 +67,7 @@ def gstar(
     if out is not None:
         spectrum_output.check_one_kind(out, packings)
     omega = np.geomspace(omega_min, omega_max, points)
-    found = mean_spectra(packings, omega, law, prestress, method)
+    found = mean_spectra(packings, omega, law, prestress=prestress, method=method)
     if out is not None:
         spectrum_output.save(found, law, out)
     if as_json:

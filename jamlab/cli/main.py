@@ -27,6 +27,7 @@ from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import ending_on_signals
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
+from jamlab.cli.study import study
 from jamlab.errors import JamlabError
 
 
@@ -111,6 +112,7 @@ app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2
 app.command(epilog="Example: jamlab decks --copy my-decks")(decks)
 app.command(epilog="Example: jamlab doctor")(doctor)
 app.add_typer(campaign.app, name="campaign")
+app.add_typer(study, name="study")
 app.add_typer(chart, name="chart")
 app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
 

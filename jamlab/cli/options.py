@@ -1,11 +1,14 @@
 """Options shared by several commands."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from jamlab.errors import InputError
+
+if TYPE_CHECKING:
+    from jamlab.rheology.damping import Damping
 
 
 def _check_hdf5(path: Path) -> Path:
@@ -13,6 +16,20 @@ def _check_hdf5(path: Path) -> Path:
     if path.suffix.lower() not in ("", ".h5", ".hdf5"):
         raise InputError(f"--out {path}: packings and runs are written as HDF5; name a file that ends in .h5")
     return path
+
+
+Beta = Annotated[float, typer.Option(help="Contact damping: coefficient of sliding over that of approach.")]
+Alpha = Annotated[float, typer.Option(help="Contact damping: power of the velocity, 0.4 to 1; films: 0.5, 0.667.")]
+Tau = Annotated[float, typer.Option(help="Relaxation time tau_1 of two disks.")]
+Stokes = Annotated[bool, typer.Option("--stokes", help="Stokes drag instead of contact damping.")]
+EtaF = Annotated[float, typer.Option(help="Stokes drag: viscosity of the fluid, k tau_1.")]
+
+
+def drag_law(stokes: bool, beta: float, alpha: float, tau: float, eta_f: float) -> "Damping":
+    """Make the drag law that the options name."""
+    from jamlab.rheology.damping import ContactDamping, StokesDrag
+
+    return StokesDrag(eta_f=eta_f, tau=tau) if stokes else ContactDamping(beta=beta, tau=tau, alpha=alpha)
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of a table.")]

@@ -6,9 +6,18 @@ from typing import TYPE_CHECKING
 from jamlab.cli.console import print_json, print_note, print_table
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from jamlab.micrographs.measured_droplets import Micrograph
+    from jamlab.micrographs.tracks import Tracks
 
 DOUBT = " ?"  # beside every number of a doubtful picture
+SIDES = {
+    "bright": "bright on dark",
+    "dark": "dark on bright",
+    "ring": "with dark walls",
+    "labels": "as labelled",
+}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 
@@ -42,14 +51,31 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
     more = sum(part for k, part in share.items() if k > MOST_SIDES)
     print_note(", ".join([*sides, *([f"P_{MOST_SIDES + 1}+ = {more:.2f}{mark}"] if more else [])]) or "no voids")
     print_note(f"sizes: {found.sizes}{mark}; lengths in {length}; droplets that the edge cuts are not counted")
-    side = "bright on dark" if found.bright else "dark on bright"
     print_note(
-        f"droplets {side}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
+        f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
     print_note(f"quality: {found.quality}")
     for reason in found.reasons:
         print_note(f"{DOUBT.strip()} {reason}")
+
+
+def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
+    """Print what happened between the pictures, a row for each."""
+    strains, rows = ["strain_xx", "strain_yy", "strain_xy", "d2min"], []
+    for frame in sorted(tracks.table["frame"].unique()):
+        part = tracks.table[tracks.table["frame"] == frame]
+        kinds = tracks.events[tracks.events["frame"] == frame]["kind"]
+        row: dict[str, float | None] = {"frame": int(frame), "droplets": len(part)}
+        row |= {kind: int((kinds == kind).sum()) for kind in ("gained", "lost", "T1")}
+        row |= {name: float(part[name].mean()) if part[name].notna().any() else None for name in strains}
+        rows.append(row)
+    if as_json:
+        print_json({"followed": tracks.count, "spacing": tracks.spacing, "frames": rows})
+        return
+    cells = [["" if value is None else f"{value:.3g}" for value in row.values()] for row in rows]
+    print_table(f"droplets of {name}, followed", list(rows[0]), cells)
+    print_note(f"{tracks.count} droplets are in every frame; strain and D2min from the frame before, means")
 
 
 def _json(found: "Micrograph") -> dict[str, object]:
@@ -69,14 +95,14 @@ def _json(found: "Micrograph") -> dict[str, object]:
         },
         "pixel": found.pixel,
         "unit": "pixels" if found.pixel is None else "pixel",
-        "bright": found.bright,
+        "contrast": found.contrast,
         "quality": found.quality,
         "reasons": list(found.reasons),
     }
 
 
-def write_droplets(found: "Micrograph", path: Path) -> None:
-    """Write the table of droplets as CSV.
+def write_droplets(table: "pd.DataFrame", path: Path) -> None:
+    """Write a table of droplets or tracks as CSV.
 
     Raises:
         StorageError: the file cannot be written.
@@ -84,4 +110,4 @@ def write_droplets(found: "Micrograph", path: Path) -> None:
     from jamlab.storage.atomic_file import atomic_file
 
     with atomic_file(path) as temporary:
-        found.table().to_csv(temporary, index=False)
+        table.to_csv(temporary, index=False)

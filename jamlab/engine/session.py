@@ -29,7 +29,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.force_laws import lammps_variables
+from jamlab.packing.force_laws import has_springs, lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.outlines import self_crossings
@@ -141,6 +141,11 @@ class Session:
     def model(self) -> str:
         """ "sp" or "dp"."""
         return self._packing.model
+
+    @property
+    def springs(self) -> bool:
+        """Whether contact forces grow in proportion to overlaps."""
+        return has_springs(self._packing)
 
     @property
     def size(self) -> int:

@@ -78,9 +78,9 @@ def estimate(
     The mean is that over random starts of packings of 64 droplets with the parameters of `dp.parameters`, jammed as in
     Boromand et al. 2.3 and compressed to rho in a fixed box, over those that jam below rho and have the quantity: g and
     b where a packing is stable, void_sides where it has a closed void. Cheaper packings (disks; droplets that take over
-    from disks; fewer vertices; looser minima; 32 instead of 64) stand in for them where the table knows their mean
-    difference from it well enough; it is taken off, and its error is part of the interval. Packings are added until
-    the interval is met. Intervals of requests answered from one table share its errors: they are not independent.
+    from disks; other ways of which the table has a hundred packings) stand in for them where their mean difference
+    from it is known well enough; it is taken off, and its error is part of the interval. Packings are added until the
+    interval is met. Intervals of requests answered from one table share its errors: they are not independent.
     Larger packings have other means: see docs/how_to/mean_to_an_error.md.
 
     Args:

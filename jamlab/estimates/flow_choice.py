@@ -6,7 +6,7 @@ Errors come from a table of runs, see `flow_errors`, and from the packing itself
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -152,7 +152,7 @@ def choose_flow(
         >>> p = jamlab.pack(n=64, pressure=1e-2, seed=1)
         >>> slow = jamlab.choose_flow(p, jamlab.ContactDamping(alpha=0.5), omega=1e-4, amplitude=1e-3)
         >>> slow.way, slow.options["why"].tolist()[-2:]
-        ('oscillation', [<Why.UNKNOWN: 'no promise'>, <Why.TAKEN: 'taken'>])
+        ('oscillation', ['error too large', 'taken'])
     """
     law = damping or ContactDamping()
     if mass is not None:
@@ -179,18 +179,18 @@ def choose_flow(
 def _for_oscillation(
     packing: Packing, law: Damping, omega: float, amplitude: float | None, tolerance: float
 ) -> FlowChoice:
-    linear, table = _linear_law(law), shipped_errors()
+    linear, table = law.linear(), shipped_errors()
     spectrum = complex_modulus(packing, [omega], linear)
     plain = complex(spectrum.storage[0], spectrum.loss[0])
     best, error, kept = plain, 0.0, (0, 0)
     outside: tuple[Outside, ...] = ()  # infinitely small strains need no table
     if amplitude is not None:
         drag, part = relative_drag(law, omega, amplitude), relative_amplitude(packing, amplitude)
-        flow = Flow("oscillation", law_number(law), drag, part, _beta(law))
+        flow = Flow("oscillation", law_number(law), drag, part, law.contrast)
         outside = table.outside(packing, flow)
         error = np.inf if outside else table.promise(flow)
         kept = _kept("oscillation", flow.beta) if np.isfinite(error) else kept
-        if isinstance(law, ContactDamping) and law.alpha < 1:
+        if law.alpha < 1:
             best = modulus_at_strain(packing, omega, amplitude, law)
     static = complex(spectrum.g0)
     values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
@@ -219,9 +219,9 @@ def _for_oscillation(
 
 
 def _for_flow(packing: Packing, law: Damping, rate: float, tolerance: float) -> FlowChoice:
-    table, linear = shipped_errors(), _linear_law(law)
+    table, linear = shipped_errors(), law.linear()
     slow = relative_drag(law, rate, 1.0)  # rate at which linear drag gives the same stress
-    flow = Flow("flow", law_number(law), slow, beta=_beta(law))
+    flow = Flow("flow", law_number(law), slow, beta=law.contrast)
     if outside := table.outside(packing, flow):
         raise InputError(
             f"{'; '.join(map(str, outside))}: nobody measured how steady flow scatters there; run flow_curve, whose "
@@ -279,21 +279,11 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
     return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))
 
 
-def _beta(law: Damping) -> float:
-    return law.beta if isinstance(law, ContactDamping) else 1.0
-
-
-def _linear_law(law: Damping) -> Damping:
-    """Linear drag in the place of a law."""
-    return law if isinstance(law, StokesDrag) else ContactDamping(beta=law.beta, tau=law.tau, arms=law.arms)
-
-
-def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float) -> ContactDamping:
+def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float) -> Damping:
     """Linear drag that dissipates as much as a power law at a frequency and a stress amplitude."""
-    assert isinstance(law, ContactDamping)
     length = 1.0 if packing.diameters is None else float(np.mean(packing.diameters))
     time = equivalent_time(omega * law.tau, stress * length, law.alpha, stiffness=drag_stiffness(packing))[0]
-    return ContactDamping(beta=law.beta, tau=law.tau * float(time), arms=law.arms)
+    return replace(law.linear(), tau=law.tau * float(time))
 
 
 def _apart(value: complex, best: complex, error: float) -> float:
@@ -313,18 +303,18 @@ def _least_drag(
 ) -> tuple[Damping, float]:
     """The simplest law that gives the same modulus, in linear response, and how far the other one is off."""
     if way == "static modulus":
-        return _linear_law(law), float("nan")
-    other: Damping = ContactDamping(tau=law.tau) if isinstance(law, StokesDrag) else StokesDrag(0.0, law.tau)
+        return law.linear(), float("nan")
+    other: Damping = StokesDrag(0.0, law.tau) if law.at_contacts else ContactDamping(tau=law.tau)
     found = complex_modulus(packing, [omega], other)
     apart = abs(complex(found.storage[0], found.loss[0]) - best) / abs(best)
     if apart > tolerance:
-        return (_linear_law(law) if way == "linear spectrum" else law), apart
-    return (law if isinstance(law, StokesDrag) else other), apart
+        return (law.linear() if way == "linear spectrum" else law), apart
+    return (other if law.at_contacts else law), apart
 
 
 def _spell(value: Any) -> str:
     """An argument as it is written, a law with its defaults left out."""
-    if isinstance(value, ContactDamping | StokesDrag):
+    if is_dataclass(value) and not isinstance(value, type):  # a drag law
         given = (
             f"{f.name}={_spell(getattr(value, f.name))}" for f in fields(value) if getattr(value, f.name) != f.default
         )

@@ -21,7 +21,7 @@ from jamlab.estimates.table_file import read_table
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import Damping
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
@@ -261,13 +261,13 @@ def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
 
     While contacts stay, G* depends on frequency and amplitude by it alone.
     """
-    alpha = damping.alpha if isinstance(damping, ContactDamping) else 1.0
+    alpha = damping.alpha
     return float((damping.tau * omega) ** alpha * amplitude ** (alpha - 1.0))
 
 
 def law_number(damping: Damping) -> float:
     """Exponent alpha of contact drag, or `STOKES`."""
-    return STOKES if isinstance(damping, StokesDrag) else damping.alpha
+    return damping.alpha if damping.at_contacts else STOKES
 
 
 def _short(value: float | str) -> str:

@@ -51,7 +51,7 @@ class Choice(OldWords):
 
     Example:
         >>> jamlab.choose(rho=0.87, tolerance={"z": 0.25}, n=64)
-        Choice(64 disks: z to 0.15, 1 packing in 0.55 s; cheapest of 4 ways that serve)
+        Choice(64 disks: z to 0.15, 1 packing in 0.42 s; cheapest of 4 ways that serve)
     """
 
     way: EnsembleWay
@@ -96,7 +96,7 @@ def choose(
         >>> choice.way.model, choice.error["z"] <= 0.25
         ('sp', True)
         >>> choice.options[["error_z", "why"]].round(2).to_numpy().tolist()[:2]
-        [[0.15, <Why.TAKEN: 'taken'>], [0.0, <Why.DEARER: 'dearer'>]]
+        [[0.15, 'taken'], [0.0, 'dearer']]
     """
     _check(rho, tolerance, model)
     check_count(n)

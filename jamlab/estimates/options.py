@@ -36,6 +36,7 @@ def judge(rows: Sequence[dict[str, Any]], cost: str, nearest: str | None = None)
         options.loc[options.loc[free, cost].idxmin(), "why"] = Why.TAKEN
     elif nearest and options[nearest].notna().any():
         options.loc[options[nearest].idxmin(), "why"] = Why.TAKEN
+    options["why"] = options["why"].map(str)  # pandas makes text of some columns of an enum, but not of all
     return options
 
 

@@ -43,14 +43,13 @@ def neighbours(levels: Array, at: float) -> tuple[int, int, float]:
 def bend(levels: Array, values: Array, at: float) -> float:
     """How far a curve through the levels may lie from the line between two of them: |f''| (x - a)(b - x)/2.
 
-    The second derivative is the larger of those through three levels around the place.
+    The second derivative is the largest of those through three levels at the four around the place.
     """
     left, right, part = neighbours(levels, at)
     if part == 0:
         return 0.0
     slopes = np.diff(values) / np.diff(levels)
-    halves = [
-        (slopes[k] - slopes[k - 1]) / (levels[k + 1] - levels[k - 1]) for k in (left, right) if 0 < k < len(levels) - 1
-    ]
+    around = range(max(left - 1, 1), min(right + 2, len(levels) - 1))
+    halves = [(slopes[k] - slopes[k - 1]) / (levels[k + 1] - levels[k - 1]) for k in around]
     known = [abs(half) for half in halves if np.isfinite(half)]
     return float(max(known, default=0.0) * (at - levels[left]) * (levels[right] - at))

@@ -71,12 +71,15 @@ class Sample:
                 )
 
     def half_width(self) -> float:
-        """Of the interval by scatter: that of the packings and, with its degrees of freedom, that of the table."""
+        """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
+
+        Packings that happen to lie close together are no better known than the table says.
+        """
         count, known = len(self.good), self.plan.scatter
         freedom = known.freedom + count - 1
         own = float(np.var(self.good, ddof=1))
         variance = (known.freedom * known.deviation**2 + (count - 1) * own) / freedom
-        return interval(math.sqrt(variance), freedom, count)
+        return interval(max(math.sqrt(variance), known.deviation), freedom, count)
 
 
 def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, Stop]:

@@ -17,8 +17,9 @@ from jamlab.estimates.quantiles import bend, between, neighbours
 from jamlab.estimates.way_table import WayRecord
 
 QUANTUM = {"z": 2.0, "void_sides": 1.0}  # over n: least step of what is counted; packings of equal z still scatter
-_FEWEST = 12  # packings of a way: the errors of fewer are known too badly to choose among ways by them
-_FEWEST_TAILED = 100  # for moduli: G is far below zero near an instability, and few packings show none of these
+_FEWEST = 100  # packings of a way: of ways with 50 those are taken whose scatter is small by chance, and three in four
+# of their intervals hold; G is far below zero near an instability, and few packings show none of these
+_FEWEST_VALUES = 12  # of them that have the quantity, at the levels beside rho
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,11 @@ def scatter(record: WayRecord, quantity: str, rho: float) -> Scatter:
 
 def is_known(record: WayRecord, reference: WayRecord, quantity: str, rho: float) -> bool:
     """Whether both have enough packings in the table beside rho for their difference to have an error."""
-    fewest = _FEWEST_TAILED if quantity in ("g", "b") and record is not reference else _FEWEST
+    fewest = _FEWEST if record is not reference else _FEWEST_VALUES
     left, right, _ = neighbours(_levels(record, quantity), rho)
     return all(
         len(one.seeds) >= fewest
-        and min(_count(one, quantity)[[left, right]]) >= _FEWEST
+        and min(_count(one, quantity)[[left, right]]) >= _FEWEST_VALUES
         and min(deviations(one, quantity)[[left, right]]) > 0
         for one in (record, reference)
     )

@@ -57,6 +57,7 @@ class TextTable:
         heading: above the table; none by default.
         marks: a word for each row, such as its verdict, by which the reader can filter; none by default.
         words: columns of text: they are set left, and wrap.
+        folded: what stands in place of the table until the reader opens it; "" shows it at once.
     """
 
     columns: Sequence[str]
@@ -64,6 +65,7 @@ class TextTable:
     heading: str = ""
     marks: Sequence[str] = ()
     words: bool = False
+    folded: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,7 @@ def write_report(
     sections: Sequence[Section],
     facts: Mapping[str, str],
     assets: Markup = _NOTHING,
+    columns: int = 0,
 ) -> None:
     """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it.
 
@@ -145,6 +148,7 @@ def write_report(
         sections: in their order.
         facts: name -> value, listed at the end as "How it was made".
         assets: styles and scripts that fragments of the sections need.
+        columns: of sections, with pictures that fit on a screen; 0: one, with pictures as wide as the page.
 
     Raises:
         StorageError: the file cannot be written.
@@ -152,7 +156,7 @@ def write_report(
     environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(
-        title=title, lead=lead, sections=sections, marks=marks, facts=facts, assets=assets
+        title=title, lead=lead, sections=sections, marks=marks, facts=facts, assets=assets, columns=columns
     )
     with atomic_file(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

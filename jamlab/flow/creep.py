@@ -11,12 +11,12 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
     pass
@@ -138,11 +138,11 @@ def creep(
 
     Raises:
         InputError: particles that do not touch, a fluid without viscosity, or a value out of range.
-        ConvergenceError: see `shear`.
+        ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    if isinstance(law, StokesDrag) and law.eta_f == 0:
+    if not law.resists_shear:
         raise InputError(
             f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
             "use contact damping"
@@ -150,6 +150,7 @@ def creep(
     check_number("stress", stress, LARGEST_STRESS)
     check_number("duration", duration, LONGEST)
     check_number("largest_strain", largest_strain, 1e4)
+    check_at_rest(packing)
     check_touching(packing)
     file = RunFile(out, CreepRun, packing, law, {"stress": stress, "tolerance": tolerance, "background": background})
     with Recording(packing, law, tolerance, background, file.before) as flow:
@@ -161,7 +162,7 @@ def creep(
 
         done = flow.rows[-1].time if flow.rows else 0.0
         if done < duration * (1 - 1e-12):
-            flow.drive(f"stress {residual + stress:.17g}", duration - done)
+            flow.drive(flow.session.stress_drive(residual + stress), duration - done)
         for state in flow.advance_log_spaced(duration):
             file.save(result)
             if progress is not None:

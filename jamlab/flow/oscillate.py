@@ -11,7 +11,7 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching, say_balance
+from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, say_balance
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -68,7 +68,7 @@ class Oscillation(FlowRun):
 
     @property
     def loss(self) -> float:
-        """G'' of the first harmonic: pi amplitude^2 G'' is lost in a cycle."""
+        """G'' of the first harmonic: pi amplitude^2 G'' is the work of a cycle, all steps counted."""
         return float(self.harmonics[0].imag)
 
     @property
@@ -180,7 +180,7 @@ def oscillate(
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
-        ConvergenceError: see `shear`.
+        ConvergenceError: the packing is not at rest, or see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
@@ -191,6 +191,7 @@ def oscillate(
         raise InputError(f"cycles = {cycles}: must lie between 2, which are compared, and {MOST_CYCLES}")
     if not 2 * HARMONICS + 2 <= points <= 100_000:
         raise InputError(f"points = {points}: must lie between {2 * HARMONICS + 2} and 100000 in a cycle")
+    check_at_rest(packing)
     check_touching(packing)
     task = {"omega": omega, "amplitude": amplitude, "points": points, "tolerance": tolerance, "background": background}
     file = RunFile(out, Oscillation, packing, law, task)
@@ -205,7 +206,10 @@ def oscillate(
         while len(found) < cycles and not _repeats(found, tolerance):
             rows = [flow.advance() for _ in range(points)]
             time, stress = (np.array([getattr(row, name) for row in rows]) for name in ("time", "stress"))
-            found.append(fit_harmonics(time, stress, omega, amplitude))
+            harmonics = fit_harmonics(time, stress, omega, amplitude)
+            work = rows[-1].work - flow.rows[-1 - points].work
+            harmonics[0] = complex(harmonics[0].real, work / (np.pi * amplitude**2))
+            found.append(harmonics)
             file.save(result)
             if progress is not None:
                 progress(f"cycle {len(found)}", len(found) / cycles)

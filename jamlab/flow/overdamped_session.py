@@ -7,6 +7,7 @@ decks in.sp.startup, in.sp.oscillate, in.sp.creep and in.dp.startup do the same 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple, Self
@@ -17,19 +18,21 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
+from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.natural_units import Scales
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import Damping, StokesDrag
+from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_SOFTEST, _STIFFEST = 1e-3, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_SAME = 1e-12  # by which rounding moves a mean size of 1
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
 _FINE = 1e-6  # tolerance from which on it shrinks as the root of it, as the shortest step does; `FINE` of the plugin
 _SMOOTH = (0.5, 0.02)  # that step: in tau_1, and in strain; `STABLE` and `STRAIN` of the plugin
-# what tells a flow that has no answer from an engine that fails; the plugin's own words say what to do
-_NO_ANSWER = ("Fix overdamped: the drag is nearly singular", "Fix overdamped: at time", "Lost atoms", "Non-numeric")
+_CODE = re.compile(r"(.*?)\[flow-[a-z]+\] (.*)", re.DOTALL)  # of the plugin: a flow that has no answer
+_OF_LAMMPS = ("Lost atoms", "Non-numeric")  # its own words for the same, which carry no code
 
 
 class FlowState(NamedTuple):
@@ -57,6 +60,11 @@ class FlowState(NamedTuple):
     contacts: float
 
 
+_STRESSES = (
+    *("stress", "elastic_stress", "viscous_stress", "pressure", "normal_stress_difference"),
+    *("dissipation", "energy", "work", "dissipated"),
+)
+_OF_POSITIONS = ("elastic_stress", "pressure", "normal_stress_difference", "energy")
 _COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the start
 
 
@@ -68,30 +76,34 @@ class OverdampedSession:
         damping: `ContactDamping` or `StokesDrag`.
         tolerance: relative error of velocities that a step may make; the residual of the solver follows.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1.
+        residual: of the solver of velocities, over the driving force; by default `solver_residual`.
 
     Raises:
         InputError: a value out of range.
         EngineError: see `Session`.
     """
 
-    def __init__(self, packing: Packing, damping: Damping, tolerance: float, background: float) -> None:
+    def __init__(
+        self,
+        packing: Packing,
+        damping: Damping,
+        tolerance: float,
+        background: float,
+        *,
+        residual: float | None = None,
+    ) -> None:
         check_flowing(damping, tolerance, background)
-        self._damping, self._tolerance = damping, tolerance
+        self._given, self._damping, self._tolerance = packing, damping, tolerance
         self._before: FlowState | None = None
         self._start, self._interval = 0.0, np.inf
         self._driven = False
         given = defaults("flow")
         settings = {name: given[name] for name in ("beta", "alpha", "arms")}
-        settings |= {"accuracy": tolerance, "solver": solver_residual(damping, tolerance, background)}
-        settings |= {"tau": damping.tau, "background": background, "fluid": 0.0}
-        self._outlines = ""  # words for drag between outlines
-        if isinstance(damping, StokesDrag):  # no drag between particles; all of it is that of the background
-            settings |= {"background": 1.0, "fluid": damping.eta_f}
-        else:
-            settings |= {"beta": damping.beta, "alpha": damping.alpha, "arms": damping.arms}
-            if packing.model == "dp":
-                self._outlines = f" drag {damping.tau:.17g} {damping.beta:.17g} {damping.alpha:.17g}"
-        self._session = Session(packing, scales=Scales())  # words of the fix are in the units of the packing
+        settings |= {"accuracy": tolerance, "solver": residual or solver_residual(damping, tolerance, background)}
+        settings |= {"background": background, "fluid": 0.0}
+        settings |= damping.lammps_variables()
+        self._outlines = damping.outline_words() if packing.model == "dp" else ""
+        self._session = Session(packing, scales=flow_scales(packing))
         try:
             self._session.set_variables(settings)
             if packing.model == "sp":
@@ -109,7 +121,7 @@ class OverdampedSession:
         self.close()
 
     def _take_disk_style(self) -> None:
-        if isinstance(self._damping, StokesDrag):
+        if not self._damping.at_contacts:
             self._session.command('variable disk_style string "disk/drag 0 0"')
         else:
             self._session.include("flow.law")
@@ -122,7 +134,8 @@ class OverdampedSession:
         """Drive the packing from its present state; time and strain count from here.
 
         Args:
-            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`.
+            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`; a stress as
+                `stress_drive` says it.
             interval: of time, after which `advance` returns.
             longest: step, by default no limit but that of the tolerance.
             before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
@@ -140,6 +153,10 @@ class OverdampedSession:
             self._driven = True
             self._session.command("run 0 post no")
         return self.state()
+
+    def stress_drive(self, stress: float) -> str:
+        """Say for `drive` that a shear stress, in the unit of the packing, is held."""
+        return f"stress {stress / self._session.scales.stress:.17g}"
 
     def advance(self, steps: int | None = None) -> FlowState:
         """Go on to the end of the interval, or by so many steps if that comes first.
@@ -161,10 +178,11 @@ class OverdampedSession:
         return state if self._session.model == "sp" else self._corrected(state)
 
     def _corrected(self, state: FlowState) -> FlowState:
-        """Elastic stress of droplets at the end of the step; a contact that opens there cannot be extrapolated to."""
+        """What droplets have at the end of the step: forces of their prediction are those of a moment before."""
         self._session.command("run 0 post no")
-        elastic = self.state().elastic_stress
-        return state._replace(elastic_stress=elastic, stress=elastic + state.viscous_stress)
+        now = self.state()
+        elastic = {name: getattr(now, name) for name in _OF_POSITIONS}
+        return state._replace(**elastic, stress=now.elastic_stress + state.viscous_stress)
 
     def _check_pace(self, before: FlowState, state: FlowState) -> None:
         step = (state.time - before.time) / _LOOK
@@ -179,7 +197,9 @@ class OverdampedSession:
 
     def state(self) -> FlowState:
         """Numbers of this instant, those of the fluid of Stokes drag included, Baumgarten & Tighe eq 8."""
+        stress = self._session.scales.stress
         found = FlowState(*map(float, self._session.fix_vector("flow", len(FlowState._fields))))
+        found = found._replace(**{name: stress * getattr(found, name) for name in _STRESSES})
         if self._before is None:
             return found
         return found._replace(**{name: getattr(found, name) + getattr(self._before, name) for name in _COUNTED})
@@ -187,7 +207,9 @@ class OverdampedSession:
     def packing(self) -> Packing:
         """The packing as it is now, in the box as it leans now."""
         self._session.take_box()
-        return self._session.packing()
+        now = self._session.packing()
+        # it may lean with a stress from now on, and its sizes are those given, to the last digit
+        return self._given.with_state(positions=now.positions, box=now.box, ensemble="fixed-box")
 
     def steps(self) -> int:
         """Steps taken in this session."""
@@ -204,7 +226,7 @@ def check_flowing(damping: Damping, tolerance: float, background: float) -> None
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and background >= 0):
         raise InputError(f"background = {background!r}: must be a drag over k tau_1, 0 or more, such as 1e-2")
-    if background and isinstance(damping, StokesDrag):
+    if background and not damping.at_contacts:
         raise InputError(f"background = {background:g}: Stokes drag is itself a background; leave it out, or raise tau")
 
 
@@ -212,7 +234,7 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
     """Background drag of flow by large strains: what was asked for, or as much as keeps B from being singular."""
     if background is not None:
         return background
-    return 0.0 if isinstance(damping, StokesDrag) else float(defaults("flow")[f"background_{packing.model}"])
+    return 0.0 if not damping.at_contacts else float(defaults("flow")[f"background_{packing.model}"])
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
@@ -220,7 +242,7 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
 
     A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
     """
-    softest = 1.0 if isinstance(damping, StokesDrag) else background
+    softest = background if damping.at_contacts else 1.0
     return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
 
 
@@ -229,6 +251,21 @@ def _flow_errors() -> Iterator[None]:
     try:
         yield
     except EngineError as error:
-        if not any(words in str(error) for words in _NO_ANSWER):
+        text = str(error).partition("ERROR: ")[2].partition(" (/")[0].partition("\n")[0] or str(error)
+        coded = _CODE.fullmatch(text)
+        if coded is None and not any(words in text for words in _OF_LAMMPS):
             raise
-        raise ConvergenceError(str(error).partition("ERROR: ")[2].partition(" (")[0] or str(error)) from error
+        raise ConvergenceError("".join(coded.groups()) if coded else text) from error
+
+
+def flow_scales(packing: Packing) -> Scales:
+    """Units in which a packing flows: its mean size is 1, and so is its stiffness.
+
+    Drag laws with a power below 1 and the background know no other length, and tolerances, steps and what counts as
+    rest are numbers in these units.
+    """
+    length = mean_size(packing)
+    if abs(length - 1.0) < _SAME:
+        length = 1.0
+    stiffness = packing.params["k"] * length**2 if packing.units == "k" else packing.params["eps"]
+    return Scales(length, float(stiffness))

@@ -50,7 +50,8 @@ class Recording:
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0) -> None:
         """Start or go on; see `OverdampedSession.drive`."""
-        state = self.session.drive(drive, interval, longest=longest, before=self._before)
+        before = self.rows[-1] if self.rows else self._before
+        state = self.session.drive(drive, interval, longest=longest, before=before)
         if not self.rows:
             self.rows.append(state)
             self._keep()
@@ -67,9 +68,14 @@ class Recording:
         while self.rows[-1].time < end * (1 - 1e-12):
             yield self.advance(max(1, int(_SPACING * (self._steps + self.session.steps()))))
 
+    @property
+    def path(self) -> float:
+        """Strain so far, to and fro counted alike."""
+        return float(np.abs(np.diff([row.strain for row in self.rows])).sum())
+
     def begin_again(self, time: float) -> None:
         """Let the next drive go on from here, and forget the rows so far; the present time is `time` from now on."""
-        self._before = self.rows[-1]._replace(time=time)
+        self._before = self.rows[-1]._replace(time=time)  # rows that are forgotten
         self.rows = []
 
     def content(self) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array
-from jamlab.checks import check_number, checked
+from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
@@ -46,30 +46,38 @@ class StressRelaxation(FlowRun):
 
     @property
     def modulus(self) -> Array:
-        """(m,) G(t) = (stress - residual)/strain."""
+        """(m,) G(t) = (stress - residual)/strain.
+
+        Raises:
+            InputError: no step of strain was made: what relaxes is `stress` itself.
+        """
+        if not self.step_strain:
+            raise InputError("strain = 0: there is no modulus without a step of strain; look at `stress`")
         return np.asarray((self.stress - self.residual) / self.step_strain)
 
     @property
     def reached(self) -> str:
         """What the run has reached, in words."""
-        g = self.modulus
-        change = abs(float(np.interp(0.5 * self.time[-1], self.time, g)) - g[-1]) / abs(g[-1])
+        g = self.modulus if self.step_strain else self.stress
+        change = abs(float(np.interp(0.5 * self.time[-1], self.time, g)) - g[-1]) / (abs(g[-1]) or 1.0)
+        what = "G" if self.step_strain else "a stress"
         if change < _RESTS:
-            return f"relaxed to G = {g[-1]:.4g}"
-        return f"NOT RELAXED: G = {g[-1]:.4g} has changed by {change:.1g} over the last half of the time"
+            return f"relaxed to {what} = {g[-1]:.4g}"
+        return f"NOT RELAXED: {what} = {g[-1]:.4g} has changed by {change:.1g} over the last half of the time"
 
     def __repr__(self) -> str:
         return f"StressRelaxation(strain={self.step_strain:g}, {self.describe()}; {self.verdict})"
 
     @drawn("Line2D")
     def plot(self, axes: Any, /, label: str = "", **style: Any) -> None:
-        """Draw the relaxation modulus over time, on logarithmic axes.
+        """Draw the relaxation modulus over time, on logarithmic axes; without a step of strain, the stress.
 
         >>> ax = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0).plot()
         """
         name = label or rf"$\gamma$ = {self.step_strain:g}: {shortly(self.reached)}"
-        draw_in_time(axes, self.time, self.modulus, name, **style)
-        finish_in_time(axes, in_unit(r"relaxation modulus $G(t)$", self.unit), self.imbalance)
+        values, what = (self.modulus, r"relaxation modulus $G(t)$") if self.step_strain else (self.stress, r"$\sigma$")
+        draw_in_time(axes, self.time, values, name, **style)
+        finish_in_time(axes, in_unit(what, self.unit), self.imbalance)
 
 
 TOLERANCE = 1e-3
@@ -91,7 +99,7 @@ def relax_stress(
     out: str | Path | None = None,
     progress: Progress | None = None,
 ) -> StressRelaxation:
-    """Shear a packing at rest by a step of strain, and hold it; without inertia.
+    """Shear a packing at rest by a step of strain, and hold it, or stop a flow; without inertia.
 
     The step is a ramp that is short against all relaxation: no step of contact damping is affine, since drag, which
     rules it, pushes particles aside. Rows lie evenly in the logarithm of time, from the end of the step on.
@@ -99,10 +107,14 @@ def relax_stress(
     >>> g = jamlab.relax_stress(jamlab.pack(n=32, pressure=1e-2, seed=1), strain=1e-6, duration=10.0)
     >>> bool(g.modulus[-1] < g.modulus[0])
     True
+    >>> r = jamlab.shear(jamlab.pack(n=32, pressure=1e-2, seed=1), rate=1e-2, strain=0.05, rows=5)
+    >>> s = jamlab.relax_stress(r.packing, strain=0, duration=100.0)
+    >>> bool(abs(s.stress[-1]) < abs(s.stress[0]))
+    True
 
     Args:
-        packing: SP or DP at a minimum.
-        strain: of the step.
+        packing: SP or DP: at a minimum, or, with strain 0, in any state.
+        strain: of the step, of either sign; 0: what flows is stopped and held, and `stress` relaxes.
         duration: time, tau_1.
         damping: see `shear`.
         step_time: of the ramp, tau_1.
@@ -113,24 +125,28 @@ def relax_stress(
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
-        ConvergenceError: see `shear`.
+        ConvergenceError: the packing is not at rest, and a step is asked for; or see `shear`.
         StorageError: `out` cannot be written.
     """
     law = damping or ContactDamping()
-    check_number("strain", strain, 1.0)
+    if not (is_number(strain) and abs(strain) <= 1.0):
+        raise InputError(f"strain = {strain!r}: must be a number from -1 to 1; 0 stops a flow")
     check_number("duration", duration, LONGEST)
     check_number("step_time", step_time, duration)
     if not step_time < duration:
         raise InputError(f"duration = {duration:g}: must be longer than step_time = {step_time:g}")
-    check_touching(packing)
+    if strain:
+        check_at_rest(packing)
+        check_touching(packing)
     task = {"strain": strain, "step_time": step_time, "tolerance": tolerance, "background": background}
     file = RunFile(out, StressRelaxation, packing, law, task)
     with Recording(packing, law, tolerance, background, file.before) as flow:
         if file.before is None:
             residual = flow.session.drive("rate 0", duration).elastic_stress
-            flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
-            flow.advance()
-            flow.begin_again(time=0.5 * step_time)
+            if strain:
+                flow.drive(f"rate {strain / step_time:.17g}", step_time, longest=step_time / _STEPS)
+                flow.advance()
+                flow.begin_again(time=0.5 * step_time)
         else:
             residual = file.before.residual
 
@@ -138,7 +154,7 @@ def relax_stress(
             asked = {"step_strain": strain, "step_time": step_time, "duration": duration}
             return StressRelaxation(**flow.content() | asked, residual=residual)
 
-        done = flow.rows[-1].time if flow.rows else 0.5 * step_time
+        done = flow.rows[-1].time if flow.rows else 0.5 * step_time if strain else 0.0
         if done < duration * (1 - 1e-12):
             flow.drive("rate 0", duration - done)
             if packing.model == "dp" and file.before is None:

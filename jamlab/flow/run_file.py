@@ -12,7 +12,7 @@ import json
 import os
 import time
 from collections.abc import Callable
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -21,7 +21,7 @@ import numpy as np
 from jamlab.errors import StorageError
 from jamlab.packing.hdf5 import file_image, read_all
 from jamlab.packing.packing import Packing
-from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
+from jamlab.rheology.damping import Damping, law_of_record
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 
@@ -29,11 +29,7 @@ FilePath = str | os.PathLike[str]
 R = TypeVar("R")
 
 _EVERY = 30.0  # s between two versions of a file
-_LAWS: dict[str, Callable[..., Damping | None]] = {
-    "none": lambda: None,
-    "ContactDamping": ContactDamping,
-    "StokesDrag": StokesDrag,
-}
+_NO_DRAG = {"law": "none"}  # of runs without time
 _APART = ("frames", "damping")  # fields of a result that have a place of their own
 
 
@@ -84,9 +80,10 @@ class RunFile(Generic[R]):
         except StorageError:  # damaged, or no file of jamlab: it will be replaced, as by `write`
             return None
         first: Packing = found.frames[0]  # type: ignore[attr-defined]
-        same = first.difference(packing) is None and np.array_equal(first.box, packing.box)
-        # LAMMPS wraps positions into its box and back, which rounds
-        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=1e-9) else None
+        # LAMMPS wraps positions into its box and back, and has units of its own, which rounds
+        near = 1e-9 * float(np.sqrt(packing.area / packing.n))
+        same = first.difference(packing) is None and np.allclose(first.box, packing.box, rtol=1e-12, atol=near)
+        return found if same and np.allclose(first.positions, packing.positions, rtol=0, atol=near) else None
 
 
 def write_result(path: FilePath, result: Any, task: str = "{}") -> None:
@@ -128,13 +125,11 @@ def read_result(path: FilePath, kind: type[R]) -> R:
         arrays = {name: dataset(group, name, "biufc")[()] for name in group}
         facts, law = json.loads(group.attrs["facts"]), json.loads(group.attrs["damping"])
     try:
-        damping = _LAWS[law.pop("law")](**law)
+        damping = None if law == _NO_DRAG else law_of_record(law)
         return kind(**arrays | facts | {"frames": tuple(read_all(path)), "damping": damping})
     except (KeyError, TypeError, ValueError) as error:
         raise StorageError(f"{path} is damaged (its {kind.__name__} is not whole: {error}): {REMEDY}") from error
 
 
 def _describe(damping: Damping | None) -> dict[str, Any]:
-    if damping is None:
-        return {"law": "none"}
-    return {"law": type(damping).__name__, **asdict(damping)}
+    return _NO_DRAG if damping is None else damping.record()

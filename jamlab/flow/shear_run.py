@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -68,25 +68,45 @@ class ShearRun(FlowRun):
     True
 
     Attributes:
-        shear_rate: rate that was asked for, 1/tau_1; 0: see `QuasistaticShear`.
-        strain_asked: strain at which it was to end; less is reached by a run that was interrupted.
+        shear_rate: rate that was asked for, 1/tau_1; 0: see `QuasistaticShear`; of several parts the last one.
+        strain_asked: strain to be sheared by, of all parts; less is reached by a run that was interrupted.
+        parts: (p, 2) rate and strain of each part of a protocol; None: one rate all the way.
     """
 
     shear_rate: float
     strain_asked: float
+    parts: Array | None = field(default=None, kw_only=True)
+
+    @property
+    def path(self) -> Array:
+        """(m,) strain so far, to and fro counted alike."""
+        return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.strain)))])
+
+    @property
+    def _last_part(self) -> float:
+        """Path at which the last part begins."""
+        return 0.0 if self.parts is None else float(self.parts[:-1, 1].sum())
 
     @property
     def peak(self) -> Peak | None:
-        """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None."""
-        k = int(np.argmax(self.stress[self.strain <= TRANSIENT]))
-        if k == 0 or k == len(self.stress) - 1 or self.stress[k] < (1 + _OVER) * self.stress[k + 1 :].min():
+        """Overshoot: largest stress up to strain 1, if it falls by 2 % or more from there; else None.
+
+        Of a negative rate the lowest stress; of several parts that of the first.
+        """
+        first = self.shear_rate if self.parts is None else self.parts[0, 0]
+        path = self.path
+        rows = slice(None) if self.parts is None else path <= self.parts[0, 1] * (1 + 1e-9)
+        stress, strain = (-1.0 if first < 0 else 1.0) * self.stress[rows], self.strain[rows]
+        k = int(np.argmax(stress[path[rows] <= TRANSIENT]))
+        if k == 0 or k == len(stress) - 1 or stress[k] < (1 + _OVER) * stress[k + 1 :].min():
             return None
-        return Peak(float(self.strain[k]), float(self.stress[k]))
+        return Peak(float(strain[k]), float(self.stress[k]))
 
     @property
     def drops(self) -> StressDrops:
-        """Falls of the elastic stress by more than 1 % of its range."""
-        return stress_drops(self.strain, self.elastic_stress, LEAST_DROP * float(np.ptp(self.elastic_stress)))
+        """Falls of the elastic stress along the flow, by more than 1 % of its range."""
+        along = np.sign(np.append(np.diff(self.strain)[:1], np.diff(self.strain))) if len(self.strain) > 1 else 1.0
+        return stress_drops(self.strain, along * self.elastic_stress, LEAST_DROP * float(np.ptp(self.elastic_stress)))
 
     @property
     def plastic_events(self) -> int:
@@ -101,16 +121,16 @@ class ShearRun(FlowRun):
 
         Args:
             name: of an array of this run, such as "pressure".
-            discard: strain of start-up that is left out.
+            discard: strain of start-up that is left out; of several parts that of the last, which is averaged.
 
         Raises:
             InputError: fewer than sixteen rows lie beyond `discard`, or no such array.
         """
-        kept = self.strain >= discard * (1 - 1e-9)
+        kept = self.path >= (self._last_part + discard) * (1 - 1e-9)
         if kept.sum() <= 2 * FEWEST_BLOCKS:
             raise InputError(
                 f"{kept.sum()} rows lie beyond strain {discard:g}, {2 * FEWEST_BLOCKS + 1} are needed: shear on beyond "
-                f"{self.strain[-1]:g}, or ask for more rows"
+                f"{self.path[-1]:g}, or ask for more rows"
             )
         values = getattr(self, name, None)
         if not isinstance(values, np.ndarray) or len(values) != len(self.strain):
@@ -122,10 +142,10 @@ class ShearRun(FlowRun):
     @property
     def reached(self) -> str:
         """What the run has reached, in words."""
-        words = [] if self.finished else [f"interrupted at strain {self.strain[-1]:.3g} of {self.strain_asked:g}"]
+        words = [] if self.finished else [f"interrupted at strain {self.path[-1]:.3g} of {self.strain_asked:g}"]
         peak = self.peak
         words.append(f"peak {peak.stress:.3g} at strain {peak.strain:.3g}" if peak else "no overshoot")
-        if self.strain[-1] <= TRANSIENT:
+        if self.path[-1] <= self._last_part + TRANSIENT:
             return ", ".join([*words, f"no steady state yet: it takes strain {TRANSIENT:g} and more"])
         try:
             mean = self.steady()
@@ -137,10 +157,12 @@ class ShearRun(FlowRun):
     @property
     def finished(self) -> bool:
         """Whether the strain asked for is reached."""
-        return bool(self.strain[-1] >= self.strain_asked * (1 - 1e-9))
+        return bool(self.path[-1] >= self.strain_asked * (1 - 1e-9))
 
     def __repr__(self) -> str:
         kind = f"rate={self.shear_rate:g}" if self.shear_rate else "quasi-static"
+        if self.parts is not None:
+            kind = "rates=" + ", ".join(f"{rate:g}" for rate in self.parts[:, 0])
         return f"ShearRun({kind}, strain={self.strain[-1]:.4g}, {self.describe()}; {self.verdict})"
 
     @drawn("Line2D, of both curves; `label` names them in the legend")

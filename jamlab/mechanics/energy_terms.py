@@ -52,7 +52,7 @@ def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestres
             (Baumgarten & Tighe eq 4 with f0 = 0): every contact is replaced by an unstressed spring. SP only.
 
     Raises:
-        InputError: droplets without pre-stress: line tension is nothing but pre-stress.
+        InputError: droplets without pre-stress: line tension is nothing but pre-stress; two disks in one place.
     """
     if packing.model == "dp" and not prestress:
         raise InputError(
@@ -67,6 +67,9 @@ def energy_terms(packing: Packing, meetings: Meetings | None = None, *, prestres
 def _build_springs(packing: Packing, touching: Pairs, prestress: bool) -> Terms:
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
+    if not distance.all():
+        i, j = pairs[distance.argmin()]
+        raise InputError(f"disks {i} and {j} are in one place, where their contact has no direction: move one of them")
     energy, slope, stiffness = disk_law(packing)(reach(packing, pairs), distance)
     normal = r / distance[:, None]
     along = normal[:, :, None] * normal[:, None, :]

@@ -1,6 +1,6 @@
-"""Count the motions that contacts hold, of particles taken as rigid: Maxwell's count, corrected by Calladine.
+"""Rigidity analysis by the Maxwell-Calladine count: states of self-stress and zero modes of particles taken as rigid.
 
-Every contact is one condition on the motions of the two that it joins, so that
+Every contact is one condition on the motions of the two that it joins, a row of the compatibility matrix, so that
 
     contacts - conditions that are independent = states of self-stress
     motions - 2 translations of the whole - conditions that are independent = motions left free
@@ -36,7 +36,7 @@ _SAME = 1e-7  # directions and levers of one contact, seen from both sides, in m
 
 @dataclass(frozen=True)
 class HeldMotions:
-    """What holds the particles of a packing that bear load.
+    """The Maxwell-Calladine count of the particles that bear load.
 
     Attributes:
         particles: that bear load; a droplet between two opposite contacts does, on its flats.
@@ -60,7 +60,7 @@ class HeldMotions:
 
 @checked
 def held_motions(packing: Packing) -> HeldMotions:
-    """Count contacts, states of self-stress and free motions, with particles taken as rigid.
+    """Rigidity analysis: contacts, states of self-stress and zero modes of particles taken as rigid.
 
     Args:
         packing: SP or DP, at onset: far above it droplets are not rigid.
@@ -83,7 +83,7 @@ def held_motions(packing: Packing) -> HeldMotions:
 
 
 def held_conditions(packing: Packing) -> tuple[Array, int, int]:
-    """Conditions of contacts on the particles that bear load, as (contacts, motions); these particles; their pairs.
+    """Compatibility matrix (contacts, motions) of the particles that bear load; their number; that of their pairs.
 
     States of self-stress are vectors of contact forces f with f @ rows = 0; a force that pushes is positive.
     """

@@ -1,4 +1,4 @@
-"""Motion of disks in slow shear, split into approach, sliding and departure from the affine flow.
+"""Quasi-static linear response of disks to shear: relative displacements at contacts, and non-affine displacements.
 
 Near onset sliding and non-affine motion diverge as p^(-1/4) while approach vanishes as p^(1/4), Baumgarten & Tighe
 eqs 19-21 and fig 5; that is why the damping of sliding decides the viscosity, eq 22.
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SlowShear:
-    """Displacements per unit of strain gamma of x -> x + gamma y, in the packing's unit of length.
+    """Relative and non-affine displacements per unit of strain gamma of x -> x + gamma y, in the unit of length.
 
     Attributes:
         normal: (m,) relative displacement along the line of centres of every contact of the backbone, the affine part
@@ -90,7 +90,7 @@ class SlowShear:
 
 @checked
 def slow_shear(packing: Packing, *, prestress: bool = True) -> SlowShear:
-    """Split the static response to shear, contact by contact.
+    """Quasi-static linear response to shear, contact by contact: approach, sliding and non-affine displacements.
 
     Args:
         packing: SP at an energy minimum.

@@ -163,7 +163,8 @@ def _find_lowest(matrix: sparse.csc_array, count: int) -> tuple[Array, Array]:
     values = np.concatenate([np.zeros(null.shape[1]), values])
     order = np.argsort(values, kind="stable")[:count]
     highest = values[order[-1]] - SETTINGS.zero * scale
-    if SymmetricFactors(matrix - highest * identity).negative > count:
+    below = int(np.sum(values[order] < highest))  # found; the factors count all there are
+    if SymmetricFactors(matrix - highest * identity).negative > below:
         raise ConvergenceError(f"some of the {count} lowest modes have equal eigenvalues and were missed: ask for more")
     return values[order], np.hstack([null.toarray(), vectors])[:, order]
 

@@ -7,7 +7,7 @@ Thin ones are filled in from beside them; what is thicker covers droplets as the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -42,6 +42,10 @@ class Annotations:
     thin: Mask
     thick: Mask
     count: int
+
+    def wrapped(self, margin: int) -> Annotations:
+        """The same repeated periodically around itself, `margin` pixels wide."""
+        return replace(self, thin=np.pad(self.thin, margin, mode="wrap"), thick=np.pad(self.thick, margin, mode="wrap"))
 
 
 def find_flat(grey: Array, noise: float) -> Mask:

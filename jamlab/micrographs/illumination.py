@@ -84,9 +84,9 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
         valid: (h, w) pixels without annotations.
     """
     noise = noise_level(bright)
-    first = _width_of_filter(noise / max(bright[valid].std(), 1e-12))
+    first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
     quiet = _blur(bright, first, valid)
-    high, low = _envelope(quiet, valid, ENVELOPE), _envelope(quiet, valid, 1 - ENVELOPE)
+    high, low = envelope(quiet, valid, ENVELOPE), envelope(quiet, valid, 1 - ENVELOPE)
     radius, ground, opening = 0.0, 0, 0.0
     for _ in range(REFINEMENTS + 1):
         contrast = float(np.median(high - low))
@@ -94,7 +94,7 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
             return None
         step = np.maximum(high - low, 0.2 * contrast)
         values = (high - bright) / step
-        width = _width_of_filter(noise / float(np.quantile(step, DIM)))
+        width = width_of_filter(noise / float(np.quantile(step, DIM)))
         smooth = _blur(values, width, valid)
         level = scikit_image().filters.threshold_otsu(smooth[valid]) if not radius else 0.5
         mask = smooth < level
@@ -109,7 +109,7 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
         return None
     step = np.maximum(high - low, 0.2 * contrast)
     values = (high - bright) / step
-    width = _width_of_filter(noise / float(np.quantile(step, DIM)))
+    width = width_of_filter(noise / float(np.quantile(step, DIM)))
     level = np.quantile(step, [0.02, 0.98])
     return Darkness(
         values,
@@ -124,7 +124,7 @@ def remove_background(bright: Array, valid: Mask) -> Darkness | None:
     )
 
 
-def _width_of_filter(noise: float) -> float:
+def width_of_filter(noise: float) -> float:
     """Standard deviation s of the Gaussian that leaves noise/(2 sqrt(pi) s) = `SMOOTH_NOISE`; 0 if it is there."""
     return min(noise / (2 * np.sqrt(np.pi) * SMOOTH_NOISE), LARGEST_FILTER) if noise > SMOOTH_NOISE else 0.0
 
@@ -147,7 +147,7 @@ def _grid(shape: tuple[int, ...]) -> tuple[Array, Array]:
     return np.broadcast_to(y[:, None], shape), np.broadcast_to(x, shape)
 
 
-def _envelope(grey: Array, valid: Mask, above: float) -> Array:
+def envelope(grey: Array, valid: Mask, above: float) -> Array:
     """Surface of second degree that pixels are above of (`above` small) or below of (large)."""
     step = max(1, round(max(grey.shape) / COARSE))
     rows, columns = (slice(step // 2, None, step) for _ in range(2))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,8 @@ from scipy import ndimage
 from scipy.special import stdtrit
 
 from jamlab.arrays import Array, Indices, Mask
+from jamlab.errors import InputError
+from jamlab.micrographs.droplet_mechanics import LEAST_RADIUS, ShapeForces, ShapePressures, shape_forces
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -19,6 +22,8 @@ from jamlab.storage.atomic_file import atomic_file, check_target
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+    from jamlab.packing.packing import Packing
 
 DPI = 150  # of an overlay
 LEAST_VOID = 3.0  # pixels of area: a corner between three walls has as much
@@ -32,7 +37,7 @@ class Micrograph:
     Attributes:
         labels: (h, w) int64, droplet k is k + 1; 0 is the ground, -1 droplets cut by the edge of the picture.
         centres: (n, 2) centres of area, x to the right and y down.
-        areas: (n,) with half of each film.
+        areas: (n,) with half of each film; of labels and rings up to their edges.
         shape: (n,) shape factors perimeter^2/(4 pi area) of the outlines as seen, rims included: `shape_rim` of
             `jamlab.measure`.
         cells: (n,) areas of the cells; every pixel belongs to one.
@@ -42,17 +47,19 @@ class Micrograph:
         voids: sides, areas and centres of the voids, and P_l.
         sizes: sizes with a verdict: monodisperse, bidisperse, polydisperse.
         cut: number of droplets cut by the edge of the picture or by a label.
-        bright: droplets are brighter than the ground.
+        contrast: how droplets were told from the ground: "bright", "dark", "ring" or "labels".
         blur: standard deviation of the blur, pixels.
         noise: standard deviation of the noise, over the contrast between droplets and ground.
         light: brightest over dimmest light.
         film: widest gap between droplets that counts as a contact, in the unit of length.
+        fringe: gap beyond a film that passes for a contact, in the unit of length.
         reasons: why the numbers may be wrong; empty if the picture is good.
         pixel: size of a pixel; None leaves all lengths in pixels.
         picture: (h, w) grey values, for drawing.
         outlines: n outlines, (k, 2) each, in pixels of the picture.
         cut_outlines: the same of droplets that are cut.
         touching: (m, 2, 2) centres of droplets in contact, in pixels, for drawing.
+        beside: n arrays (k,): droplet that each point of an outline touches, cut ones after whole ones; -1 for none.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -75,17 +82,19 @@ class Micrograph:
     voids: PictureVoids
     sizes: SizeDistribution
     cut: int
-    bright: bool
+    contrast: str
     blur: float
     noise: float
     light: float
     film: float
+    fringe: float
     reasons: tuple[str, ...]
     pixel: float | None
     picture: Array = field(repr=False)
     outlines: tuple[Array, ...] = field(repr=False)
     cut_outlines: tuple[Array, ...] = field(repr=False)
     touching: Array = field(repr=False)
+    beside: tuple[Indices, ...] = field(repr=False)
 
     def __repr__(self) -> str:
         means = self.means
@@ -163,6 +172,72 @@ class Micrograph:
                 "quality": self.quality,
             }
         )
+
+    @property
+    def pressures(self) -> ShapePressures:
+        """Pressures of whole droplets above that of the voids, by the curvature of their free walls (Laplace).
+
+        In line tension over length, with standard errors learnt on rendered droplets.
+
+        Raises:
+            InputError: droplets are too small, or known by labels or dark walls, for which no error was learnt.
+        """
+        return self._mechanics[0]
+
+    @property
+    def forces(self) -> ShapeForces:
+        """Forces of contacts, in line tensions, by the length of flats; `residual` is what is left on each droplet.
+
+        Raises:
+            InputError: as for `pressures`.
+
+        Example:
+            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.95, step=0.03)
+            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 300), periodic=True)
+            >>> bool((m.pressures.value > 0).all()), float(np.median(m.forces.residual)) < 0.2
+            (True, True)
+        """
+        return self._mechanics[1]
+
+    @cached_property
+    def _mechanics(self) -> tuple[ShapePressures, ShapeForces]:
+        scale = self.pixel or 1.0
+        radius = float(np.sqrt(np.median(self.areas) / np.pi)) / scale
+        if self.contrast not in ("bright", "dark"):
+            raise InputError(f"no forces of droplets by {self.contrast}: errors were learnt on bright and dark ones")
+        if radius < LEAST_RADIUS:
+            raise InputError(f"droplets are {radius:.0f} pixels in radius: forces need {LEAST_RADIUS:.0f} or more")
+        gap = self.fringe / scale
+        pressures, forces = shape_forces(self.outlines, self.beside, self.centres / scale, gap)
+        value, error, length = pressures.value / scale, pressures.error / scale, forces.length * scale
+        return ShapePressures(value, error), replace(forces, length=length)
+
+    def packing(self, model: str = "dp", seed: int = 1, **parameters: Any) -> Packing:
+        """Take the droplets as a periodic packing at the packing fraction of the picture, at a minimum.
+
+        Whole droplets with their centres and areas make a rectangular patch; where its opposite sides meet, droplets
+        relax into places that the picture does not show. Outlines are not kept.
+
+        Args:
+            model: "dp", droplets, or "sp", disks in units "k" with lengths in mean diameters.
+            seed: of the orientations of polygons.
+            parameters: of the droplets, as in `jamlab.to_polygons`.
+
+        Raises:
+            InputError: fewer than eight whole droplets.
+            ConvergenceError: the packing fraction was not met.
+
+        Example:
+            >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
+            >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
+            >>> disks = m.packing("sp")
+            >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-5
+            (True, True)
+        """
+        from jamlab.protocols.packing_of_picture import packing_of_picture
+
+        upward = self.centres * np.array([1.0, -1.0])
+        return packing_of_picture(upward, self.areas, self.cells, self.rho, model, seed, **parameters)
 
     def draw(self, path: str | Path) -> None:
         """Write the picture with outlines, numbers, contacts and voids over it, as PNG.

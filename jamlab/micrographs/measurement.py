@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import ndimage
 
@@ -12,13 +10,15 @@ from jamlab.errors import InputError
 from jamlab.geometry.contact_network import find_rattlers
 from jamlab.micrographs.annotations import Annotations
 from jamlab.micrographs.illumination import Darkness, blur_of
+from jamlab.micrographs.labels import Labelled
 from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_voids, size_distribution
 from jamlab.micrographs.picture_files import scikit_image
-from jamlab.micrographs.quality import Checks, doubt_few, find_doubts
-from jamlab.micrographs.segmentation import Segments, find_droplets
+from jamlab.micrographs.quality import LOOSE, Checks, find_doubts, unstable_droplets
+from jamlab.micrographs.segmentation import Segments
 from jamlab.micrographs.walls import Walls, find_walls
 
 OPEN_EDGE = 0.5  # of the edge of the picture is ground: droplets lie in the middle, and what is outside is no void
+OPEN_LABELS = 0.65  # the same of labels and rings: wet foams have half of it
 EDGE_CHORD = 0.25  # radii of outline along the edge that cut a droplet: it then lacks a hundredth of its radius
 EDGE_ZONE = 0.6  # of blur and denoising: a droplet that ends so near to the edge may be cut or not
 CLEAR = 1.12  # inner radii from the middle of a droplet to the edge: more than the longest of a droplet in a packing
@@ -29,31 +29,53 @@ class Measurement:
     """A picture, repeated around itself if it is periodic, on its way to a `Micrograph`."""
 
     def __init__(
-        self, grey: Array, bright: bool, darkness: Darkness, drawn: Annotations, film: float | None, margin: int
+        self,
+        grey: Array,
+        contrast: str,
+        darkness: Darkness,
+        segments: Segments,
+        margin: int = 0,
+        film: float | None = None,
+        drawn: Annotations | None = None,
+        unstable: int = 0,
+        labelled: Labelled | None = None,
     ) -> None:
-        self.grey, self.bright, self.margin, self.drawn = grey, bright, margin, drawn
+        """Arguments of a periodic picture are repeated around it, `margin` pixels wide, but for `grey`.
+
+        Args:
+            grey: (h, w) grey values.
+            contrast: "bright", "dark", "ring" or "labels", for the record.
+            darkness: the picture without its background.
+            segments: droplets and their cells.
+            margin: pixels.
+            film: widest gap of a contact, pixels; None takes it from the gaps.
+            drawn: bars and labels in the picture.
+            unstable: droplets that come and go when they are looked for otherwise.
+            labelled: what the droplets are, where that is known without looking at darkness.
+        """
+        self.grey, self.contrast, self.margin, self.unstable, self.labelled = grey, contrast, margin, unstable, labelled
         height, width = grey.shape
         self.window = slice(margin, margin + height), slice(margin, margin + width)
-        self.darkness = darkness.wrapped(margin)
-        self.thick = np.pad(drawn.thick, margin, mode="wrap")
-        segments = find_droplets(self.darkness.smooth, self.darkness.noise)
-        if segments is None:
-            raise InputError(f"no droplet found: check `bright` ({bright}) and the picture")
-        self.segments: Segments = segments
-        self.blur = blur_of(self.darkness)
-        self.walls: Walls = find_walls(segments.cells, self.darkness, segments.radius, self.blur, film)
+        self.darkness, self.segments = darkness, segments
+        nothing = np.zeros(darkness.values.shape, dtype=bool)
+        self.thick = drawn.thick if drawn else nothing
+        self.annotated = float((drawn.thin | drawn.thick).mean()) if drawn else 0.0
+        self.blur = blur_of(self.darkness) if labelled is None else 0.0
+        self.walls: Walls = find_walls(
+            segments.cells, self.darkness, segments.radius, self.blur, film, labelled.line if labelled else None
+        )
         self.rings = outlines(segments.cells, self.walls.inside)
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
         if not self.whole.any():
             raise InputError(
-                f"no whole droplet among {segments.count} found: check `bright` ({bright}) and the size of the picture"
+                f"no whole droplet among {segments.count} found: check `contrast` ({contrast}) and its size"
             )
 
     def _outside(self) -> Mask:
         """Pixels at the edge of the picture and beside labels."""
         edge = self.thick.copy()
-        if self.drawn.count:
+        if edge.any():
             edge = ndimage.binary_dilation(edge, np.ones((3, 3)), iterations=2)
         edge[0] = edge[-1] = edge[:, 0] = edge[:, -1] = True
         return np.asarray(edge)
@@ -95,6 +117,8 @@ class Measurement:
         """(n,) contacts that bear force, (n,) rattlers, and z, with gaps up to `widest` as contacts."""
         pairs = self.walls.contacts(widest)
         rattlers, bearing = find_rattlers(pairs, self.whole)
+        if self.labelled and (rattlers & self.whole).sum() > LOOSE * self.whole.sum():  # apart: z is that of no packing
+            rattlers, bearing = np.ones_like(rattlers), np.zeros_like(bearing)
         contacts = np.bincount(pairs[bearing].ravel(), minlength=self.segments.count)
         held = self.whole & ~rattlers
         return contacts, rattlers, float(contacts[held].mean()) if held.any() else float("nan")
@@ -117,10 +141,17 @@ class Measurement:
         """Whether most of the edge of the picture is ground, around droplets that end inside it."""
         smooth = self.darkness.smooth
         edge = np.concatenate([smooth[0], smooth[-1], smooth[:, 0], smooth[:, -1]])
-        return not self.margin and bool((edge > 0.5).mean() > OPEN_EDGE)
+        return not self.margin and bool((edge > 0.5).mean() > (OPEN_LABELS if self.labelled else OPEN_EDGE))
+
+    def _widest(self) -> float:
+        """Radius of the largest disc between droplets, over the typical radius of droplets."""
+        room = ndimage.distance_transform_edt(~self.segments.droplets)[self.window].max()
+        return float(room / self.segments.radius)
 
     def _closed(self) -> Array:
-        """(n,) share of the walls of each cell along which something darker is seen."""
+        """(n,) share of the walls of each cell along which something darker is seen, 1 where that is known before."""
+        if self.labelled is not None:
+            return np.ones(self.segments.count)
         gap, cells = self.walls.width, self.segments.cells
         on = np.isfinite(gap)
         total = np.bincount(cells[on], minlength=self.segments.count)
@@ -130,23 +161,27 @@ class Measurement:
 
     def _checks(self, areas: Array, rattlers: Mask, z: float) -> Checks:
         """What the verdict rests on."""
-        walls, shown = self.walls, self._shown()
+        walls, segments, shown = self.walls, self.segments, self._shown()
         void, area = shown & walls.void_pixels, float(shown.sum())
         beyond = walls.widest - walls.film
         low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (0.7, 1.4))
         return Checks(
             whole=self.whole,
-            roundness=np.pi * self.segments.inner**2 / areas,
+            roundness=np.pi * segments.inner**2 / areas,
             closed=self._closed(),
             radii=np.sqrt(areas / np.pi),
-            rho=1 - float(self.darkness.values[void].sum()) / area,
+            rho=1 - float(self.darkness.values[shown if self.contrast == "labels" else void].sum()) / area,
             rho_by_pixels=1 - float((self.darkness.smooth[void] > 0.5).sum()) / area,
             z=(z, low, high),
-            blind=0.5 * beyond / self.segments.radius,
+            blind=0.5 * beyond / segments.radius,
             loose=int((rattlers & self.whole).sum()),
             unsure=int(self.unsure),
             open_edge=self._open(),
-            annotated=float((self.drawn.thin | self.drawn.thick).mean()),
+            annotated=self.annotated,
+            unstable=self.unstable if self.labelled else unstable_droplets(self.darkness.smooth, segments, self.whole),
+            widest=self._widest() if self.contrast == "ring" else 0.0,
+            pieces=self.labelled.pieces if self.labelled else 0,
+            labelled=self.labelled is not None,
         )
 
     def _voids(self, scale: float) -> PictureVoids:
@@ -160,6 +195,16 @@ class Measurement:
             found.sides[inside], found.area[inside] * scale**2, (found.centroid[inside] - self.margin) * scale
         )
 
+    def _beside(self, number: int, names: Indices) -> Indices:
+        """(k,) droplet that each point of an outline touches, from 0; cut ones after the whole ones; -1 for none."""
+        height, width = self.segments.cells.shape
+        x, y = np.rint(self.rings[number]).astype(np.int64).T
+        inside = np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)
+        other = np.where(self.segments.cells[inside] == number, self.walls.beside[inside], self.segments.cells[inside])
+        other = np.where(self.walls.beside[inside] < 0, -1, other)
+        count = int(names.max())
+        return np.where(other < 0, -1, np.where(names[other] > 0, names[other] - 1, count + other))
+
     def result(self, pixel: float | None) -> Micrograph:
         """Numbers of the droplets that are whole."""
         segments, walls, n = self.segments, self.walls, self.segments.count
@@ -167,13 +212,13 @@ class Measurement:
         scale = np.float64(1.0 if pixel is None else pixel)
         cell_areas = np.bincount(cells.ravel(), minlength=n).astype(np.float64)
         dark = np.bincount(cells[walls.void_pixels], self.darkness.values[walls.void_pixels], n)
-        areas = np.maximum(cell_areas - dark, 1.0)
+        areas = np.maximum(cell_areas - dark, 1.0) if self.labelled is None else self.labelled.areas
         contacts, rattlers, z = self._coordination(walls.widest)
         checks = self._checks(areas, rattlers, z)
         names = np.full(n, -1)
         names[kept] = np.arange(1, len(kept) + 1)
         centres = self.centres[:, ::-1] - self.margin
-        found = Micrograph(
+        return Micrograph(
             labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
             centres=centres[kept] * scale,
             areas=areas[kept] * scale**2,
@@ -185,19 +230,20 @@ class Measurement:
             voids=self._voids(float(scale)),
             sizes=size_distribution(areas[kept] * scale**2),
             cut=len(cut),
-            bright=self.bright,
+            contrast=self.contrast,
             blur=self.blur,
             noise=self.darkness.noise,
             light=self.darkness.light,
             film=float(walls.film * scale),
+            fringe=float((walls.widest - walls.film) * scale),
             reasons=find_doubts(self.darkness, self.blur, segments, walls, checks),
             pixel=pixel,
             picture=self.grey,
+            beside=tuple(self._beside(int(k), names) for k in kept),
             outlines=tuple(self.rings[k] - self.margin for k in kept),
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
-        return replace(found, reasons=(*found.reasons, *doubt_few(found.count, found.means)))
 
 
 MODES = 8  # Fourier modes of an outline

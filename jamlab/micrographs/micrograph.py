@@ -1,8 +1,9 @@
 """Micrographs of droplets: measure in a picture what is measured in a simulated packing.
 
-In order: read the picture, divide it by its background, fill in scale bars and labels, find droplets by granulometry
-and watershed, measure the gaps along the walls of their cells, and judge whether the numbers can be trusted. The edge
-of the picture is an edge: droplets that it cuts are marked and not counted, but they hold and touch others.
+In order: read the picture, find out whether droplets are bright, dark or rings, divide it by its background, fill in
+scale bars, find droplets, measure the gaps along the walls of their cells, and judge whether the numbers can be
+trusted. Labels of another program replace all but the last two. The edge of the picture is an edge: droplets that it
+cuts are marked and not counted, but they hold and touch others.
 
 The packing fraction is one minus the darkness of all voids over the area that the picture shows. That share needs no
 whole droplets, so that large droplets, which the edge cuts more often, weigh as much as they should (Horvitz-Thompson
@@ -14,32 +15,40 @@ Sources: F. M. Schaller et al., Philos. Mag. 93, 3993 (2013), for cells; K. Desm
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
-from jamlab.checks import checked
+from jamlab.checks import check_choice, checked
 from jamlab.errors import InputError
 from jamlab.micrographs.annotations import Annotations, fill_in, find_drawn, find_flat, left_noise, sort_annotations
 from jamlab.micrographs.illumination import Darkness, noise_level, remove_background
+from jamlab.micrographs.labels import Labelled, label_darkness, label_segments, labelled, read_labels
 from jamlab.micrographs.measured_droplets import Micrograph
 from jamlab.micrographs.measurement import Measurement
-from jamlab.micrographs.picture_files import read_grey, scikit_image
-from jamlab.micrographs.segmentation import find_droplets
+from jamlab.micrographs.picture_files import CHANNELS, read_grey, scikit_image
+from jamlab.micrographs.ring_segmentation import SMOOTHING, find_rings
+from jamlab.micrographs.segmentation import Segments, find_droplets
 
+CONTRASTS = ("auto", "dark", "bright", "ring")
+OTHER_SMOOTHING = 2.0  # times as wide a filter, with which rings are looked for again
 LARGEST = 1e100  # size of a pixel, so that areas are finite
 MARGIN = 0.3  # of the picture, repeated around a periodic one: more than half of the largest droplet and its cell
 
 
 @checked
 def micrograph(
-    picture: str | Path | ArrayLike,
+    picture: str | Path | ArrayLike | None = None,
     pixel: float | None = None,
     film: float | None = None,
     bright: bool | None = None,
     periodic: bool = False,
+    contrast: str = "auto",
+    labels: str | Path | ArrayLike | None = None,
+    channel: str = "grey",
 ) -> Micrograph:
     """Find and measure the droplets of a picture, and say whether the numbers can be trusted.
 
@@ -47,15 +56,20 @@ def micrograph(
     `jamlab figure micrograph-errors`; beyond what can be handled `quality` is "doubtful", with `reasons`.
 
     Args:
-        picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours.
+        picture: image file, or (h, w) grey values, or (h, w, 3 or 4) colours; with `labels` it may be left out.
         pixel: size of a pixel in the unit of length wanted; None measures lengths in pixels.
         film: widest gap, in pixels, between droplets in contact; None takes it from the gaps of the picture.
-        bright: droplets are brighter than the ground, True or False; None finds out.
+        bright: what `contrast` was called: True for "bright", False for "dark".
         periodic: the picture is one period of a periodic one, as rendered from a simulation.
+        contrast: droplets are "bright" on dark ground, "dark" on bright ground, or "ring": dark walls with light on
+            both sides, as bubbles and oil in brightfield. "auto" finds out: the one under which droplets are roundest.
+        labels: (h, w) whole numbers, 0 the ground, or a file of them: droplets as another program found them. Nothing
+            of the picture but its size is then used.
+        channel: of a picture in colours: "grey", "red", "green" or "blue".
 
     Raises:
-        InputError: without scikit-image; if the file is no picture, values are not finite, arguments are not positive,
-            nothing stands out from noise, or no whole droplet is found.
+        InputError: without scikit-image; if a file is no picture, values are not finite, arguments are not positive or
+            contradict each other, nothing stands out from noise, or no whole droplet is found.
 
     Example:
         >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
@@ -64,15 +78,64 @@ def micrograph(
         >>> abs(m.rho - jamlab.packing_fraction(dense)) < 0.02, len(m.table()) == m.count
         (True, True)
         >>> m.draw("overlay.png")
+        >>> again = jamlab.micrograph(labels=np.maximum(m.labels, 0))
+        >>> again.count == m.count, again.contrast
+        (True, 'labels')
     """
     for name, value in (("pixel", pixel), ("film", film)):
         if value is not None and not 1 / LARGEST <= value <= LARGEST:  # beyond, areas are 0 or infinite
             raise InputError(f"{name} is {value}: must be a positive number, {1 / LARGEST:g} to {LARGEST:g}")
-    grey = read_grey(picture)
-    is_bright = droplets_are_bright(grey) if bright is None else bool(bright)
-    darkness, drawn = _without_background(grey if is_bright else 1 - grey)
+    contrast = _contrast(contrast, bright)
+    check_choice("channel", channel, CHANNELS)
+    if picture is None and labels is None:
+        raise InputError("give a picture, or labels, or both")
+    grey = None if picture is None else read_grey(picture, channel)
+    if labels is not None:
+        if periodic or contrast != CONTRASTS[0]:
+            raise InputError("with labels there is nothing to find: leave out `periodic` and `contrast`")
+        found = read_labels(labels, None if grey is None else grey.shape)
+        return _measure_labels(found.coverage if grey is None else grey, "labels", found, 0, film).result(pixel)
+    assert grey is not None
+    if contrast == "auto":
+        contrast = find_contrast(grey)
     margin = int(np.ceil(MARGIN * min(grey.shape))) if periodic else 0
-    return Measurement(grey, is_bright, darkness, drawn, film, margin).result(pixel)
+    if contrast == "ring":
+        return _measure_rings(grey, margin, film).result(pixel)
+    darkness, drawn = _without_background(grey if contrast == "bright" else 1 - grey)
+    segments = find_droplets(darkness.wrapped(margin).smooth, darkness.noise)
+    if segments is None:
+        raise InputError(f"no droplet found: check `contrast` ({contrast}) and the picture")
+    return Measurement(grey, contrast, darkness.wrapped(margin), segments, margin, film, drawn.wrapped(margin)).result(
+        pixel
+    )
+
+
+def _contrast(contrast: str, bright: bool | None) -> str:
+    """Contrast as asked for, by its own name or by the old one."""
+    check_choice("contrast", contrast, CONTRASTS)
+    if bright is None:
+        return contrast
+    own = "bright" if bright else "dark"
+    warnings.warn(f"bright={bright} is now contrast={own!r}", FutureWarning, stacklevel=4)
+    if contrast not in ("auto", own):
+        raise InputError(f"contrast is {contrast!r} and bright is {bright}: give one of them")
+    return own
+
+
+def _measure_labels(grey: Array, contrast: str, found: Labelled, margin: int, film: float | None) -> Measurement:
+    return Measurement(grey, contrast, label_darkness(found), label_segments(found), margin, film, labelled=found)
+
+
+def _measure_rings(grey: Array, margin: int, film: float | None) -> Measurement:
+    """Droplets with dark walls, as labels."""
+    wide = np.pad(grey, margin, mode="wrap")
+    rings, again = find_rings(wide), find_rings(wide, OTHER_SMOOTHING * SMOOTHING)
+    if rings is None or not rings.labels.any():
+        raise InputError("no droplet with a dark wall all around stands out: check `contrast` (ring) and the picture")
+    found = labelled(rings.labels, rings.finer, rings.line)
+    own = Measurement(grey, "ring", label_darkness(found), label_segments(found), margin, film, labelled=found)
+    own.unstable = rings.unlike(again)
+    return own
 
 
 def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
@@ -94,13 +157,14 @@ def _without_background(grey: Array) -> tuple[Darkness, Annotations]:
     return darkness, found
 
 
-TRIED = 256  # pixels along a side on which both are tried
+TRIED = 256  # pixels along a side on which bright and dark are tried
+TRIED_RINGS = 512  # pixels along a side of the middle of the picture, in which walls are looked for
+ROUNDER = 0.03  # that rings must be rounder than bright or dark droplets, which have dark walls, too
+LEAST_COVER = 0.2  # of the middle of the picture that rings must fill
 
 
-def roundness(grey: Array) -> float:
-    """Area of the largest discs inside bright segments off the edge over the area of the segments; 0 without any."""
-    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool))
-    segments = find_droplets(darkness.smooth, darkness.noise) if darkness is not None else None
+def roundness(segments: Segments | None) -> float:
+    """Area of the largest discs inside segments off the edge over the area of the segments; 0 without any."""
     if segments is None:
         return 0.0
     cells = segments.cells
@@ -110,8 +174,25 @@ def roundness(grey: Array) -> float:
     return float(discs.sum() / max(area.sum(), 1.0))
 
 
-def droplets_are_bright(grey: Array) -> bool:
-    """Whether bright segments of a picture are rounder than dark ones."""
+def find_contrast(grey: Array) -> str:
+    """Whether droplets are bright, dark or rings: those under which they are roundest."""
     step = max(1, round(max(grey.shape) / TRIED))
     small = scikit_image().transform.downscale_local_mean(grey, (step, step)) if step > 1 else grey
-    return roundness(small) >= roundness(1 - small)
+    bright, dark = _roundness_of_bright(small), _roundness_of_bright(1 - small)
+    rings = _roundness_of_rings(grey)
+    if rings > max(bright, dark) + ROUNDER:
+        return "ring"
+    return "bright" if bright >= dark else "dark"
+
+
+def _roundness_of_bright(grey: Array) -> float:
+    darkness = remove_background(grey, np.ones(grey.shape, dtype=bool))
+    return roundness(None if darkness is None else find_droplets(darkness.smooth, darkness.noise))
+
+
+def _roundness_of_rings(grey: Array) -> float:
+    middle = tuple(slice(max(0, (size - TRIED_RINGS) // 2), (size + TRIED_RINGS) // 2) for size in grey.shape)
+    rings = find_rings(grey[middle])
+    if rings is None or (rings.labels > 0).mean() < LEAST_COVER:
+        return 0.0
+    return roundness(label_segments(labelled(rings.labels)))

@@ -16,13 +16,15 @@ from jamlab.errors import InputError
 
 MOST_PIXELS = 40_000_000  # of a picture: distances and labels take about 100 bytes for each
 LEAST_SIDE = 8  # pixels
+CHANNELS = ("grey", "red", "green", "blue")
 
 
-def read_grey(picture: str | Path | ArrayLike) -> Array:
+def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
     """Read a picture as grey values between 0 and 1, its own darkest and brightest pixel.
 
     Args:
         picture: image file of one page, or (h, w) grey values, or (h, w, 3 or 4) colours; a fourth channel is opacity.
+        channel: of a picture in colours, one of `CHANNELS`; "grey" is what the eye sees.
 
     Returns:
         (h, w) float64.
@@ -31,33 +33,45 @@ def read_grey(picture: str | Path | ArrayLike) -> Array:
         InputError: no picture, several pages, transparent parts, more than 4e7 pixels, fewer than 8 in a row, values
             that are not finite or all the same.
     """
-    if isinstance(picture, str | Path):
-        picture = _read_file(Path(picture))
-    values = np.asarray(picture)
+    values = np.asarray(read_values(Path(picture)) if isinstance(picture, str | Path) else picture)
     if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
         raise InputError(
             f"a picture must be (h, w) or (h, w, 3) and at least {LEAST_SIDE} x {LEAST_SIDE}, got {values.shape}"
         )
-    if values.shape[0] * values.shape[1] > MOST_PIXELS:
-        raise InputError(f"the picture is {values.shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
+    check_pixels(values.shape)
     values = values.astype(np.float64)
     if values.ndim == 3:
         if values.shape[2] == 4 and np.isfinite(values).all() and np.ptp(values[..., 3]) > 0:
             raise InputError("the picture has transparent parts: save it without them")
-        values = scikit_image().color.rgb2gray(values[..., :3])
+        colour = CHANNELS.index(channel)
+        values = values[..., colour - 1] if colour else scikit_image().color.rgb2gray(values[..., :3])
+    elif channel != CHANNELS[0]:
+        raise InputError(f"channel is {channel!r}, but the picture has no colours")
     if not np.isfinite(values).all() or np.abs(values).max() > 1e100 or np.ptp(values) <= 1e-9 * np.abs(values).max():
         raise InputError("the picture must hold finite values that are not all the same")
     return np.asarray((values - values.min()) / np.ptp(values))
 
 
-def _read_file(path: Path) -> NDArray[Any]:
+def check_pixels(shape: tuple[int, ...]) -> None:
+    """Refuse more pixels than memory holds."""
+    if shape[0] * shape[1] > MOST_PIXELS:
+        raise InputError(f"the picture is {shape[:2]}: cut it to {MOST_PIXELS:.0e} pixels at most")
+
+
+def read_values(path: Path, numbers: bool = False) -> NDArray[Any]:
+    """Read an image file as it is.
+
+    Args:
+        path: PNG, JPEG, BMP or TIFF.
+        numbers: of a picture with a palette give the numbers of its colours, as label images have them.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of damaged metadata: the pixels are read all the same
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             with Image.open(path) as image:  # reads the size only
                 _check_size(path, image.width, image.height, getattr(image, "n_frames", 1))
-                return _pixels(image)
+                return np.asarray(image) if numbers and image.mode == "P" else _pixels(image)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         raise InputError(f"{path} is too large: cut it to {MOST_PIXELS:.0e} pixels at most") from None
     except InputError:
@@ -115,6 +129,7 @@ def scikit_image() -> Any:
     """
     try:
         import skimage.color
+        import skimage.draw
         import skimage.filters
         import skimage.measure
         import skimage.morphology

@@ -43,6 +43,7 @@ class Walls:
         void_pixels: (h, w) bool, pixels around a void whose darkness is its own, not that of a film.
         width: (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere.
         inside: (h, w) pixels from each pixel to the end of its droplet, negative in gaps.
+        beside: (h, w) int64, droplet across the nearest wall where that is a film, -1 elsewhere.
     """
 
     pairs: Indices
@@ -55,13 +56,16 @@ class Walls:
     void_pixels: Mask
     width: Array
     inside: Array
+    beside: Indices
 
     def contacts(self, widest: float) -> Indices:
         """(k, 2) pairs with a gap up to `widest`."""
         return np.asarray(self.pairs[self.gap <= widest])
 
 
-def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None) -> Walls:
+def find_walls(
+    cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, line: float | None = None
+) -> Walls:
     """Measure the gaps along all walls.
 
     Args:
@@ -70,6 +74,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         radius: typical radius, pixels.
         blur: standard deviation of the blur, pixels.
         film: widest gap of a contact, pixels; None takes it from the gaps themselves.
+        line: widest gap of labels that touch, pixels; None where gaps are seen by darkness.
     """
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
@@ -83,7 +88,7 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
     long = np.isfinite(gaps)
     names, gaps, length = names[long], gaps[long], length[long]
     pairs = np.column_stack(np.divmod(names, int(cells.max()) + 1))
-    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film)
+    own, widest = _film_width(gaps, radius, BLURRED_TOLERANCE * blur + NOISY_TOLERANCE * darkness.noise, film, line)
     touching = gaps <= widest
     touch_names = names[touching]
     is_film = wall & np.isin(pair, touch_names) & (width <= widest)
@@ -104,7 +109,14 @@ def find_walls(cells: Indices, darkness: Darkness, radius: float, blur: float, f
         np.asarray(void_pixels),
         width,
         _inside(darkness, away, width[tuple(nearest)], half, blur),
+        _across(cells, np.where(is_film, pair, -1)[tuple(nearest)]),
     )
+
+
+def _across(cells: Indices, pair: Indices) -> Indices:
+    """(h, w) other cell of the pair that a pixel is at, -1 at none."""
+    low, high = np.divmod(pair, int(cells.max()) + 1)
+    return np.where(pair < 0, -1, np.where(cells == low, high, low))
 
 
 def _measure_strips(
@@ -149,6 +161,7 @@ def _no_walls(cells: Indices, darkness: Darkness) -> Walls:
         darkness.smooth > 0.5,
         np.full(shape, np.inf),
         inside,
+        np.full(shape, -1),
     )
 
 
@@ -164,17 +177,20 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
     )
 
 
-def _film_width(gaps: Array, radius: float, smear: float, film: float | None) -> tuple[float, float]:
+def _film_width(
+    gaps: Array, radius: float, smear: float, film: float | None, line: float | None
+) -> tuple[float, float]:
     """Width of films and of the widest gap that is a contact.
 
     Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of
-    all gaps lies among contacts. Where that is wider than any film, droplets do not touch.
+    all gaps lies among contacts. Where that is wider than any film, droplets do not touch. Labels that touch have
+    at most a line between them.
     """
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
     if film is not None:
         return own, film
     tolerance = max(TOLERANCE * radius, LEAST_TOLERANCE) + smear
-    own = own if own <= THICKEST_FILM * radius else 0.0
+    own = (own if own <= THICKEST_FILM * radius else 0.0) if line is None else min(own, line)
     return own, own + tolerance
 
 

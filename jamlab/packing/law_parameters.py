@@ -61,10 +61,9 @@ FORCE_LAW = {  # parameters that each model and unit system needs
     ("sp", "k"): ("k",),
     ("dp", "eps"): ("gamma", "ka", "eps", "delta", "eta", "contact", "a0"),
 }
-OPTIONAL: dict[str, dict[str, tuple[float, float, float]]] = {  # model -> parameter -> default, least, largest
-    "sp": {},  # what a packing does not say has the default; `jam`, `pack`, `--law` and campaigns take these by name
-    "dp": {},
-}
+# model -> parameter -> default, least, largest. What a packing does not say has the default; `jam`, `pack`, campaigns
+# and the command line take these by name. Disks of an exponent above 10 that barely touch have no stiffness left.
+OPTIONAL: dict[str, dict[str, tuple[float, float, float]]] = {"sp": {"exponent": (2.0, 2.0, 10.0)}, "dp": {}}
 # of the two papers, for labels: ε and the mean diameter σ, ε and l (droplets), k and the mean diameter d
 UNIT_OF_LENGTH = {("sp", "k"): "d", ("sp", "eps"): "σ", ("dp", "eps"): "l"}
 UNIT_OF_FORCE = {("sp", "k"): "k d", ("sp", "eps"): "ε/σ", ("dp", "eps"): "ε/l"}
@@ -72,16 +71,13 @@ UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range.
+    """Refuse force-law parameters that are missing, no positive numbers or out of range; other names are kept.
 
     Raises:
         InputError: naming the parameter and its value.
     """
     if (model, units) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {units!r}")
-    unknown = params.keys() - {*FORCE_LAW[model, units], *OPTIONAL[model]}
-    if unknown:
-        raise InputError(f"params[{min(unknown)!r}]: the force law of model {model} in units {units} has no such name")
     for name, (_, least, largest) in OPTIONAL[model].items():
         if name in params and not (is_number(params[name]) and least <= params[name] <= largest):
             raise InputError(f"params[{name!r}] is {params[name]!r}: must be a number from {least:g} to {largest:g}")

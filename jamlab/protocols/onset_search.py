@@ -10,7 +10,7 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import follow
 from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import at_phi
-from jamlab.packing.force_laws import root_energy
+from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, settle
 
@@ -26,6 +26,7 @@ class OnsetSettings:
         search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
         loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
             F^2 delta^2/(2 eps).
+        loose_energy: contact energy over u_contact that forces left in loose disks may hold.
         bearing: largest force over pressure and mean size below which contacts carry a load.
         decompressions: at most.
         jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
@@ -36,6 +37,7 @@ class OnsetSettings:
 
     search_tolerance: float = 1e-6
     loose_tolerance: float = 5e-8
+    loose_energy: float = 0.01
     bearing: float = 0.01
     decompressions: int = 80
     jump: float = 0.1
@@ -188,6 +190,8 @@ class OnsetSearch:
     def _settle(self, start: Packing, phi: float) -> SearchState:
         self.session.load(at_phi(start, phi))
         tolerance = self.tolerance if start.model == "sp" else max(self.tolerance, ONSET.search_tolerance)
+        if not self.session.springs:  # softer and softer, loose disks need ever longer to part altogether
+            tolerance = max(tolerance, disk_law(start).force_at(ONSET.loose_energy * self.protocol["u_contact"]))
         found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
         return self._measure(Relaxed(found, tolerance, found.max_force <= tolerance, 0))
 

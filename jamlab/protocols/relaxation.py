@@ -7,7 +7,7 @@ stalls.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -16,12 +16,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number
 from jamlab.engine.box_border import Border
 from jamlab.engine.deck_defaults import defaults
-from jamlab.engine.disk_fire import FireSettings
+from jamlab.engine.disk_fire import FireSettings, fire_settings
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.mechanics.stiffness import hessian
+from jamlab.packing.force_laws import disk_law
 from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
 
@@ -46,6 +47,7 @@ class RelaxationSettings:
         fire_stretch: FIRE steps after which it starts anew.
         fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
         settle_steps: L-BFGS steps when it only matters whether a packing jams.
+        softest: contacts, over the strength of the law: FIRE steps grow no longer where disks that stiffen are softer.
         loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
     """
 
@@ -59,6 +61,7 @@ class RelaxationSettings:
     fire_stretch: int = 3000
     fire_steps_droplets: int = 300
     settle_steps: int = 1500
+    softest: float = 1e-3
     loose_force: float = 2e-5
 
 
@@ -193,7 +196,7 @@ def _entangled(session: Session) -> bool:
 
 
 def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
-    if session.size >= SETTINGS.many_disks:
+    if session.size >= SETTINGS.many_disks or not session.springs:  # CG crawls where barely touching disks are soft
         noise = SETTINGS.newton_noise * 0.1**round_
         return quench(session, noise, floor=max(least_pressure, tolerance / noise))
     style = "cg" if round_ % 2 == 0 else "fire"
@@ -234,12 +237,19 @@ def quench(
         if state.max_force <= target and (border is None or border.excess(state.stress) <= target):
             break
         before = state.pressure
+        numbers = fire if session.springs else _longer_steps(session, fire or fire_settings(), before)
         state = session.minimize(
-            target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border, fire=fire
+            target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border, fire=numbers
         )
         if state.max_force > target and state.pressure > SETTINGS.jump * before:
             break
     return state
+
+
+def _longer_steps(session: Session, fire: FireSettings, pressure: float) -> FireSettings:
+    """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
+    stiffness = max(disk_law(session.packing()).stiffness_at(pressure), SETTINGS.softest)
+    return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
 def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import check_choice, checked
+from jamlab.checks import check_choice, checked, named_from
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
@@ -18,7 +20,7 @@ from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.rheology.equation_of_motion import EquationOfMotion, equation_of_motion
-from jamlab.rheology.reduced_model import reduce
+from jamlab.rheology.reduced_model import SETTINGS, KrylovSettings, reduce
 from jamlab.rheology.relaxation_spectrum import RelaxationModes, RelaxationSpectrum, build_spectrum, find_all_modes
 from jamlab.rheology.rounding_error import larger_relative, rounding_error, solve_frequency, variational_modulus
 from jamlab.rheology.slow_and_fast_limits import Limits, find_limits
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 
 METHODS = ("auto", "dense", "direct", "reduced")
 
-_SMALL = 256  # displacements up to which the dense solver is the quickest (benchmark_rheology)
+_SMALL = 256  # displacements up to which the dense solver is the quickest (jamlab study run spectrum)
 _CHECKS_PER_DECADE = (
     1.0  # frequencies at which rounding is bounded: the bound varies by less than ten from one to the next
 )
@@ -98,13 +100,16 @@ class ComplexModulus:
         label_modulus(axes, self.unit, legend=True)
 
 
+@named_from("prestress", "method")
 @checked
 def complex_modulus(
     packing: Packing,
     omega: ArrayLike,
     damping: Damping | None = None,
+    *,
     prestress: bool = True,
     method: str = "auto",
+    settings: KrylovSettings = SETTINGS,
 ) -> ComplexModulus:
     """G*(omega) of a packing for simple shear along x of the box; rattlers are left out.
 
@@ -116,6 +121,7 @@ def complex_modulus(
         method: "reduced": rational Krylov space of about a dozen real factorisations for all frequencies. "direct": one
             complex factorisation per frequency, as in the paper. "dense": the whole relaxation spectrum, up to 1024
             sites. "auto": "dense" for small packings, else "reduced".
+        settings: numbers of the search for shifts, of method "reduced".
 
     Raises:
         InputError: a frequency out of range, an unknown method, a packing too large for "dense", droplets
@@ -139,7 +145,8 @@ def complex_modulus(
     limits = find_limits(motion)
     if method == "auto":
         method = "dense" if motion.moving <= _SMALL else "reduced"
-    solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": _solve_reduced}[method]
+    reduced: _Solve = partial(_solve_reduced, settings=settings)
+    solve = {"dense": _solve_dense, "direct": _solve_direct, "reduced": reduced}[method]
     modulus, error, elements = solve(motion, limits, frequencies)
     unit = UNIT_OF_STRESS[packing.model, packing.units]
     return ComplexModulus(
@@ -176,6 +183,7 @@ def _check_frequencies(omega: ArrayLike) -> Array:
 
 
 _Solution = tuple[Complex, Array, RelaxationSpectrum | None]
+_Solve = Callable[[EquationOfMotion, Limits, Array], _Solution]
 
 
 def _solve_direct(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
@@ -205,8 +213,8 @@ def _solve_dense(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Sol
     return elements.modulus(omega), _estimate_rounding(motion, limits, found, basis, elements, omega), elements
 
 
-def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array) -> _Solution:
-    model = reduce(motion, limits, omega)
+def _solve_reduced(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings) -> _Solution:
+    model = reduce(motion, limits, omega, settings)
     rounding = _estimate_rounding(motion, limits, model.modes, model.basis, model.spectrum, omega)
     return model.spectrum.modulus(omega), model.change + rounding, model.spectrum
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +24,52 @@ LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
 LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
 
 
+class DragLaw:
+    """What every viscous law can be asked, so that nobody needs to ask which one it is.
+
+    Attributes:
+        at_contacts: whether particles drag on each other where they touch, or on a flow around them.
+        tau: tau_1.
+        alpha: drag grows as this power of the velocity.
+    """
+
+    at_contacts: ClassVar[bool]
+    tau: float
+    alpha: float
+
+    @property
+    def contrast(self) -> float:
+        """Damping of sliding over that of approach."""
+        return 1.0
+
+    @property
+    def resists_shear(self) -> bool:
+        """Whether a flow in which no particle leaves the affine motion costs drag."""
+        return True
+
+    def linear(self) -> Damping:
+        """The same law with drag in proportion to the velocity."""
+        raise NotImplementedError
+
+    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+        """Damping matrix of a linear law, see `damping_matrix`."""
+        raise NotImplementedError
+
+    def lammps_variables(self) -> dict[str, float | str]:
+        """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
+        raise NotImplementedError
+
+    def outline_words(self) -> str:
+        """Words of `fix overdamped` for drag between droplets."""
+        return ""
+
+    def record(self) -> dict[str, Any]:
+        """Name and numbers, as files keep them."""
+        return {"law": type(self).__name__, **asdict(self)}  # type: ignore[call-overload]
+
+
 @dataclass(frozen=True)
-class ContactDamping:
+class ContactDamping(DragLaw):
     """Drag on the relative velocity at every contact, Baumgarten & Tighe eqs 5 and 6.
 
     R = (tau_1/2) sum k_ij [(du_par')^2 + beta (du_perp' - a_i theta_i' - a_j theta_j')^2]; k_ij is the stiffness of the
@@ -54,6 +100,7 @@ class ContactDamping:
         True
     """
 
+    at_contacts: ClassVar[bool] = True
     beta: float = 1.0
     tau: float = 1.0
     alpha: float = 1.0
@@ -77,9 +124,38 @@ class ContactDamping:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"
         return f"contact damping, β = {self.beta:g}{power}" + _name_time(self.tau)
 
+    @property
+    def contrast(self) -> float:
+        """Damping of sliding over that of approach."""
+        return self.beta
+
+    def linear(self) -> ContactDamping:
+        """The same law with drag in proportion to the velocity."""
+        return replace(self, alpha=1.0)
+
+    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+        """Sum over contacts of what their approach and sliding cost."""
+        if self.alpha != 1:
+            raise InputError(
+                f"alpha = {self.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
+                "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
+            )
+        meetings = meetings or find_meetings(packing)
+        if isinstance(meetings, Pairs):
+            return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
+        return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
+
+    def lammps_variables(self) -> dict[str, float | str]:
+        """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
+        return asdict(self)
+
+    def outline_words(self) -> str:
+        """Words of `fix overdamped` for drag between droplets."""
+        return f" drag {self.tau:.17g} {self.beta:.17g} {self.alpha:.17g}"
+
 
 @dataclass(frozen=True)
-class StokesDrag:
+class StokesDrag(DragLaw):
     """Drag against the affine flow on every particle, Baumgarten & Tighe eqs 7 and 8.
 
     R = (k tau_1/2) sum |u_i' - v_aff(r_i)|^2 + (eta_F/2) gamma'^2 A. DP: the sum runs over vertices, each with its
@@ -96,6 +172,8 @@ class StokesDrag:
         True
     """
 
+    at_contacts: ClassVar[bool] = False
+    alpha: ClassVar[float] = 1.0  # type: ignore[misc]
     eta_f: float = 1.0
     tau: float = 1.0
 
@@ -107,8 +185,41 @@ class StokesDrag:
     def __str__(self) -> str:
         return f"Stokes drag, η_F = {self.eta_f:g}" + _name_time(self.tau)
 
+    @property
+    def resists_shear(self) -> bool:
+        """Whether a flow in which no particle leaves the affine motion costs drag: that of the fluid."""
+        return self.eta_f > 0
+
+    def linear(self) -> StokesDrag:
+        """The law itself."""
+        return self
+
+    def matrix(self, packing: Packing, meetings: Meetings | None) -> sparse.csc_array:
+        """Drag on every site, and that of the fluid on the shear rate."""
+        sites = len(packing.positions)
+        share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
+        diagonal = np.zeros(_size(packing))
+        diagonal[: 2 * sites] = np.repeat(drag_stiffness(packing) * self.tau * share, 2)
+        diagonal[-1] = self.eta_f * packing.area
+        return sparse.diags_array(diagonal, format="csc")
+
+    def lammps_variables(self) -> dict[str, float | str]:
+        """All drag is that of the background; contacts have none."""
+        return {"tau": self.tau, "background": 1.0, "fluid": self.eta_f}
+
 
 Damping = ContactDamping | StokesDrag
+_LAWS: dict[str, type[Damping]] = {law.__name__: law for law in (ContactDamping, StokesDrag)}
+
+
+def law_of_record(record: Mapping[str, Any]) -> Damping:
+    """Read a law from what `DragLaw.record` said.
+
+    Raises:
+        KeyError, TypeError, InputError: no law of that name, or numbers that it does not have.
+    """
+    numbers = dict(record)
+    return _LAWS[numbers.pop("law")](**numbers)
 
 
 def _check_time(tau: float) -> None:
@@ -135,26 +246,7 @@ def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None
     Raises:
         InputError: a vertex lies on an edge, so that their contact has no direction; drag that is not linear.
     """
-    if isinstance(damping, StokesDrag):
-        return _assemble_stokes(packing, damping)
-    if damping.alpha != 1:
-        raise InputError(
-            f"alpha = {damping.alpha:g}: only linear drag, alpha = 1, has a damping matrix and a modulus "
-            "over frequency; use jamlab.nonlinear_modulus for an equivalent linear drag, or jamlab.oscillate"
-        )
-    meetings = meetings or find_meetings(packing)
-    if isinstance(meetings, Pairs):
-        return _assemble_contacts(_join_disks(packing, meetings, damping.arms), damping)
-    return _assemble_contacts(_join_vertices(packing, meetings), damping)
-
-
-def _assemble_stokes(packing: Packing, damping: StokesDrag) -> sparse.csc_array:
-    sites = len(packing.positions)
-    share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
-    diagonal = np.zeros(_size(packing))
-    diagonal[: 2 * sites] = np.repeat(drag_stiffness(packing) * damping.tau * share, 2)
-    diagonal[-1] = damping.eta_f * packing.area
-    return sparse.diags_array(diagonal, format="csc")
+    return damping.matrix(packing, meetings)
 
 
 def _size(packing: Packing) -> int:
@@ -162,8 +254,8 @@ def _size(packing: Packing) -> int:
 
 
 @dataclass(frozen=True)
-class _Joints:
-    """Relative velocity at m contacts as a linear function of all rates.
+class _ContactJacobian:
+    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix).
 
     Attributes:
         normal: (m, 2) unit vectors.
@@ -182,7 +274,7 @@ class _Joints:
     rolling: sparse.csr_array
 
 
-def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
+def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
     assert packing.diameters is not None
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
@@ -190,7 +282,7 @@ def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     levers = 0.5 * packing.diameters[pairs]
     if arms == "contact":  # in the middle of the overlap
         levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]
-    return _Joints(
+    return _ContactJacobian(
         normal=r / distance[:, None],
         flow=r[:, 1],
         stiffness=stiffness,
@@ -200,7 +292,7 @@ def _join_disks(packing: Packing, touching: Pairs, arms: str) -> _Joints:
     )
 
 
-def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
+def _jacobian_of_vertices(packing: Packing, found: VertexContacts) -> _ContactJacobian:
     """Vertex against the point (1 - t) tail + t head of the edge; the rims meet half way between them."""
     distance, t = found.distance, found.place
     if not np.all(distance > 0):
@@ -208,7 +300,7 @@ def _join_vertices(packing: Packing, found: VertexContacts) -> _Joints:
     sites = np.column_stack([found.vertex, found.tail, packing.successor[found.tail]])
     _, _, stiffness = rim_law(packing, distance)
     levers = 0.5 * distance[:, None] * np.column_stack([np.ones_like(t), 1.0 - t, t])
-    return _Joints(
+    return _ContactJacobian(
         normal=found.separation / distance[:, None],
         flow=found.separation[:, 1],
         stiffness=stiffness,
@@ -242,25 +334,25 @@ def _outline_rotation(packing: Packing) -> sparse.csr_array:
     return sparse.coo_array((values.ravel(), (rows, np.tile(columns, 2))), shape=shape).tocsr()
 
 
-def _assemble_contacts(joints: _Joints, damping: ContactDamping) -> sparse.csc_array:
-    normal = joints.normal
+def _assemble_contacts(jacobian: _ContactJacobian, damping: ContactDamping) -> sparse.csc_array:
+    normal = jacobian.normal
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    weight = sparse.diags_array(joints.stiffness * damping.tau)
-    approach = _relate_velocities(joints, normal)
+    weight = sparse.diags_array(jacobian.stiffness * damping.tau)
+    approach = _relate_velocities(jacobian, normal)
     matrix = approach.T @ weight @ approach
     if damping.beta > 0:
-        slide = _relate_velocities(joints, tangent) - joints.rolling
+        slide = _relate_velocities(jacobian, tangent) - jacobian.rolling
         matrix = matrix + damping.beta * (slide.T @ weight @ slide)
     return sparse.csc_array(matrix)
 
 
-def _relate_velocities(joints: _Joints, direction: Array) -> sparse.csr_array:
+def _relate_velocities(jacobian: _ContactJacobian, direction: Array) -> sparse.csr_array:
     """(m, size) one row per contact: its velocity difference along a direction (m, 2), from all rates."""
-    size = joints.rolling.shape[1]
-    columns = np.hstack([2 * joints.sites, 2 * joints.sites + 1, np.full((len(direction), 1), size - 1)])
+    size = jacobian.rolling.shape[1]
+    columns = np.hstack([2 * jacobian.sites, 2 * jacobian.sites + 1, np.full((len(direction), 1), size - 1)])
     along_x, along_y = direction[:, [0]], direction[:, [1]]
-    flow = joints.flow[:, None] * along_x
-    return _spread(np.hstack([joints.weights * along_x, joints.weights * along_y, flow]), columns, size)
+    flow = jacobian.flow[:, None] * along_x
+    return _spread(np.hstack([jacobian.weights * along_x, jacobian.weights * along_y, flow]), columns, size)
 
 
 def _spread(values: Array, columns: NDArray[np.int64], size: int) -> sparse.csr_array:

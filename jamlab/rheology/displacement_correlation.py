@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jamlab.arrays import Array, Complex
-from jamlab.checks import checked
+from jamlab.checks import checked, named_from
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.law_parameters import UNIT_OF_LENGTH
@@ -85,9 +85,10 @@ class DisplacementCorrelation:
         axes.legend(fontsize=LEGEND)
 
 
+@named_from("prestress")
 @checked
 def oscillating_displacements(
-    packing: Packing, omega: float, damping: Damping | None = None, prestress: bool = True
+    packing: Packing, omega: float, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[Packing, Complex]:
     """The backbone and (sites, 2) complex non-affine displacements per shear stress that oscillates as cos(omega t).
 
@@ -117,6 +118,7 @@ def _displacements(
 ) -> Iterator[tuple[Packing, Complex]]:
     """Yield what `oscillating_displacements` returns, for several frequencies of one equation of motion."""
     network = force_network(packing, prestress=prestress)
+    network.check_at_rest()
     motion = equation_of_motion(network, damping or ContactDamping())
     find_limits(motion)  # refuses what is not stable
     fixed = 2 * len(network.packing.positions) - motion.moving
@@ -128,13 +130,14 @@ def _displacements(
         yield network.packing, u - u.mean(axis=0)
 
 
+@named_from("prestress")
 @checked
 def displacement_correlation(
     packing: Packing,
     omega: float,
     damping: Damping | None = None,
-    prestress: bool = True,
     *,
+    prestress: bool = True,
     lane: float = 1.0,
     width: float = 0.5,
 ) -> DisplacementCorrelation:
@@ -158,15 +161,15 @@ def displacement_correlation(
         >>> c.delta.shape == c.correlation.shape
         True
     """
-    return displacement_correlations(packing, [omega], damping, prestress, lane=lane, width=width)[0]
+    return displacement_correlations(packing, [omega], damping, prestress=prestress, lane=lane, width=width)[0]
 
 
 def displacement_correlations(
     packing: Packing,
     frequencies: Iterable[float],
     damping: Damping | None = None,
-    prestress: bool = True,
     *,
+    prestress: bool = True,
     lane: float = 1.0,
     width: float = 0.5,
 ) -> list[DisplacementCorrelation]:

@@ -13,7 +13,8 @@ import numpy as np
 from scipy import sparse
 
 from jamlab.arrays import Array
-from jamlab.checks import checked
+from jamlab.checks import checked, named_from
+from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.force_network import ForceNetwork
@@ -22,9 +23,10 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import ContactDamping, Damping, damping_matrix
 
 
+@named_from("prestress")
 @checked
 def dynamical_matrices(
-    packing: Packing, damping: Damping | None = None, prestress: bool = True
+    packing: Packing, damping: Damping | None = None, *, prestress: bool = True
 ) -> tuple[sparse.csc_array, sparse.csc_array]:
     """Hessian K and damping matrix B of a packing, Baumgarten & Tighe eq 11, sparse and symmetric.
 
@@ -120,13 +122,21 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
     Args:
         network: `force_network` of a packing at an energy minimum, with or without pre-stress.
         damping: viscous law.
+
+    Raises:
+        InputError: a single particle, which has no motion but that of the box.
     """
     packing = network.packing
+    if packing.n == 1:
+        raise InputError(
+            "one particle that presses on its own images moves with the box alone: it has no G* but that of "
+            "jamlab.shear_modulus and the last element of jamlab.dynamical_matrices"
+        )
     k, b = _assemble(packing, damping, network.meetings, network.terms)
     sites = len(packing.positions)
-    drifting = not isinstance(damping, ContactDamping)
+    drifting = not damping.at_contacts
     # without drag on sliding, and under Stokes drag, rotations enter nowhere
-    spinning = isinstance(damping, ContactDamping) and damping.beta > 0 and packing.model == "sp"
+    spinning = damping.at_contacts and damping.contrast > 0 and packing.model == "sp"
     first = 0 if drifting else 2
     free = np.arange(first, 3 * sites if spinning else 2 * sites)
     kept = np.append(free, k.shape[0] - 1)
@@ -141,5 +151,5 @@ def equation_of_motion(network: ForceNetwork, damping: Damping) -> EquationOfMot
         moving=2 * sites - first,
         drifting=drifting,
         area=packing.area,
-        contrast=damping.beta if isinstance(damping, ContactDamping) else 1.0,
+        contrast=damping.contrast,
     )

@@ -122,6 +122,7 @@ def mean_spectra(
     packings: Sequence[Packing],
     omega: Array,
     damping: Damping | None = None,
+    *,
     prestress: bool = True,
     method: str = "auto",
 ) -> list[Spectra]:
@@ -137,7 +138,7 @@ def mean_spectra(
     groups = group_packings(packings)
     found = []
     for label, members in zip(_labels([group[0] for group in groups]), groups, strict=True):
-        spectra = tuple(complex_modulus(p, omega, damping, prestress, method) for p in members)
+        spectra = tuple(complex_modulus(p, omega, damping, prestress=prestress, method=method) for p in members)
         tensors = [elastic_tensor(p, prestress=prestress).relaxed for p in members]
         means = tuple(float(modulus_along(c, AVERAGING_ANGLES).mean()) for c in tensors)
         unit = UNIT_OF_STRESS[members[0].model, members[0].units]

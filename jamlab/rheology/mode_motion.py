@@ -163,7 +163,7 @@ def motion_shares(packing: Packing, u: Array) -> tuple[Array, Array, Array, Arra
 
 def _sliding_share(packing: Packing, damping: Damping, found: RelaxationModes, motion: EquationOfMotion) -> Array:
     """(m,) 1 - v^T B_0 v / v^T B v, with B_0 of approach alone."""
-    if not isinstance(damping, ContactDamping):
+    if not damping.at_contacts:
         return np.full(len(found.rates), np.nan)
     first = 2 * len(packing.positions) - motion.moving
     approach = damping_matrix(packing, ContactDamping(beta=0.0, tau=damping.tau))[first:-1, first:-1]

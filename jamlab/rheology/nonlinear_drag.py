@@ -23,8 +23,8 @@ from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import drawn
-from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping
+from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
+from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
     pass
@@ -125,28 +125,32 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
 def nonlinear_modulus(
     packing: Packing,
     omega: ArrayLike,
-    alpha: float,
-    stress: float,
+    alpha: float | None = None,
+    stress: float | None = None,
     *,
+    damping: Damping | None = None,
+    strain: float | None = None,
     prestress: bool = True,
     method: str = "auto",
 ) -> NonlinearModulus:
-    """G*(omega) under balanced contact drag with exponent alpha, at a shear stress amplitude.
+    """G*(omega) under contact drag with exponent alpha, at an amplitude of shear stress or of shear strain.
 
     All contacts get the same equivalent time, that of the typical force F_0 = stress times the mean diameter; the paper
     says F_0 ~ stress and gives no factor. A time that is the same everywhere only rescales the frequency of the linear
-    problem: G*_alpha(omega) = G*_1(omega tau_alpha(omega)/tau_1).
+    problem: G*_alpha(omega) = G*_1(omega tau_alpha(omega)/tau_1). The stress of a strain is |G*| times it, solved for.
 
     Args:
-        packing: SP in units "k", or DP.
+        packing: SP or DP.
         omega: (m,) angular frequencies, 1/tau_1.
-        alpha: exponent of the drag law; 1 is linear.
-        stress: amplitude, unit of stress of the packing.
+        alpha: exponent of the drag law, balanced contact damping; 1 is linear. Give it or `damping`.
+        stress: amplitude, unit of stress of the packing. Give it or `strain`.
+        damping: drag law, with its own alpha, beta and tau.
+        strain: amplitude.
         prestress: see `jamlab.dynamical_matrices`.
         method: solver, see `jamlab.complex_modulus`.
 
     Raises:
-        InputError: a value out of range.
+        InputError: a value out of range, or both or none of two that exclude each other.
         ConvergenceError: the packing is not jammed or not stable.
 
     Example:
@@ -154,41 +158,75 @@ def nonlinear_modulus(
         >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], alpha=1.0, stress=1e-5)
         >>> bool(np.allclose(s.storage, jamlab.complex_modulus(p, [1e-2, 1.0]).storage))  # alpha = 1 is linear
         True
+        >>> film = jamlab.ContactDamping(beta=0.5, alpha=2 / 3)
+        >>> s = jamlab.nonlinear_modulus(p, [1e-2, 1.0], damping=film, strain=1e-3)
+        >>> bool(s.tau[0] > s.tau[1])
+        True
     """
+    if (alpha is None) == (damping is None) or (stress is None) == (strain is None):
+        raise InputError(
+            f"alpha = {alpha}, damping = {damping}, stress = {stress}, strain = {strain}: give alpha or damping, and "
+            "stress or strain"
+        )
     frequencies = np.atleast_1d(np.asarray(omega, dtype=np.float64))
-    tau = equivalent_time(frequencies, stress * _length(packing), alpha, stiffness=drag_stiffness(packing))
-    linear = complex_modulus(packing, frequencies * tau, ContactDamping(), prestress, method)
+    law = damping or ContactDamping()
+    how = _Equivalent(packing, law.linear(), law.alpha if alpha is None else alpha, prestress, method)
+    if stress is None:
+        assert strain is not None
+        if not (np.isfinite(strain) and strain > 0):
+            raise InputError(f"strain = {strain}: must be a positive amplitude")
+        stresses = np.array([how.stress_at(float(w), strain) for w in frequencies])
+        tau = np.array([how.time(w, each)[0] for w, each in zip(frequencies, stresses, strict=True)])
+    else:
+        tau = how.time(frequencies, stress)
+    linear = how.modulus(frequencies * tau)
     return NonlinearModulus(frequencies, linear.storage, linear.loss, tau, linear.error, linear.unit)
 
 
-def modulus_at_strain(packing: Packing, omega: float, amplitude: float, damping: ContactDamping) -> complex:
-    """G*(omega) under contact drag with exponent alpha, where the amplitude of the strain is given.
+@dataclass(frozen=True)
+class _Equivalent:
+    """Linear drag in the place of a power law, for one packing.
 
-    The stress amplitude that equivalent damping asks for is |G*| times that of the strain, which is solved for.
-
-    Args:
-        packing: SP or DP.
-        omega: angular frequency, 1/tau_1.
-        amplitude: of the strain.
-        damping: contact drag; of alpha = 1, G* of `complex_modulus`.
+    Attributes:
+        law: the linear law.
+        alpha: exponent of the power law.
+        prestress, method: of `complex_modulus`.
     """
-    linear = ContactDamping(beta=damping.beta, tau=damping.tau, arms=damping.arms)
-    stiffness = drag_stiffness(packing)
 
-    def modulus(log_stress: float) -> complex:
-        force = np.exp(log_stress) * _length(packing)
-        tau = equivalent_time(omega * damping.tau, force, damping.alpha, stiffness=stiffness)[0]
-        found = complex_modulus(packing, [omega * tau], linear)
-        return complex(found.storage[0], found.loss[0])
+    packing: Packing
+    law: Damping
+    alpha: float
+    prestress: bool
+    method: str
 
-    if damping.alpha == 1.0:
-        return modulus(0.0)
-    first = complex_modulus(packing, [omega], linear)
-    guess = float(np.log(amplitude * np.hypot(first.storage[0], first.loss[0])))
-    solved = root_scalar(
-        lambda y: float(np.log(amplitude * abs(modulus(y)))) - y, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS
-    )
-    return modulus(solved.root)
+    def time(self, omega: ArrayLike, stress: float) -> Array:
+        """(m,) equivalent time, in tau_1, at frequencies (m,) and a stress amplitude."""
+        force = stress * _length(self.packing)
+        tau_1 = np.asarray(omega) * self.law.tau
+        return equivalent_time(tau_1, force, self.alpha, stiffness=drag_stiffness(self.packing))
+
+    def modulus(self, omega: ArrayLike) -> ComplexModulus:
+        """G* of the linear law."""
+        return complex_modulus(self.packing, omega, self.law, prestress=self.prestress, method=self.method)
+
+    def stress_at(self, omega: float, strain: float) -> float:
+        """Stress amplitude at a strain amplitude: log |G*(stress)| strain = log stress."""
+
+        def excess(log_stress: float, exact: bool = True) -> float:
+            tau = self.time(omega, np.exp(log_stress))[0] if exact else 1.0
+            found = self.modulus([omega * tau])
+            return float(np.log(strain * np.hypot(found.storage[0], found.loss[0])) - log_stress)
+
+        guess = excess(0.0, exact=False)
+        if self.alpha == 1:
+            return float(np.exp(guess))
+        return float(np.exp(root_scalar(excess, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS).root))
+
+
+def modulus_at_strain(packing: Packing, omega: float, amplitude: float, damping: Damping) -> complex:
+    """G*(omega) under a drag law at an amplitude of the strain, see `nonlinear_modulus`."""
+    found = nonlinear_modulus(packing, [omega], damping=damping, strain=amplitude)
+    return complex(found.storage[0], found.loss[0])
 
 
 def _length(packing: Packing) -> float:

@@ -72,28 +72,29 @@ class ReducedModel:
     change: float
 
 
-def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedModel:
+def reduce(motion: EquationOfMotion, limits: Limits, omega: Array, settings: KrylovSettings = SETTINGS) -> ReducedModel:
     """Reduce an equation of motion to the few coordinates that its response needs.
 
     Args:
         motion: equation of motion.
         limits: its limits.
         omega: (f,) positive frequencies at which the model is wanted.
+        settings: numbers of the search for shifts.
 
     Raises:
         ConvergenceError: G* still moves after the largest number of shifts.
     """
-    space = _Space(motion, limits)
+    space = _Space(motion, limits, settings)
     start = _without_torques(motion, motion.b_qq @ limits.slow + motion.b_qg)
-    candidates = _place_candidates(omega)
+    candidates = _place_candidates(omega, settings)
     solver = ShiftedSolver(motion)
     shifts: list[float] = []
     change = 0.0
     model, found = space.model()
     before = model.modulus(omega)
     quiet = 0
-    while quiet < SETTINGS.quiet and len(candidates):
-        if len(shifts) == SETTINGS.most_shifts:
+    while quiet < settings.quiet and len(candidates):
+        if len(shifts) == settings.most_shifts:
             raise ConvergenceError(
                 f"G*(omega) still changes by {change:.2g} after {len(shifts)} shifts: use method='direct'"
             )
@@ -103,7 +104,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         solver.factorise(shift)
         vector = start
         chain = []
-        for _ in range(SETTINGS.steps):
+        for _ in range(settings.steps):
             vector = solver.solve(vector)
             chain.append(vector)
             vector = _without_torques(motion, motion.b_qq @ vector)
@@ -113,7 +114,7 @@ def reduce(motion: EquationOfMotion, limits: Limits, omega: Array) -> ReducedMod
         model, found = space.model()
         after = model.modulus(omega)
         change = float(larger_relative(after - before, after).max())
-        quiet = quiet + 1 if change <= SETTINGS.tolerance else 0
+        quiet = quiet + 1 if change <= settings.tolerance else 0
         before = after
     return ReducedModel(model, found, space.basis, np.array(shifts), change)
 
@@ -125,23 +126,24 @@ def _without_torques(motion: EquationOfMotion, load: Array) -> Array:
     return forces
 
 
-def _place_candidates(omega: Array) -> Array:
-    low, high = omega.min() / SETTINGS.margin, omega.max() * SETTINGS.margin
-    return np.geomspace(low, high, 1 + int(np.ceil(SETTINGS.per_decade * np.log10(high / low))))
+def _place_candidates(omega: Array, settings: KrylovSettings) -> Array:
+    low, high = omega.min() / settings.margin, omega.max() * settings.margin
+    return np.geomspace(low, high, 1 + int(np.ceil(settings.per_decade * np.log10(high / low))))
 
 
 class _Space:
     """Orthonormal basis that grows, with K and B projected on it."""
 
-    def __init__(self, motion: EquationOfMotion, limits: Limits) -> None:
+    def __init__(self, motion: EquationOfMotion, limits: Limits, settings: KrylovSettings) -> None:
+        self._dependent = settings.dependent
         self._motion = motion
         self._limits = limits
         self._x = limits.fast - limits.slow
         # a random projection keeps the lengths of forces to some per cent and is much shorter than they are
         rng = np.random.default_rng(0)
         signs = rng.choice([-1.0, 1.0], motion.moving)
-        places = (rng.integers(SETTINGS.sketch, size=motion.moving), np.arange(motion.moving))
-        self._sketch = sparse.coo_array((signs, places), shape=(SETTINGS.sketch, motion.moving)).tocsr()
+        places = (rng.integers(settings.sketch, size=motion.moving), np.arange(motion.moving))
+        self._sketch = sparse.coo_array((signs, places), shape=(settings.sketch, motion.moving)).tocsr()
         # K q_slow + k = 0: what slow response leaves at a shift s is s times the drag on it
         drag = (motion.b_qq @ limits.slow + motion.b_qg)[: motion.moving, None]
         self._forces = self._sketch @ drag
@@ -152,7 +154,7 @@ class _Space:
     def add(self, vectors: Array) -> int:
         """Widen the space by vectors (m, j), one after the other, and count those that do not lie inside it."""
         old = self.basis.shape[1]
-        self.basis = _orthonormalise(self.basis, vectors)
+        self.basis = _orthonormalise(self.basis, vectors, self._dependent)
         added = self.basis[:, old:]
         k_added, b_added = self._motion.k_qq @ added, self._motion.b_qq @ added
         self._k = _border(self._k, self.basis.T @ k_added)
@@ -183,7 +185,7 @@ class _Space:
         return np.asarray(square / ((stiffness + omega * drag) * smaller))
 
 
-def _orthonormalise(basis: Array, vectors: Array) -> Array:
+def _orthonormalise(basis: Array, vectors: Array, dependent: float) -> Array:
     """Widen an orthonormal basis (m, i) by those of the vectors (m, j) that do not lie inside its span."""
     size = basis.shape[1]
     wider = np.empty((len(basis), size + vectors.shape[1]), order="F")
@@ -195,7 +197,7 @@ def _orthonormalise(basis: Array, vectors: Array) -> Array:
         for _ in range(2):  # "twice is enough": one pass of Gram-Schmidt leaves rounding
             rest = rest - old @ (old.T @ rest)
         left = float(np.linalg.norm(rest))
-        if left > SETTINGS.dependent * length:
+        if left > dependent * length:
             new = rest / left
             new -= old @ (old.T @ new)
             wider[:, size] = new / np.linalg.norm(new)

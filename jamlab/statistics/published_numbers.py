@@ -98,9 +98,7 @@ ALPHA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alp
 BETA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
 DROPLET_EXPONENT = Published(0.8, 0.05, where="[B] sec 3, fig 6 c, f")  # of z - z_J and of G in drho
 CROSSOVER_EXPONENT = Published(2.0, 0.05, where="[B] sec 3, fig 6")  # a of the crossover at dphi N^a
-MISSING_CONTACTS_LIMIT = {
-    m: Published(v, 0.05, where="[B] sec 3, fig 7") for m, v in (("sp", 2.0), ("dp", 0.0))
-}  # (z_conf - z) N at confluence
+MISSING_CONTACTS_LIMIT = Published(2.0, 0.05, where="[B] sec 3, fig 7")  # (z_conf - z) N of disks at confluence
 MISSING_CONTACTS_EXPONENT = Published(
     1.0, 0.05, where="[B] sec 3, figs 7 and 9"
 )  # of z_conf - z in rho* - rho, droplets; fig 9 again
@@ -160,4 +158,8 @@ LOG_EXPONENT = Published(0.65, 0.1, where="[T] Correlations, fig 7 d")  # l (-ln
 SIZE_EXPONENT = {
     law: Published(a, 0.05, where="[T] Finite size effects, fig 8") for law, a in (("contact", 1.0), ("stokes", 1.09))
 }  # a: eta_0/N^a against p N^2
-VISCOSITY_TAIL = Published(-0.5, 0.05, where="[T] Finite size effects, fig 8")  # slope of eta_0/N for large p N^2
+# slope of eta_0/N^a for large p N^2, no pre-stress: -a/2; under Stokes drag "slightly shallower"
+VISCOSITY_TAIL = {
+    "contact": Published(-0.5, 0.05, where="[T] Finite size effects, fig 8"),
+    "stokes": Published(-0.545, relation=">", where="[T] Finite size effects, fig 8"),
+}

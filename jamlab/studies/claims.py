@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -103,10 +103,14 @@ class Claim:
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval is narrow enough to have disagreed; that of a bound must lie on one side of it."""
+        """Whether the interval and the systematic error are narrow enough to have disagreed.
+
+        That of a bound must lie on one side of it.
+        """
+        more = self.systematic or 0.0
         if self.relation != "=":
-            return not self.low < self.paper < self.high
-        return 0.5 * (self.high - self.low) <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
+            return not self.low - more < self.paper < self.high + more
+        return 0.5 * (self.high - self.low) + more <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
 
     @property
     def verdict(self) -> Verdict:
@@ -118,8 +122,15 @@ class Claim:
         if self.calibrated:
             return Verdict.CALIBRATED
         if not self.meets:
-            return Verdict.DIFFERS
+            more = self.systematic or 0.0
+            wide = replace(self, low=self.low - more, high=self.high + more)
+            return Verdict.UNDECIDED if more and wide.meets else Verdict.DIFFERS
         return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
+
+    @property
+    def counted(self) -> bool:
+        """Whether the number is a test of its own: neither an identity nor a duplicate."""
+        return self.kind not in (Kind.IDENTITY, Kind.DUPLICATE)
 
     @property
     def agrees(self) -> bool:
@@ -128,7 +139,7 @@ class Claim:
 
     @property
     def reason(self) -> str:
-        """What stands behind the verdict; "" where ours agrees."""
+        """Write what stands behind the verdict; "" where ours agrees."""
         shown = f" ({self.shown_by})" if self.shown_by else ""
         if self.verdict is Verdict.MISSING:
             why = "no interval: fewer than five packings, or most of their resamples have no such value"
@@ -138,17 +149,25 @@ class Claim:
             Verdict.DIFFERS: (self.cause or "no cause has been measured in these data") + shown,
             Verdict.INCONSISTENT: self.contradiction + shown,
             Verdict.CALIBRATED: f"{'meets it; ' if self.meets else 'misses it; '}{self.calibrated}{shown}",
-            Verdict.UNDECIDED: f"half the interval is {0.5 * (self.high - self.low):.2g}: it takes more packings",
+            Verdict.UNDECIDED: self._width,
         }[self.verdict]
 
     @property
+    def _width(self) -> str:
+        """Write why the number decides nothing."""
+        half = f"half the interval is {0.5 * (self.high - self.low):.2g}"
+        if self.systematic:
+            return f"{half}, and its definition moves it by {self.systematic:.2g}: {self.cause}"
+        return f"{half}: it takes more packings"
+
+    @property
     def text(self) -> str:
-        """The verdict and what stands behind it."""
+        """Write the verdict and what stands behind it."""
         return f"{self.verdict}: {self.reason}" if self.reason else str(self.verdict)
 
     @property
     def line(self) -> str:
-        """One line for the terminal."""
+        """Write one line for the terminal."""
         return (
             f"{self.figure}: {self.quantity} = {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], "
             f"paper {self.paper_text}: {self.text}"
@@ -156,29 +175,37 @@ class Claim:
 
     @property
     def paper_text(self) -> str:
-        """The paper's value as text."""
+        """Write the paper's value as text."""
         sign = "" if self.relation == "=" else f"{self.relation} "
         return f"{sign}{self.paper:.4g}" + (f" ± {self.margin:.2g}" if self.margin else "")
 
     def row(self) -> dict[str, Any]:
-        """Plain values for CSV and JSON."""
+        """List plain values for CSV and JSON."""
         return asdict(self) | {"verdict": str(self.verdict), "kind": str(self.kind), "reason": self.reason}
 
 
 def claim(
-    figure: str, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+    figure: str,
+    quantity: str,
+    found: Interval | None,
+    paper: Published,
+    kind: Kind = Kind.MEASURED,
+    systematic: float | None = None,
+    /,
+    **words: str,
 ) -> Claim:
     """Make a claim from an interval, None where the data do not give one.
 
     Args:
         kind: that of a number with the word `calibrated` is a fit target.
+        systematic: see `Claim`.
         words: how, cause, shown_by, contradiction and calibrated of `Claim`, and where, if another place than that of
             the published number says it.
     """
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
-    return Claim(figure, quantity, *number, kind=kind, **{"where": paper.where} | words)  # type: ignore[arg-type]
+    return Claim(figure, quantity, *number, kind=kind, systematic=systematic, **{"where": paper.where} | words)  # type: ignore[arg-type]
 
 
 # numbers as text, for captions and reasons ----------------------------------------------------------------------------
@@ -211,8 +238,8 @@ def write_by(values: Mapping[Any, Any], form: str, of: str = "N") -> str:
 
 
 def count(claims: Sequence[Claim]) -> dict[Verdict, int]:
-    """Count the claims of each verdict, in the order of `Verdict`."""
-    found = Counter(c.verdict for c in claims)
+    """Count the claims of each verdict, in the order of `Verdict`, without identities and duplicates."""
+    found = Counter(c.verdict for c in claims if c.counted)
     return {verdict: found[verdict] for verdict in Verdict}
 
 
@@ -220,7 +247,9 @@ def first_line(claims: Sequence[Claim]) -> str:
     """Write how many numbers of the papers agree, differ, and so on."""
     theirs = _of_papers(claims)
     numbers = ", ".join(f"{verdict} {number}" for verdict, number in count(theirs).items() if number)
-    return f"{len(theirs)} numbers of both papers: {numbers}."
+    tests = sum(c.counted for c in theirs)
+    more = f"; not counted: {len(theirs) - tests} identities and duplicates" if tests < len(theirs) else ""
+    return f"{tests} numbers of both papers: {numbers}{more}."
 
 
 def summary(claims: Sequence[Claim]) -> list[str]:

@@ -7,11 +7,11 @@ modelled as a sum of parabolas, one in log2 of each parameter through its three 
 that bring all of them closest to the paper.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.optimize import minimize
@@ -20,13 +20,15 @@ from jamlab.arrays import Array
 from jamlab.checks import check_bidisperse
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
+from jamlab.figures.html_page import TextTable
 from jamlab.statistics.published_numbers import SHAPE_AT_CONFLUENCE, table_contacts, table_modulus
 from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.studies.study import CampaignStudy, Shown
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from jamlab.campaign.driver import Outcome
+    from jamlab.campaign.campaign import Campaign
 
 
 FITTED = ("gamma", "ka", "delta")
@@ -234,45 +236,83 @@ def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
     return Calibration(law, predicted, found.fun**0.5, misfit(np.zeros(len(FITTED))) ** 0.5, edge)
 
 
-def calibrate(
-    folder: Path,
-    n: int = 32,
-    seeds: int = 8,
-    law: Mapping[str, float] | None = None,
-    *,
-    workers: int | None = None,
-    progress: "Callable[[Outcome], None] | None" = None,
-) -> tuple["pd.DataFrame", Calibration]:
-    """Run the scan and fit; can be stopped and called again.
+@dataclass(frozen=True)
+class DropletCalibration(CampaignStudy):
+    """The scan and the fit, as a study.
 
-    Args:
-        folder: of the scan; its finished tasks are not run again.
+    Attributes:
         n: number of droplets in each packing.
         seeds: number of packings for each set of parameters.
         law: values that replace the defaults at the centre of the scan.
-        workers: number of processes, by default one per core.
-        progress: called after each task with its outcome, see `Campaign.run`.
-
-    Returns:
-        The sensitivity table and the fit.
-
-    Raises:
-        InputError: n, seeds or law is invalid, or too few packings reached an observable.
-        StorageError: the folder cannot be written.
     """
-    from jamlab.campaign.campaign import open_campaign
 
-    check_bidisperse(n, 0, 1.0)
-    if seeds < 2:
-        raise InputError(f"seeds = {seeds}: standard errors need 2 or more")
-    text = campaign_text(n, seeds, law)
-    make_folder(folder)
-    file = folder / "calibration.toml"
-    with atomic_file(file) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    campaign = open_campaign(file)
-    campaign.run(workers, done=progress)
-    tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
-    changes = sensitivity(tables)
-    centre = {name: float(defaults("dp")[name]) for name in FITTED} | dict(law or {})
-    return changes, fit(changes, centre)
+    name: str = "droplet-calibration"
+    title: str = "Line tension, stiffness and rim of droplets that meet tables 1 and 2 of Boromand et al."
+    n: int = 32
+    seeds: int = 8
+    law: Mapping[str, float] = field(default_factory=dict)
+    kind: ClassVar[str] = "calibration"
+
+    def campaign(self, folder: Path) -> "Campaign":
+        """Open the scan; its file is written at first.
+
+        Raises:
+            InputError: n, seeds or law is invalid.
+            StorageError: the folder cannot be written.
+        """
+        from jamlab.campaign.campaign import open_campaign
+
+        check_bidisperse(self.n, 0, 1.0)
+        if self.seeds < 2:
+            raise InputError(f"seeds = {self.seeds}: standard errors need 2 or more")
+        text = campaign_text(self.n, self.seeds, self.law)
+        make_folder(folder)
+        file = folder / "calibration.toml"
+        if not file.exists() or file.read_text(encoding="utf-8") != text:
+            with atomic_file(file) as temporary:
+                temporary.write_text(text, encoding="utf-8")
+        return open_campaign(file)
+
+    def fit(self, folder: Path) -> "tuple[pd.DataFrame, Calibration]":
+        """Read the sensitivities of a finished scan, and fit.
+
+        Raises:
+            InputError: too few packings reached an observable.
+        """
+        campaign = self.campaign(folder)
+        tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
+        changes = sensitivity(tables)
+        centre = {name: float(defaults("dp")[name]) for name in FITTED} | dict(self.law)
+        return changes, fit(changes, centre)
+
+    def draw(self, folder: Path | None = None) -> Shown:
+        """Show sensitivities and fit of a finished scan; none ships.
+
+        Raises:
+            InputError: no folder is given, or too few packings reached an observable.
+        """
+        if folder is None:
+            raise InputError(f"{self.name} ships no results: give the folder of jamlab study run {self.name}")
+        changes, found = self.fit(folder)
+        return Shown(None, self.words(found), [self.changes_as_text(changes), targets_as_text(found)], changes)
+
+    def words(self, found: Calibration) -> str:
+        """The law that was found, and how well it meets the targets."""
+        law = ", ".join(f"{name} = {value:.4g}" for name, value in found.law.items())
+        return f"nearest: {law}; misfit {found.misfit:.2f} tolerances, {found.misfit_at_centre:.2f} with the defaults"
+
+    def changes_as_text(self, changes: "pd.DataFrame") -> TextTable:
+        """What each parameter changes."""
+        columns = ["set", "observable", "mean", "error", "change", "change_error"]
+        rows = [[row[0], row[1], *(f"{v:.4g}" for v in row[2:])] for row in changes[columns].itertuples(index=False)]
+        heading = f"droplets, n = {self.n}, {self.seeds} seeds: each parameter halved and doubled"
+        return TextTable(columns, rows, heading)
+
+
+def targets_as_text(found: Calibration) -> TextTable:
+    """Observables of the paper beside those of the law that was found."""
+    rows = [
+        [name, f"{t.value:.4g}", f"{t.tolerance:.2g}", f"{found.predicted[name]:.4g}", t.source]
+        for name, t in TARGETS.items()
+    ]
+    return TextTable(["observable", "paper", "tolerance", "fit", "source"], rows)

@@ -1,4 +1,4 @@
-"""Tables of droplets of several force laws: how those of a campaign are reduced, and which of their rows are drawn."""
+"""Reduce tables of droplets of several force laws to what is drawn of them, and select their rows."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,20 +25,20 @@ _WIDEST = 0.03  # states further apart are no neighbours: one between them did n
 
 
 def droplet_states(states: pd.DataFrame) -> pd.DataFrame:
-    """States of droplets of every law, with their distances from onset, see `add_distances`."""
+    """Select states of droplets of every law, with their distances from onset, see `add_distances`."""
     droplets = states[states["model"] == "dp"]
     parts = [add_distances(part).assign(rho_J=lambda t: t["onset"]) for _, part in droplets.groupby(LAW)]
     return pd.concat(parts, ignore_index=True) if parts else droplets.head(0)
 
 
 def spectra_at_fractions(states: pd.DataFrame, spectra: pd.DataFrame) -> pd.DataFrame:
-    """G* of each packing at the `FRACTIONS`, interpolated between its states; those of an unstable one have none."""
+    """Interpolate G* of each packing at the `FRACTIONS` between its states; unstable ones have none."""
     rows = _join_states(states, spectra[spectra["converged"].astype(bool)])
     return _interpolate(rows, [*PACKING, *DAMPING], "omega", ("storage", "loss"), np.nan).dropna(subset=["storage"])
 
 
 def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFrame:
-    """Strength of relaxation modes of each packing by rate, in bins, and how much of it is in which motion.
+    """Sum the strength of relaxation modes of each packing by rate, in bins, and how much of it is in which motion.
 
     Columns: rate, the centre of a bin; strength; translation, rotation, along, across: parts of the strength that add
     up to it; sliding: its part in modes that dissipate by sliding.
@@ -54,7 +54,7 @@ def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFram
 
 
 def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
-    """Voids with three sides, state by state: their number, the sum of their shape factors, and the number of all.
+    """Count voids of each state: of all, of those with three sides, and the sum of the shape factors of these.
 
     Raises:
         InputError: the states lack the area that droplets share.
@@ -69,7 +69,7 @@ def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
 
 
 def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of converged states, with rho of the state, what its particles share if that is known, and the force law."""
+    """Select rows of converged states; adds rho, what particles share if that is known, and the force law."""
     kept = ["task", "state", *PACKING, "rho", *({SHARED} & set(states.columns))]
     good = states.loc[states["converged"].astype(bool), kept]
     own = [column for column in rows.columns if column not in good.columns or column in ("task", "state")]
@@ -77,7 +77,7 @@ def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequence[str], absent: float) -> pd.DataFrame:
-    """Values of each packing at the `FRACTIONS`, linear between neighbouring states; a row for each place `along`.
+    """Interpolate values of each packing at the `FRACTIONS` between states; a row for each place `along`.
 
     Args:
         absent: what stands for a place that a state has no row of.
@@ -97,7 +97,7 @@ def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequenc
 
 
 def _weights(rho: Array, place: float) -> Array | None:
-    """(states,) weights of a linear interpolation; None outside, and in a gap."""
+    """Find (states,) weights of a linear interpolation; None outside, and in a gap."""
     weights = np.zeros(len(rho))
     near = int(np.abs(rho - place).argmin())
     if abs(rho[near] - place) < _MET:
@@ -112,7 +112,7 @@ def _weights(rho: Array, place: float) -> Array | None:
 
 
 def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
-    """Rows of droplets with the counts of `held_motions`, and what the figure draws of them.
+    """Select droplets with the counts of `held_motions`, and what the figure draws of them.
 
     Raises:
         InputError: there are none.
@@ -162,7 +162,7 @@ def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
 
 
 def _with(table: pd.DataFrame, law: dict[str, float]) -> pd.DataFrame:
-    """Droplets with some parameters of the force law."""
+    """Select droplets with some parameters of the force law."""
     rows = table[table["model"] == "dp"]
     for name, value in law.items():
         rows = rows[np.isclose(rows[name], value)]

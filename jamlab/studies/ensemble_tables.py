@@ -26,7 +26,7 @@ OF_BEYOND = ("droplet_states", "droplet_spectra", "droplet_modes", "droplet_void
 NAMES = (*OF_PAPERS, *OF_FLOWS, *OF_BEYOND)
 RHO_BIN = 0.01  # width of the bins in which voids are counted
 STATES = (
-    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "b", "shape"),
+    *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart
@@ -132,28 +132,28 @@ class EnsembleTables:
 
     @cached_property
     def droplet_states(self) -> pd.DataFrame:
-        """States of droplets of several force laws, see `beyond_tables`."""
+        """States of droplets of several force laws, see `jamlab.studies.droplet_tables`."""
         return self._shipped_or("droplet_states", lambda: droplet_states(self._read("states")))
 
     @cached_property
     def droplet_spectra(self) -> pd.DataFrame:
-        """G* of droplets and disks at a few packing fractions, see `beyond_tables`."""
+        """G* of droplets and disks at a few packing fractions, see `jamlab.studies.droplet_tables`."""
         return self._shipped_or(
             "droplet_spectra", lambda: spectra_at_fractions(self._read("states"), self._read("spectra"))
         )
 
     @cached_property
     def droplet_modes(self) -> pd.DataFrame:
-        """Strength of relaxation modes of droplets by rate and motion, see `beyond_tables`."""
+        """Strength of relaxation modes of droplets by rate and motion, see `jamlab.studies.droplet_tables`."""
         return self._shipped_or("droplet_modes", lambda: modes_at_fractions(self._read("states"), self._read("modes")))
 
     @cached_property
     def droplet_voids(self) -> pd.DataFrame:
-        """Voids between droplets of several force laws, see `beyond_tables`."""
+        """Voids between droplets of several force laws, see `jamlab.studies.droplet_tables`."""
         return self._shipped_or("droplet_voids", lambda: voids_by_state(self._read("states"), self._read("voids")))
 
     def _counted(self, onset: pd.DataFrame) -> pd.DataFrame:
-        """Onsets with the counts that a campaign keeps in its states; those that ship have them."""
+        """Join onsets with the counts that a campaign keeps in its states; those that ship have them."""
         if "task" not in onset or set(COUNTS) & set(onset.columns):
             return onset
         states = self._read("states")
@@ -162,7 +162,7 @@ class EnsembleTables:
         return onset.merge(states.loc[states["state"] == 0, ["task", *COUNTS]], on="task", how="left")
 
     def _shipped_or(self, name: str, made: Callable[[], pd.DataFrame]) -> pd.DataFrame:
-        """A table that ships with the reference data, or is made of the tables of a campaign."""
+        """Read a table that ships with the reference data, or is made of the tables of a campaign."""
         try:
             return _require_rows(name, self._read(name))
         except (AbsentTableError, InputError, KeyError):

@@ -1,4 +1,4 @@
-"""An ensemble is what packings of one kind measure at the same places: rows are selected, arranged and averaged."""
+"""Select rows of packings of one kind, arrange them at the same places, and average them with intervals."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -90,12 +90,12 @@ def select_followed(states: pd.DataFrame) -> pd.DataFrame:
 
 
 def sizes(table: pd.DataFrame, model: str) -> list[int]:
-    """System sizes of a model, ascending."""
+    """List the system sizes of a model, ascending."""
     return sorted(int(n) for n in table.loc[table["model"] == model, "n"].unique())
 
 
 def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
-    """System sizes with 20 packings or more, ascending; all sizes if none has.
+    """List the system sizes with 20 packings or more, ascending; all sizes if none has.
 
     A larger size that is only begun would take the place of one with a hundred packings, with an interval that tells
     nothing.
@@ -131,7 +131,7 @@ def average(values: Array) -> Array:
 
 
 def median(values: Array) -> Array:
-    """Median (places,) over packings (axis 0); nan where no packing has a value."""
+    """Find the median (places,) over packings (axis 0); nan where no packing has a value."""
     known = np.isfinite(values).any(axis=0)
     out = np.full(values.shape[1:], np.nan)
     out[known] = np.nanmedian(values[:, known], axis=0)
@@ -178,24 +178,24 @@ class Ensemble:
 
     @property
     def whole(self) -> "Ensemble":
-        """The places that nearly all packings reach: a mean over those that are left is that of a selection."""
+        """Cut the curve to the places that nearly all packings reach: elsewhere a mean is that of a selection."""
         count = np.isfinite(self.y).sum(axis=0)
         kept = count >= 0.9 * count.max()
         return Ensemble(self.x[:, kept], self.y[:, kept])
 
     @property
     def mean(self) -> tuple[Array, Array]:
-        """(places,) ensemble averages."""
+        """Average x and y (places,) over packings."""
         return average(self.x), average(self.y)
 
     @property
     def band(self) -> tuple[Array, Interval]:
-        """(places,) x, and the mean of y with its interval."""
+        """Average x (places,), and y of y with its interval."""
         return average(self.x), mean_over_packings([self.y])[0]
 
     @property
     def curves(self) -> Array:
-        """(packings, places, 2) x and y, the form that a bootstrap draws packings from."""
+        """Stack x and y (packings, places, 2), the form that a bootstrap draws packings from."""
         return np.stack([self.x, self.y], axis=-1)
 
     def between(self, low: float, high: float) -> "Ensemble":
@@ -205,7 +205,7 @@ class Ensemble:
         return Ensemble(self.x[:, kept], self.y[:, kept])
 
     def interval(self, statistic: Statistic) -> Interval | None:
-        """Statistic of the mean curve, (places,) x and y, with its interval; None without points or if no law fits."""
+        """Compute a statistic of the mean curve, x and y (places,), with its interval; None if no law fits."""
         try:
             return bootstrap([self.curves], lambda drawn: statistic(*mean_curve(drawn[0])))
         except (ConvergenceError, InputError):
@@ -268,15 +268,15 @@ def nearest(values: Sequence[float], wanted: float) -> float:
 
 
 def log_places(low: float, high: float, per_decade: int = 5) -> Array:
-    """Places of equal ratio."""
+    """List places of equal ratio."""
     return np.asarray(np.geomspace(low, high, round(per_decade * np.log10(high / low)) + 1))
 
 
 def from_onset(last: float = 0.43) -> Array:
-    """Distances to onset: of equal ratio up to 0.02, 0.01 apart from there on."""
+    """List distances to onset: of equal ratio up to 0.02, 0.01 apart from there on."""
     return np.concatenate([log_places(1e-6, 10**-1.8), np.arange(0.02, last, 0.01)])
 
 
 def groups_by(table: pd.DataFrame, by: str, value: str, keys: Sequence[float]) -> list[Array]:
-    """Values of the packings of each key, one array per key."""
+    """List the values of the packings of each key, one array per key."""
     return [table.loc[table[by] == key, value].dropna().to_numpy(dtype=np.float64) for key in keys]

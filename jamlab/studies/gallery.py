@@ -1,19 +1,20 @@
-"""Draw figures by name, write them as PNG, PDF and CSV, and gather them with their verdicts in one HTML page."""
+"""Figures of the papers and beside them, as studies: each is drawn from tables of campaigns, with its verdicts."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import resources
 from pathlib import Path
+from typing import ClassVar
 
-import numpy as np
 import pandas as pd
 
-from jamlab.errors import InputError, JamlabError
+from jamlab.campaign.campaign import Campaign, open_campaign
+from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets
-from jamlab.figures.html_page import Section, TextTable, save_picture, save_png, write_csv, write_report
-from jamlab.processes.side_by_side import run_side_by_side
-from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.storage.verified_file import versions
+from jamlab.figures.html_page import Section, write_csv
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies import micrograph_errors
 from jamlab.studies.baumgarten import correlation as baumgarten_correlation
 from jamlab.studies.baumgarten import motion as baumgarten_motion
@@ -25,6 +26,7 @@ from jamlab.studies.beyond import droplet_sizes as beyond_droplet_sizes
 from jamlab.studies.beyond import droplet_spectra as beyond_droplet_spectra
 from jamlab.studies.beyond import droplet_vertices as beyond_droplet_vertices
 from jamlab.studies.beyond import droplet_voids as beyond_droplet_voids
+from jamlab.studies.beyond import stiffening_disks as beyond_stiffening_disks
 from jamlab.studies.boromand import confluence as boromand_confluence
 from jamlab.studies.boromand import contacts_and_modulus as boromand_contacts_and_modulus
 from jamlab.studies.boromand import geometry as boromand_geometry
@@ -41,7 +43,10 @@ from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
 from jamlab.studies.dynamics import power_law as dynamics_power_law
 from jamlab.studies.dynamics import yielding as dynamics_yield
 from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.page import Failure, Page, write_files, write_page
 from jamlab.studies.panels import Drawing
+from jamlab.studies.reference_data import reference_tables
+from jamlab.studies.study import CampaignStudy, Shown
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": boromand_pictures.figure_1,
@@ -80,9 +85,11 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "beyond-droplet-sizes": beyond_droplet_sizes.droplet_sizes,
     "beyond-droplet-vertices": beyond_droplet_vertices.droplet_vertices,
     "beyond-droplet-voids": beyond_droplet_voids.droplet_voids,
+    "beyond-stiffening-disks": beyond_stiffening_disks.stiffening_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
-PAGE = "figures.html"
+_PAGE = "figures"
+PAGE = f"{_PAGE}.html"
 VERDICTS = "verdicts.csv"
 
 
@@ -103,14 +110,6 @@ def check_names(names: Sequence[str]) -> list[str]:
     return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A figure that could not be drawn from the tables."""
-
-    name: str
-    reason: str
-
-
 def draw(name: str, tables: EnsembleTables) -> Drawing:
     """Draw one figure.
 
@@ -128,52 +127,76 @@ def draw(name: str, tables: EnsembleTables) -> Drawing:
     return drawing
 
 
-def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes]:
+def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes | None]:
     """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself.
 
     Raises:
         StorageError: the folder cannot be written.
     """
-    make_folder(folder)
-    paths = [folder / f"{drawing.name}.{ending}" for ending in ("png", "pdf", "csv")]
-    png = save_png(drawing.figure, paths[0])
-    drawing.figure.set_layout_engine("none")  # laid out by now; once more would double the time
-    save_picture(drawing.figure, paths[1])
-    write_csv(paths[2], drawing.table)
-    return paths, png
+    return write_files(drawing.name, _shown(drawing), folder)
+
+
+def _shown(drawing: Drawing) -> Shown:
+    return Shown(drawing.figure, drawing.caption, (), drawing.table, drawing.claims, drawing.numbers)
+
+
+def _draw_shown(name: str, tables: EnsembleTables) -> Shown:
+    return _shown(draw(name, tables))
 
 
 @dataclass(frozen=True)
-class Written:
-    """A figure whose files are written.
+class FigureStudy(CampaignStudy):
+    """A figure that is drawn from the tables of a campaign.
 
     Attributes:
-        name, caption, claims, numbers: see `Drawing`.
-        png: the picture.
+        made_by: name of the campaign, one of those that ship.
     """
 
-    name: str
-    caption: str
-    claims: list[Claim]
-    png: bytes
-    numbers: dict[str, dict[str, float]]
+    made_by: str
+    kind: ClassVar[str] = "figure"
+
+    @property
+    def heading(self) -> str:
+        """Name and title."""
+        return f"{self.name}: {self.title}"
+
+    def draw(self, folder: Path | None = None) -> Shown:
+        """Draw the figure from a folder of results, or from the reference data that ship."""
+        tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
+        return _draw_shown(self.name, tables)
+
+    def campaign(self, folder: Path) -> Campaign:
+        """Open the campaign, which other figures share."""
+        file = Path(str(resources.files("jamlab.campaign"))) / f"{self.made_by}.toml"
+        return open_campaign(file, folder / self.made_by)
+
+
+_CAMPAIGNS = {"dynamics-": "dynamics", "beyond-": "beyond_the_papers"}  # reference: all others
+
+
+def studies() -> list[FigureStudy]:
+    """All figures as studies."""
+    return [
+        FigureStudy(name, title, next((c for start, c in _CAMPAIGNS.items() if name.startswith(start)), "reference"))
+        for name, title in titles().items()
+    ]
 
 
 def write_all(
     names: Sequence[str],
     tables: EnsembleTables,
     folder: Path,
-    progress: Callable[[str], None] = lambda name: None,
+    progress: Progress = no_progress,
     opening: Sequence[Section] = (),
     processes: int = 1,
-) -> tuple[list[Written], list[Failure]]:
-    """Write figures, the table of verdicts and one self-contained HTML page.
+) -> tuple[list[Shown], list[Failure]]:
+    """Write figures, the table of verdicts, their summary and one self-contained HTML page.
 
     Args:
         names: of figures.
         tables: to draw from; they can be pickled where there are several processes.
         folder: made if it is not there.
-        progress: called with each name before it is drawn.
+        progress: called before each figure.
         opening: sections before those of the figures, such as those of `example_packings`.
         processes: that draw side by side.
 
@@ -184,60 +207,22 @@ def write_all(
         StorageError: the folder cannot be written.
         InputError: no figure could be drawn.
     """
-    make_folder(folder)
-    one = partial(_draw_and_write, tables=tables, folder=folder)
-    if min(processes, len(names)) > 1:
-        ended = run_side_by_side(one, names, processes, report=lambda _, name: progress(name))
-    else:
-        ended = [one(name, progress) for name in names]
-    drawn = [each for each in ended if isinstance(each, Written)]
-    failures = [each for each in ended if isinstance(each, Failure)]
-    if not drawn:
-        raise InputError(f"no figure could be drawn; {failures[0].name}: {failures[0].reason}")
-    sections = list(opening)
-    for each in drawn:
-        shown = [_verdicts(each.claims)] if each.claims else []
-        sections.append(Section(f"{each.name}: {titles()[each.name]}", each.png, each.caption, shown))
+    headings = {study.name: study.heading for study in studies()}
+    drawn, failures = write_page(
+        folder,
+        Page(_PAGE, "Figures of both papers", _lead, each=True, assets=explorer_assets()),
+        {name: headings[name] for name in names},
+        partial(_draw_shown, tables=tables),
+        tables.facts,
+        opening=opening,
+        progress=progress,
+        processes=processes,
+    )
     claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
         temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
-    if failures:
-        lines = [(f.name, f.reason) for f in failures]
-        sections.append(Section("Not drawn", tables=[TextTable(("figure", "reason"), lines, words=True)]))
-    write_report(
-        folder / PAGE, "Figures of both papers", _lead(claims), sections, tables.facts | versions(), explorer_assets()
-    )
     return drawn, failures
-
-
-def _draw_and_write(
-    name: str, progress: Callable[[str], None], *, tables: EnsembleTables, folder: Path
-) -> Written | Failure:
-    progress(name)
-    try:
-        drawing = draw(name, tables)
-    except JamlabError as error:
-        return Failure(name, str(error))
-    _, png = write(drawing, folder)
-    return Written(name, drawing.caption, drawing.claims, png, drawing.numbers)
-
-
-def _verdicts(claims: Sequence[Claim]) -> TextTable:
-    """The numbers of one figure beside those of the paper."""
-    columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
-    rows = [
-        (
-            c.quantity,
-            f"{c.value:.4g}" if np.isfinite(c.value) else "–",
-            f"{c.low:.4g} to {c.high:.4g}" if c.measured else "–",
-            c.paper_text,
-            c.text,
-            c.how,
-        )
-        for c in claims
-    ]
-    return TextTable(columns, rows, marks=[str(c.verdict) for c in claims], words=True)
 
 
 def _lead(claims: Sequence[Claim]) -> str:

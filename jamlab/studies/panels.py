@@ -37,18 +37,18 @@ FIT: dict[str, Any] = {"color": BLACK, "linestyle": "-", "linewidth": 1.6, "alph
 
 
 def style(index: int) -> dict[str, Any]:
-    """Colour and marker of the index-th series."""
+    """Choose colour and marker of the index-th series."""
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
 
 
 def model_style(model: str, **more: Any) -> dict[str, Any]:
-    """Colour and marker of a model, without a line unless one is asked for."""
+    """Choose colour and marker of a model, without a line unless one is asked for."""
     look = MODEL_STYLE[model]
     return {"color": look["color"], "marker": look["marker"], "linestyle": "none"} | more
 
 
 def sequence(index: int, count: int) -> dict[str, Any]:
-    """Colour and marker of the index-th of an ordered series; more than five differ by shade."""
+    """Choose colour and marker of the index-th of an ordered series; more than five differ by shade."""
     if count <= 5:
         return style(index)
     return {
@@ -58,7 +58,7 @@ def sequence(index: int, count: int) -> dict[str, Any]:
 
 
 def size_style(n: int) -> dict[str, Any]:
-    """Colour and marker of a system size."""
+    """Choose colour and marker of a system size."""
     return SIZE_STYLE.get(n, style(int(np.log2(max(n, 1))) + 2))
 
 
@@ -83,10 +83,17 @@ class Drawing:
     rows: list[pd.DataFrame] = field(default_factory=list)
 
     def claim(
-        self, quantity: str, found: Interval | None, paper: Published, kind: Kind = Kind.MEASURED, /, **words: str
+        self,
+        quantity: str,
+        found: Interval | None,
+        paper: Published,
+        kind: Kind = Kind.MEASURED,
+        systematic: float | None = None,
+        /,
+        **words: str,
     ) -> Claim:
         """Add a claim, see `jamlab.studies.claims.claim`."""
-        self.claims.append(claim(self.name, quantity, found, paper, kind, **words))
+        self.claims.append(claim(self.name, quantity, found, paper, kind, systematic, **words))
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
@@ -107,7 +114,7 @@ class Drawing:
 
     @property
     def numbers(self) -> dict[str, dict[str, float]]:
-        """`values` as plain numbers, the form that JSON takes: value, low and high by name."""
+        """Write `values` as plain numbers, the form that JSON takes: value, low and high by name."""
         return {
             name: {end: float(getattr(found, end)) for end in ("value", "low", "high")}
             for name, found in self.values.items()
@@ -119,7 +126,7 @@ class Drawing:
 
     @property
     def table(self) -> pd.DataFrame:
-        """All points drawn: panel, series, x, y, low, high; series of the paper begin with "paper"."""
+        """Join all points drawn: panel, series, x, y, low, high; series of the paper begin with "paper"."""
         return pd.concat(self.rows, ignore_index=True)
 
     def curve(

@@ -1,7 +1,12 @@
-"""Reference data: tables of campaigns, thinned to what figures use, kept with their origin and shipped with jamlab."""
+"""Reference data are tables of campaigns, thinned to what figures use, and kept with the runs that they come from.
 
-import gzip
+A folder holds one file for each table and `reference.json`, the list of runs. A file has one line for each column, its
+name and its values with commas between, packed by xz: columns one after the other take 40 % less than rows.
+"""
+
+import io
 import json
+import lzma
 import zlib
 from collections.abc import Sequence
 from contextlib import suppress
@@ -20,14 +25,13 @@ from jamlab.studies.ensemble_tables import (
     COLUMNS,
     FLOW_RUN,
     NAMES,
-    OF_BEYOND,
-    OF_FLOWS,
     AbsentTableError,
     EnsembleTables,
 )
 
 RECORD = "reference.json"  # origin of the tables
-TABLE_FILE = "{}.csv.gz"
+TABLE_FILE = "{}.columns.xz"
+_BEFORE = "{}.csv.gz"  # of version 0.2.0, which is still read
 _DIGITS = {"c": 4, "omega": 12, "loss": 8, "g0": 8}  # significant digits kept; 6 elsewhere. Eq 18 of [T] is met to 1e-6
 _EXACT = {"rho": 9, "phi": 9, "rho_J": 9, "phi_J": 9}
 _FLOW = [name for name in FLOW_RUN if name != "rho"]  # which follows from the others
@@ -82,23 +86,12 @@ def _who(name: str, table: pd.DataFrame) -> pd.MultiIndex:
 
 
 def reference_tables() -> EnsembleTables:
-    """Tables of the reference data shipped with jamlab: those of the papers, and of flows from a campaign of their own.
+    """Tables of the reference data shipped with jamlab.
 
     Raises:
         StorageError: the data are missing.
     """
-    place = Path(str(resources.files("jamlab.studies")))
-    facts = read_folder(place / "reference").facts
-    for what, folder in (("flows", "reference_flows"), ("droplets of several laws", "reference_beyond")):
-        facts = facts | {
-            f"{name} of {what}": read_folder(place / folder).facts[name] for name in ("campaign", "commit")
-        }
-    return EnsembleTables(partial(_read_shipped, place), facts)
-
-
-def _read_shipped(place: Path, name: str) -> pd.DataFrame:
-    folder = "reference_flows" if name in OF_FLOWS else "reference_beyond" if name in OF_BEYOND else "reference"
-    return _read_table(place / folder, name)
+    return read_folder(Path(str(resources.files("jamlab.studies"))) / "reference")
 
 
 def read_folder(folder: Path) -> EnsembleTables:
@@ -107,30 +100,67 @@ def read_folder(folder: Path) -> EnsembleTables:
     Raises:
         StorageError: no such folder; later, on use, a table that is missing, damaged, or of other rows than recorded.
     """
-    facts = _read_record(folder)["facts"]
-    return EnsembleTables(partial(_read_table, folder), {name: str(value) for name, value in facts.items()})
+    return EnsembleTables(partial(_read_table, folder), _facts(read_record(folder)["runs"]))
 
 
-def _read_record(folder: Path) -> dict[str, Any]:
+def has_table(folder: Path, name: str) -> bool:
+    """Whether a folder holds a table."""
+    return any((folder / form.format(name)).exists() for form in (TABLE_FILE, _BEFORE))
+
+
+def _facts(runs: Sequence[dict[str, Any]]) -> dict[str, str]:
+    """What a page says of the runs: all of the last one, and campaign and commit of those of other campaigns."""
+    facts = {name: str(value) for name, value in runs[-1].items() if name not in ("file", "rows")}
+    commits = {run.get("campaign", ""): run.get("commit", "unknown") for run in runs}
+    others = {name: commit for name, commit in commits.items() if name != runs[-1].get("campaign", "")}
+    return facts | {f"campaign {name}": f"commit {commit}" for name, commit in others.items()}
+
+
+def read_record(folder: Path) -> dict[str, Any]:
+    """Read the runs of a folder, oldest first, and the rows of each table.
+
+    Raises:
+        StorageError: there is no record, or it is damaged.
+    """
     record = folder / RECORD
     remedy = "give a folder of reference tables or a campaign"
     try:
         content = json.loads(record.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise StorageError(f"{record} cannot be read ({error}): {remedy}") from None
-    if not isinstance(content, dict) or not all(isinstance(content.get(part), dict) for part in ("facts", "rows")):
-        raise StorageError(f"{record} cannot be read (it lacks facts or rows): {remedy}")
+    if isinstance(content, dict) and isinstance(content.get("facts"), dict):
+        content = _flat(content)
+    parts = {"runs": list, "rows": dict}
+    if not isinstance(content, dict) or not all(isinstance(content.get(part), kind) for part, kind in parts.items()):
+        raise StorageError(f"{record} cannot be read (it lacks runs or rows): {remedy}")
     return content
+
+
+def _flat(content: dict[str, Any]) -> dict[str, Any]:
+    """The record of version 0.2.0, in which every run held the one before it."""
+    runs: list[dict[str, Any]] = []
+    rows: dict[str, int] = {}
+    inner: dict[str, Any] | None = content
+    while inner is not None:
+        if not isinstance(inner.get("rows"), dict):
+            return {}
+        runs.append({**inner["facts"], "rows": inner["rows"], "file": inner.get("campaign", "")})
+        rows = inner["rows"] | rows
+        inner = inner.get("before")
+    return {"runs": runs[::-1], "rows": rows}
 
 
 def _read_table(folder: Path, name: str) -> pd.DataFrame:
     path = folder / TABLE_FILE.format(name)
+    if not path.exists() and (old := folder / _BEFORE.format(name)).exists():
+        path = old
     remedy = f"make it with a campaign that measures {name}"
     try:
-        table = pd.read_csv(path, low_memory=False)  # in parts, a column with one bad cell would be of two types
+        source = path if path.suffix == ".gz" else io.StringIO(_unpack(path.read_bytes()))
+        table = pd.read_csv(source, low_memory=False)  # in parts, a column with one bad cell would be of two types
     except FileNotFoundError as error:
         raise AbsentTableError(f"{path} cannot be read ({error}): {remedy}") from None
-    except (OSError, ValueError, EOFError, zlib.error) as error:
+    except (OSError, ValueError, EOFError, zlib.error, lzma.LZMAError) as error:
         raise StorageError(f"{path} cannot be read ({error}): {remedy}") from None
     lacking = [column for column in _WHO[name] if column not in table]
     if lacking:
@@ -141,10 +171,22 @@ def _read_table(folder: Path, name: str) -> pd.DataFrame:
         if len(bad):
             where = f"line {bad.index[0] + 2}, column {column}: {bad.iloc[0]!r}"
             raise StorageError(f"{path} cannot be read ({where}): {remedy}")
-    expected = _recorded_rows(_read_record(folder), name)
+    expected = read_record(folder)["rows"].get(name)
     if expected not in (None, len(table)):
         raise StorageError(f"{path} has {len(table)} rows, {expected} expected by {RECORD}: {remedy}")
     return table
+
+
+def _unpack(packed: bytes) -> str:
+    """The CSV text of a table whose columns stand in lines."""
+    columns = [line.split(",") for line in lzma.decompress(packed).decode().splitlines()]
+    return "\n".join(map(",".join, zip(*columns, strict=True)))
+
+
+def pack(csv: str) -> bytes:
+    """Pack the CSV text of a table, none of whose cells holds a comma, column by column."""
+    columns = zip(*(line.split(",") for line in csv.splitlines()), strict=True)
+    return lzma.compress("\n".join(map(",".join, columns)).encode(), preset=9)
 
 
 def _is_bad(column: "pd.Series[Any]") -> "pd.Series[bool]":
@@ -156,29 +198,23 @@ def _is_bad(column: "pd.Series[Any]") -> "pd.Series[bool]":
     return column.notna() & pd.to_numeric(column, errors="coerce").isna()
 
 
-def _recorded_rows(record: dict[str, Any], name: str) -> int | None:
-    """Rows of a table when it was written; one that only an earlier record names was left as it was."""
-    if name in record["rows"]:
-        return int(record["rows"][name])
-    return _recorded_rows(record["before"], name) if "before" in record else None
-
-
 def save(
     tables: EnsembleTables,
     folder: Path,
     facts: dict[str, Any],
     campaign: str = "",
-    before: dict[str, Any] | None = None,
+    *,
+    add: bool = False,
     names: Sequence[str] = NAMES,
 ) -> dict[str, int]:
-    """Write the tables as reference data, thinned to what figures use: about 6 digits, csv.gz, one JSON record.
+    """Write the tables as reference data, thinned to what figures use: about 6 digits, and one record of their origin.
 
     Args:
         tables: of a campaign.
         folder: created if missing; its tables are replaced.
-        facts: versions, commit and other entries for the page; kept in reference.json.
-        campaign: text of the campaign file, kept there too.
-        before: content of the reference.json that some of the packings had before, see `combine`.
+        facts: name of the campaign, commit, versions and other entries for the page.
+        campaign: text of the campaign file, kept in the record too.
+        add: keep the runs that the folder has on record, since some packings are theirs, see `combine`.
         names: of the tables to write.
 
     Returns:
@@ -194,24 +230,25 @@ def save(
             made[name] = getattr(tables, name)
     if not made:
         raise InputError("no table has rows: finish some tasks of the campaign first")
-    lost = [name for name in NAMES if name not in made and (folder / TABLE_FILE.format(name)).exists()]
-    if lost and before is None:
+    lost = [name for name in NAMES if name not in made and has_table(folder, name)]
+    if lost and not add:
         raise InputError(
             f"{folder} holds {', '.join(lost)}, which would no longer match its record: add to it with "
             "--add, or name another folder"
         )
     make_folder(folder)
+    before = read_record(folder) if add else {"runs": [], "rows": {}}
     written: dict[str, int] = {}
-    rows = {name: count for name, count in (before or {"rows": {}})["rows"].items() if name in lost}
+    rows: dict[str, int] = {}
     for name, table in made.items():
         path = folder / TABLE_FILE.format(name)
         kept = _round_floats(table[[c for c in COLUMNS[name] if c in table]])
         with atomic_file(path) as temporary:
-            temporary.write_bytes(gzip.compress(kept.to_csv(index=False).encode(), mtime=0))
+            temporary.write_bytes(pack(kept.to_csv(index=False)))
+        (folder / _BEFORE.format(name)).unlink(missing_ok=True)
         written[name], rows[name] = path.stat().st_size, len(kept)
-    content = {"schema": "jamlab-reference", "version": 1, "facts": facts, "rows": rows, "campaign": campaign}
-    if before is not None:
-        content["before"] = before
+    runs = [*before["runs"], {**facts, "rows": rows, "file": campaign}]
+    content = {"schema": "jamlab-reference", "version": 2, "runs": runs, "rows": before["rows"] | rows}
     with atomic_file(folder / RECORD) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return written

@@ -1,35 +1,41 @@
-"""Tables of measurements, saved task by task: an interrupted measurement goes on, and its table can ship with jamlab.
+"""A table of measurements is saved task by task: an interrupted one goes on, and a whole one can ship with jamlab.
 
-A file is CSV below a first line of JSON, the provenance. Every task, such as one packing under one method, gives some
-rows, and the provenance says how many; a task whose rows are all in the file is not done again.
+A file is CSV below a first line of JSON, the provenance, and is packed if its name ends in .gz or .xz. Every task, such
+as one packing under one method, gives some rows, and the provenance says how many; a task whose rows are all in the
+file is not done again.
 """
 
 import csv
+import gzip
 import io
 import json
+import lzma
 import os
 import subprocess
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import time
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
 from jamlab.errors import StorageError
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import versions
-from jamlab.studies.cpu_time import one_core
 
 SCHEMA = "jamlab-measured"
 _FIRST = ("task", "took")  # columns of every table
 _TEXT = ("task", "setting", "note")  # columns that are words even where all of them look like numbers
 
+Result = TypeVar("Result")
 Row = Mapping[str, Any]
 Task = Callable[[], Iterable[Row]]
-Progress = Callable[[str, int, int], None]  # task, how many are done, of how many
 
 
 @dataclass(frozen=True)
@@ -67,16 +73,16 @@ class MeasuredTable:
         return f"{dates[0] if len(dates) == 1 else f'{dates[0]} to {dates[-1]}'}, commit {commits}; {programs}"
 
 
-def shipped_table(package: str, name: str) -> MeasuredTable:
-    """Read NAME.csv from the folder `measured` of a package of jamlab.
+def shipped_table(name: str) -> MeasuredTable:
+    """Read the table of a study that ships with jamlab.
 
     Raises:
-        StorageError: the package holds no such table, or a part of it.
+        StorageError: there is no such table, or only a part of it.
     """
-    source = resources.files(package).joinpath("measured", f"{name}.csv")
-    if not source.is_file():
-        raise StorageError(f"jamlab ships no table {name!r} in {package}: measure it, jamlab chart --measure")
-    return _whole(_parse(source.read_text(encoding="utf-8"), name), name)
+    path = Path(str(resources.files("jamlab.studies"))) / "tables" / f"{name}.csv.xz"
+    if not path.is_file():
+        raise StorageError(f"jamlab ships no table {name!r}: measure it, jamlab study run {name}")
+    return read_table(path)
 
 
 def read_table(path: Path) -> MeasuredTable:
@@ -90,11 +96,16 @@ def read_table(path: Path) -> MeasuredTable:
 
 def _read(path: Path) -> MeasuredTable:
     """Read what there is of a table."""
+    return _parse(_text_of(path), str(path))
+
+
+def _text_of(path: Path) -> str:
+    unpack = {".gz": gzip.decompress, ".xz": lzma.decompress}.get(path.suffix, bytes)
     try:
-        return _parse(path.read_text(encoding="utf-8"), str(path))
-    except (OSError, UnicodeDecodeError) as error:
+        return unpack(path.read_bytes()).decode()
+    except (OSError, EOFError, UnicodeDecodeError, zlib.error, lzma.LZMAError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab chart --measure") from error
+        raise StorageError(f"cannot read {path}: {reason}; give a table of jamlab study run") from error
 
 
 def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
@@ -105,7 +116,7 @@ def _whole(table: MeasuredTable, name: str) -> MeasuredTable:
             what = f"was cut short and holds {held} of {count} rows of task {task!r}"
             if held > count:
                 what = f"holds {held} rows of task {task!r}, {count} expected"
-            raise StorageError(f"{name} {what}: jamlab chart --measure does that again")
+            raise StorageError(f"{name} {what}: jamlab study run does that again")
     return table
 
 
@@ -115,16 +126,16 @@ def measure_table(
     tasks: Mapping[str, Task],
     facts: Mapping[str, Any],
     *,
-    progress: Progress = lambda name, done, of: None,
+    progress: Progress = no_progress,
 ) -> MeasuredTable:
     """Do the tasks that the file does not hold, on one core, and save after each.
 
     Args:
-        path: CSV file, made or gone on with.
+        path: file, made or gone on with.
         columns: of the rows, besides `task` and `took`; a row need not have all.
         tasks: name -> function that measures and returns rows.
         facts: what all rows share, such as settings; a file with other facts is not gone on with.
-        progress: called before each task.
+        progress: called before each task with the share that is done, and its name.
 
     Raises:
         StorageError: the file cannot be written, or is another measurement.
@@ -135,13 +146,45 @@ def measure_table(
     for done, (name, task) in enumerate(tasks.items()):
         if name in writer.tasks:
             continue
-        progress(name, done, len(tasks))
+        progress(done / len(tasks), name)
         began = _cpu_time()
         with one_core():
             rows = list(task())
         writer.add(name, _cpu_time() - began, rows)
     writer.save()
     return read_table(path)
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Pin this process, with the threads of every library in it, to one core."""
+    allowed = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {sorted(allowed)[os.getpid() % len(allowed)]})  # runs side by side take different cores
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
+    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
+
+    On one core this equals the wall time on a machine without other load.
+
+    Args:
+        run: the function.
+        runs: upper limit.
+        budget: s after which no new run begins.
+    """
+    best, spent = float("inf"), 0.0
+    for _ in range(runs):
+        began = time.process_time()
+        result = run()
+        took = time.process_time() - began
+        best, spent = min(best, took), spent + took
+        if spent > budget:
+            break
+    return best, result
 
 
 def _cpu_time() -> float:
@@ -171,7 +214,7 @@ class _Writer:
             if before.provenance["facts"] != facts or other_columns:
                 raise StorageError(f"{path} is another measurement: remove it, or choose another folder")
             self.tasks |= before.tasks
-            _, rows, _ = _whole_records(path.read_text(encoding="utf-8").partition("\n")[2])
+            _, rows, _ = _whole_records(_text_of(path).partition("\n")[2])
             csv.writer(self._body, lineterminator="\n").writerows(row for row in rows if row[0] in self.tasks)
             sessions, counts = before.provenance["sessions"], before.provenance["rows"]
         today = datetime.now(UTC).date().isoformat()
@@ -205,9 +248,16 @@ class _Writer:
             return  # nothing new
         head = io.StringIO()
         csv.writer(head, lineterminator="\n").writerow(self._columns)
-        first = json.dumps(self._provenance)
+        text = f"# {json.dumps(self._provenance)}\n{head.getvalue()}{self._body.getvalue()}"
         with atomic_file(self._path) as temporary:
-            temporary.write_text(f"# {first}\n{head.getvalue()}{self._body.getvalue()}", encoding="utf-8")
+            temporary.write_bytes(_packed(self._path, text))
+
+
+def _packed(path: Path, text: str) -> bytes:
+    data = text.encode()
+    return {".gz": lambda: gzip.compress(data, mtime=0), ".xz": lambda: lzma.compress(data)}.get(
+        path.suffix, lambda: data
+    )()
 
 
 def commit() -> str:
@@ -235,11 +285,11 @@ def _parse(text: str, name: str) -> MeasuredTable:
         whole.seek(0)
         rows = pd.read_csv(whole, dtype=dict.fromkeys(_TEXT, str), keep_default_na=False, na_values=["nan"])
     except (ValueError, KeyError, TypeError) as error:
-        raise StorageError(f"{name} is no table of jamlab chart --measure: {error}") from error
+        raise StorageError(f"{name} is no table of jamlab study run: {error}") from error
     if not known:
         raise StorageError(f"{name}: schema {provenance['schema']!r} {provenance['version']} is not known here")
     if "task" not in rows:
-        raise StorageError(f"{name} is no table of jamlab chart --measure: it has no column of tasks")
+        raise StorageError(f"{name} is no table of jamlab study run: it has no column of tasks")
     if "rows" not in provenance:  # written before rows were counted
         provenance["rows"] = _count(rows) | dict.fromkeys(provenance.pop("empty", []), 0)
         if cut and len(rows):

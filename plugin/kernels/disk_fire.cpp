@@ -16,8 +16,8 @@ namespace {
 
 constexpr int64_t BOX_TOO_SMALL = -1, NOT_FINITE = -2, NO_MEMORY = -3, NO_THREADS = -4;
 
-// U = (strength/exponent) x^exponent of the overlap x = s - r, or 1 - r/s where `relative`; see DiskLaw in
-// packing/force_laws.py.
+// U = (strength/exponent) x^exponent of the overlap x = 1 - r/s, times s^2 unless `relative`: the strength is an energy,
+// or else a stiffness; see DiskLaw in packing/force_laws.py.
 struct Law {
   double strength;
   bool relative;
@@ -75,7 +75,7 @@ __attribute__((target_clones("avx2", "default"))) void repel(Batch &pairs, int c
   for (int p = 0; p < count; ++p) {
     const double reach = pairs.reach[p], r = std::sqrt(pairs.x[p] * pairs.x[p] + pairs.y[p] * pairs.y[p]);
     if (r >= reach) continue;
-    const double overlap = reach - r, x = law.relative ? overlap / reach : overlap;
+    const double x = (reach - r) / reach;
     const double stiffer = law.exponent == 2.5 ? std::sqrt(x) : std::pow(x, law.exponent - 2.0);
     pairs.force_x[p] *= stiffer;
     pairs.force_y[p] *= stiffer;

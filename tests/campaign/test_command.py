@@ -7,8 +7,10 @@ from importlib import resources
 from pathlib import Path
 
 import pytest
+from campaigns import written
 from commands import call
 
+import jamlab
 from jamlab.campaign.file import CampaignTable
 from jamlab.campaign.workers import Workers
 from jamlab.errors import InputError
@@ -30,11 +32,60 @@ def test_command_line(full, tmp_path):
     assert "CPU time" in said("status", full.file, "--verify")
     assert json.loads(said("plan", full.file, "--only", "up", "--json"))["tasks"] == 0
     assert "0 tasks left" in said("plan", full.file)
-    assert "0 tasks finished, 0 failed" in said("resume", full.file)
+    line = said("resume", full.file)
+    assert line.startswith("nothing left to run: 6 tasks are finished in") and "more seeds" in line
     assert said("export", full.file, "--to", tmp_path / "t", "--table", "onset").strip() == str(
         tmp_path / "t/onset.csv"
     )
     assert said("merge", full.file, full.folder.path, "--out", tmp_path / "m").startswith("6 copied")
+
+
+def test_commands_stand_in_the_order_of_their_use(tmp_path):
+    words = call(tmp_path, "campaign", "--help").stdout.split("Commands")[1].split("Start with")[0].split("\n")
+    lines = [line for line in words if line.strip() and line[2:3].strip()]
+    named = [line.split()[0] for line in lines]
+    assert named == ["new", "plan", "run", "resume", "status", "page", "merge", "export"]
+    assert not any(line.endswith("...") for line in lines)
+
+
+def test_a_page_goes_to_out_and_tasks_are_in_folder(tmp_path):
+    """As every other command writes its result to --out; a folder there is named."""
+    written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True)
+    assert call(tmp_path, "campaign", "run", "c.toml", "--workers", "1", "--out", "elsewhere").exit_code == 0
+    done = call(tmp_path, "campaign", "page", "c.toml", "--out", "page.html", "--folder", "elsewhere")
+    assert done.exit_code == 0, done.stderr
+    assert "1 of 1" in (tmp_path / "page.html").read_text()
+    wrong = call(tmp_path, "campaign", "page", "c.toml", "--out", "elsewhere")
+    assert wrong.exit_code == 1 and "name the HTML file to write, and the tasks with --folder elsewhere" in wrong.stderr
+
+
+def test_a_task_that_sweeps_share_is_planned_once(tmp_path):
+    path = written(tmp_path / "c.toml", seeds=5)
+    other = written(tmp_path / "d.toml", seeds=8).read_text()
+    path.write_text(path.read_text() + other[other.index("[[sweep]]") :].replace("disks", "more"))
+    found = json.loads(call(tmp_path, "campaign", "plan", "c.toml", "--json").stdout)
+    assert found["tasks"] == 8 and [line["left"] for line in found["sweeps"]] == [5, 3]
+    assert json.loads(call(tmp_path, "campaign", "status", "c.toml", "--json").stdout)["tasks"] == 8
+
+
+def test_droplets_cost_by_their_vertices(tmp_path):
+    """Measured with 12 and 17, and with 24 and 34: 8 droplets of twice the vertices take as long as 16, to 10 %."""
+
+    def plan(n, **force_law):
+        path = written(tmp_path / "c.toml", model="dp", n=n, force_law=force_law, observables=["voids", "modes"])
+        (line,) = jamlab.open_campaign(path).plan()
+        return line
+
+    few, many, twice = plan(16), plan(16, nv_small=24, nv_large=34), plan(32)
+    assert many.seconds == pytest.approx(twice.seconds, rel=0.05) and many.seconds > 1.4 * few.seconds
+    assert many.bytes > 1.5 * few.bytes
+
+
+def test_a_failed_export_leaves_no_folder(tmp_path):
+    written(tmp_path / "c.toml")
+    for words in (("--table", "nonsense"), ("--sweep", "nowhere"), ("--format", "dump"), ()):
+        call(tmp_path, "campaign", "export", "c.toml", "--to", "tables", *words)
+        assert not (tmp_path / "tables").exists()
 
 
 def test_workers_that_cannot_be_had(tmp_path):

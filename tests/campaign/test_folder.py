@@ -155,6 +155,17 @@ def test_a_folder_that_cannot_be_written_is_no_fault_of_the_task(full, tmp_path,
     assert run_task(place, task)[0] == "finished"
 
 
+def test_a_file_that_is_edited_after_it_was_opened_does_not_change_the_run(tmp_path):
+    """The copy in the folder is the text whose tasks are there."""
+    path = written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True)
+    before = path.read_text()
+    campaign = jamlab.open_campaign(path)
+    path.write_text(before.replace("n = 8", "n = 10"))
+    assert campaign.run(1).finished == 1
+    assert (campaign.folder.path / "campaign.toml").read_text() == before
+    assert jamlab.open_campaign(campaign.folder.path).status().finished == 1
+
+
 def test_two_drivers_do_not_share_a_folder(tmp_path):
     folder = CampaignFolder(tmp_path)
     folder.prepare()
@@ -186,7 +197,7 @@ def test_merge_takes_what_is_whole_and_missing(full, tmp_path):
 
 def test_export(full, tmp_path):
     files = export(full, tmp_path / "csv")
-    others = {"flow", "oscillation", "creep", "modes"}  # which it does not measure
+    others = {"flow", "oscillation", "creep", "modes", "order"}  # which it does not measure
     assert sorted(file.stem for file in files) == sorted(set(TABLES) - others)
     back = pd.read_csv(tmp_path / "csv" / "states.csv", dtype=str)
     np.testing.assert_array_equal(back["g"].astype(float), full.table("states")["g"])

@@ -92,6 +92,7 @@ def test_sweeps_of_one_and_two_ranks_in_one_run(tmp_path):
 
 def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
     pytest.importorskip("dask_jobqueue")
+    pytest.importorskip("cryptography")
     for name in ("sbatch", "scancel"):
         (tmp_path / name).write_text(f"#!/bin/sh\ncp $2 {tmp_path}/job.sh\necho no >&2\nexit 1\n")
         (tmp_path / name).chmod(0o755)
@@ -104,7 +105,7 @@ def test_slurm_jobs_book_the_cores_of_their_ranks(tmp_path, monkeypatch):
     assert "--nthreads 1" in script and "--resources cores=4" in script
     path.write_text(path.read_text() + "[slurm]\ncores = 4\n")
     refused = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
-    assert refused.exit_code == 1 and "cores = 4: leave it out, and set ranks" in refused.stderr
+    assert refused.exit_code == 1 and "cores = 4: leave it out, jamlab sets it; `ranks` of a sweep" in refused.stderr
 
 
 def test_a_table_of_numbers_is_json(tmp_path):

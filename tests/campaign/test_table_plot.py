@@ -1,12 +1,16 @@
 """Plots of a campaign's tables: points are means over packings, bars standard errors, and nothing vanishes unsaid."""
 
+from io import BytesIO
+
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
 import jamlab
-from jamlab.campaign.table_plot import choose_bins
+from jamlab.campaign.table_plot import draw_means
+from jamlab.campaign.tables import choose_bins
 
 
 def plotted(campaign, *args, **kwargs):
@@ -32,7 +36,7 @@ def test_points_are_means_over_packings_with_their_standard_errors(full):
     assert axes.get_ylabel() == "pressure $p$  [ε/σ²]" and axes.get_xlabel() == r"true packing fraction $\rho$"
     outside = int(((states["rho"] < 0.85) | (states["rho"] >= 0.9)).sum())
     assert outside
-    assert entries[0] == f"soft particles (SP), n = 8; states left out: {outside} outside the bins"
+    assert entries[0] == f"soft particles (SP), n = 8\nstates left out: {outside} outside the bins"
 
 
 def test_a_curve_for_each_kind_over_the_distance_from_onset(full):
@@ -40,7 +44,10 @@ def test_a_curve_for_each_kind_over_the_distance_from_onset(full):
     axes, entries = plotted(full, "z", marker="*", lw=3)
     sp, dp = "soft particles (SP), n =", "deformable polygons (DP), n ="
     kinds = [f"{dp} 8, fixed-box, eps", f"{sp} 8, fixed-box, eps", f"{sp} 10, fixed-box, eps"]
-    assert {entry.split(";")[0] for entry in entries} == {*kinds, f"{sp} 32, shear-stabilized, k"}
+    assert {entry.split("\nstates")[0].replace("\n", " ") for entry in entries} == {
+        *kinds,
+        f"{sp} 32, shear-stabilized, k",
+    }
     assert axes.get_xscale() == "log" and axes.get_xlabel() == r"distance from onset $\rho - \rho_J$"
     line = axes.containers[-1].lines[0]
     assert (line.get_marker(), line.get_linewidth()) == ("*", 3)
@@ -57,6 +64,28 @@ def test_pressures_are_a_bin_each_and_other_columns_a_curve_each(full):
 def test_stresses_in_two_units_have_no_mean(full):
     axes, entries = plotted(full, "g", along="rho", by="ensemble")
     assert len(entries) == 4 and axes.get_ylabel().endswith("[ε/l² or ε/σ² or k]")
+
+
+def test_legend_and_labels_stay_within_the_figure(full):
+    figure = Figure(figsize=(4.8, 4.0), layout="constrained")  # as on the page of a campaign
+    axes = full.plot("g", along="rho", by="n", sweep="up", bins=[0.85, 0.87, 0.9], ax=figure.subplots())
+    figure.savefig(BytesIO())
+    legend, label = axes.get_legend().get_window_extent(), axes.yaxis.label.get_window_extent()
+    assert legend.x1 <= figure.bbox.x1 and legend.y1 <= figure.bbox.y1
+    assert label.height <= axes.get_window_extent().height
+
+
+def test_a_mean_of_a_selection_is_hollow_and_said():
+    """At onset most packings have no G: the mean is that of the few that are stable."""
+    rho, seeds = np.tile([0.84, 0.9], 12), np.repeat(np.arange(12), 2)
+    g = np.where((rho > 0.85) | (seeds < 2), 0.1 + rho, np.nan)
+    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": seeds, "units": "eps", "rho": rho, "g": g})
+    axes = Figure().subplots()
+    draw_means(axes, frame, "g", "rho", "model", None)
+    (hollow,) = (line for line in axes.lines if line.get_markerfacecolor() == "white")
+    assert hollow.get_xydata().ravel() == pytest.approx([0.84, 0.94])
+    (entry,) = (text.get_text().replace("\n", " ") for text in axes.get_legend().get_texts())
+    assert "10 without g" in entry and "hollow: a selection, down to the 2 of 12 packings that have g" in entry
 
 
 def test_bins_hold_every_value():

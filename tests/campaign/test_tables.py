@@ -56,7 +56,7 @@ def test_spectra_hold_what_jamlab_computes(full):
     frame = full.table("spectra")
     row = frame[(frame.law == "stokes") & ~frame.prestress & (frame.target_pressure == 1e-3) & (frame.omega == 1.0)]
     p = next(p for p in full.packings(row.task.iloc[0]) if abs(p.provenance["pressure"] / 1e-3 - 1) < 1e-5)
-    s = jamlab.complex_modulus(p, [1e-3, 1.0], jamlab.StokesDrag(eta_f=2.0), False)
+    s = jamlab.complex_modulus(p, [1e-3, 1.0], jamlab.StokesDrag(eta_f=2.0), prestress=False)
     assert (row.storage.item(), row.loss.item()) == (s.storage[1], s.loss[1])
     assert (row.g0.item(), row.eta0.item(), row.eta_inf.item()) == (s.g0, s.eta0, s.eta_inf)
     assert (row.eta_f.item(), np.isnan(row.beta.item()), row.converged.item()) == (2.0, True, True)
@@ -64,7 +64,7 @@ def test_spectra_hold_what_jamlab_computes(full):
     u = jamlab.slow_shear(p)
     assert slow.approach == pytest.approx(u.median_normal, rel=1e-9)
     assert slow.sliding == pytest.approx(u.median_tangential, rel=1e-9)
-    c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), True)
+    c = jamlab.displacement_correlation(p, 1e-2, jamlab.ContactDamping(), prestress=True)
     curve = full.table("correlation").query("law == 'contact' and prestress and target_pressure == 1e-3")
     assert (curve.delta.tolist(), curve.box.iloc[0]) == (c.delta.tolist(), p.box[0, 0])
     np.testing.assert_allclose(curve.c, c.correlation, atol=1e-9)
@@ -121,9 +121,34 @@ def test_groups_bins_and_what_is_left_out():
     assert (binned.g.tolist(), binned.x.tolist()) == ([2.0, 5.0], [0.2, 1.6])
     with pytest.raises(InputError, match="no column 'h': use one of model"):
         aggregate(frame, ["h"], ["p"])
-    for wrong in ({"along": "x"}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}, {"statistic": "mode"}):
+    for wrong in ({"bins": [0, 1]}, {"along": "x", "bins": [2, 1]}, {"confidence": 1.0}, {"statistic": "mode"}):
         with pytest.raises(InputError, match="|".join(wrong)):
             aggregate(frame, ["g"], ["p"], **wrong)
+
+
+def test_bins_need_not_be_given():
+    frame = pd.DataFrame({"model": "sp", "n": 8, "seed": [1, 2, 1, 2], "x": [0.1, 0.1, 0.2, 0.2], "g": [1.0, 3, 5, 7]})
+    means = aggregate(frame, ["g"], ["n"], along="x")
+    assert means["x"].tolist() == pytest.approx([0.1, 0.2]) and means["g"].tolist() == [2.0, 6.0]
+    assert means["packings"].tolist() == [2, 2]
+
+
+def test_one_state_of_each_packing_at_a_packing_fraction(full):
+    """The nearest one, not the mean of all in a bin; packings without a state there are left out."""
+    states = full.table("states", sweep="up")
+    found = full.at("states", "up", rho=0.9)
+    assert len(found) == 4 and (abs(found["rho"] - 0.9) < 1e-3).all()
+    last = states.loc[states.groupby("task")["state"].idxmax()].sort_values("task")
+    assert found.sort_values("task")["z"].tolist() == last["z"].tolist()
+    means = full.aggregate(["z"], by=["n"], at={"rho": 0.9}, sweep="up")
+    assert means["z"].tolist() == pytest.approx(last.groupby("n")["z"].mean().tolist())
+    voids = full.at("voids", "up", rho=0.9)
+    assert set(zip(voids["task"], voids["state"], strict=True)) == set(zip(found["task"], found["state"], strict=True))
+    with pytest.raises(InputError, match=r"rho = 0.95: no state lies within 0.5% of it; they reach from 0.8\d* to 0.9"):
+        full.at("states", "up", rho=0.95)
+    for wrong in ({}, {"rho": 0.9, "z": 4.0}, {"nothing": 1.0}, {"contact": 1.0}):
+        with pytest.raises(InputError):
+            full.at(**wrong)
 
 
 def test_keys_of_groups_read_back_exactly(tmp_path):

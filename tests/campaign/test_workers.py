@@ -1,5 +1,6 @@
 """Where tasks run: a scheduler that is there, SLURM, workers that cannot live; nothing is left behind."""
 
+import inspect
 import json
 import os
 import subprocess
@@ -15,7 +16,7 @@ from commands import call
 
 import jamlab
 from jamlab.campaign import driver, workers
-from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.file import SLURM_KEYS, CampaignTable
 from jamlab.campaign.folder import CampaignFolder
 from jamlab.campaign.tasks import batches
 from jamlab.campaign.workers import DaskCrew, LocalCrew, Workers
@@ -198,6 +199,7 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
     assert "#SBATCH -p short" in script
     assert "--nthreads 1" in script
     assert "tls://" in script and "--tls-key" in script and "tcp://" not in script
+    assert not list((tmp_path / "c").glob(".certificate-*"))  # nothing of it is left
     jobs = [int(line) for line in (tmp_path / "jobs").read_text().split()]
     _, alive = psutil.wait_procs([psutil.Process(j) for j in jobs if psutil.pid_exists(j)], timeout=20)
     assert not alive
@@ -212,9 +214,8 @@ def test_slurm_with_the_same_file(tmp_path, monkeypatch):
             'queue = "nowhere"',
             "invalid partition: nowhere",
         ),
-        ("exit 0", 'qeue = "short"', "unknown key qeue;"),
     ],
-    ids=["no sbatch", "refused", "unknown key"],
+    ids=["no sbatch", "refused"],
 )
 def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options, said):
     pytest.importorskip("dask_jobqueue")
@@ -227,6 +228,30 @@ def test_slurm_says_at_once_what_is_wrong(tmp_path, monkeypatch, sbatch, options
     done = call(tmp_path, "campaign", "run", "c.toml", "--slurm")
     assert done.exit_code == 1 and said in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ('qeue = "short"', "slurm: qeue = 'short': unknown key, did you mean queue?"),
+        ('walltime = "4 hours"', "slurm: walltime = '4 hours': must be \"hours:minutes:seconds\""),
+        ('memory = "lots"', "slurm: memory = 'lots': must be a size such as \"2 GB\""),
+        ("queue = 3", "slurm: queue = 3: must be text in quotes"),
+        ("cores = 4", "slurm: cores = 4: leave it out"),
+        ("job_extra_directives = [1]", "slurm: job_extra_directives = [1]: must be a list of lines of text"),
+    ],
+)
+def test_plan_says_what_is_wrong_with_slurm(tmp_path, options, said):
+    (tmp_path / "c.toml").write_text(f"{FILE}\n[slurm]\n{options}\n")
+    done = call(tmp_path, "campaign", "plan", "c.toml")
+    assert done.exit_code == 1 and said in done.stderr
+
+
+def test_slurm_keys_are_those_of_dask_jobqueue():
+    jobqueue = pytest.importorskip("dask_jobqueue")
+    parts = (jobqueue.slurm.SLURMJob, jobqueue.core.Job, jobqueue.core.JobQueueCluster)
+    known = {name for part in parts for name in inspect.signature(part).parameters}
+    assert set(SLURM_KEYS) <= known
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ go on where it was stopped. Prints tables and one JSON object each.
 import json
 import os
 import time
-from pathlib import Path
 
 import contact_paths
 import numpy as np
 import pytest
+from kept_results import kept_rows
 from tiled_packings import tiled
 
 import jamlab
@@ -25,30 +25,6 @@ RHO = (0.86, 0.90, 0.94)
 KICK = 1e-3  # l: all forms start equally far from a minimum
 MOVES = 1000  # evaluations in a speed run
 REQUIRED = 3e6  # vertex evaluations a second
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    given = os.environ.get("JAMLAB_RESULTS")
-    path = Path(given) if given else tmp_path_factory.mktemp("contact-forms")
-    path.mkdir(parents=True, exist_ok=True)
-    return path
-
-
-def kept(file, keys, make):
-    """Rows of a file of JSON lines by their first fields; those that are missing are made, a few at a time."""
-    names = ("form", "n", "seed")
-    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    known = {tuple(row[name] for name in names) for row in rows}
-    with file.open("a") as out:
-        for key in keys:
-            if key in known:
-                continue
-            row = dict(zip(names, key, strict=True)) | make(*key)
-            out.write(json.dumps(row) + "\n")
-            out.flush()
-            rows.append(row)
-    return [row for row in rows if tuple(row[name] for name in names) in set(keys)]
 
 
 def onset(form, n, seed):
@@ -86,7 +62,7 @@ def minima(form, n, seed, starts):
 
 
 @pytest.mark.benchmark
-def test_forms_side_by_side(folder):
+def test_forms_side_by_side(kept_folder):
     """Continuity along paths; fraction of minimisations below 1e-10; rho_J and z_J; wall time."""
     smooth = {}
     print(f"\n{'form':16s}{'shape':8s}{'path':10s}{'class':6s} energy jump  force jump  (of the largest on the path)")
@@ -96,8 +72,9 @@ def test_forms_side_by_side(folder):
 
     keys = [(form, n, seed) for n in SIZES for seed in range(1, SEEDS + 1) for form in CONTACT_FORMS]
     starts = {}
-    at_onset = kept(folder / "form-onsets.jsonl", keys, onset)
-    reached = kept(folder / "form-minima.jsonl", keys, lambda *key: minima(*key, starts))
+    at_onset = kept_rows(kept_folder / "form-onsets.jsonl", ("form", "n", "seed"), keys, onset)
+    names = ("form", "n", "seed")
+    reached = kept_rows(kept_folder / "form-minima.jsonl", names, keys, lambda *key: minima(*key, starts))
 
     print(f"\n{'form':16s}{'class':6s} minima <1e-10  median s   onsets  rho_J +- sd        z_J   median s")
     result = {}

@@ -1,9 +1,10 @@
 """The blind trial of `jamlab.estimate`: random requests against packings unknown to its table: -m benchmark -s.
 
-`blind_trial.csv` holds 200 requests, drawn after table and rules were frozen. The truth is the mean over the 100
+`blind_trial.csv` holds 200 requests, drawn after table and rules were frozen in a commit, with its name as seed
+(b44d246, 189059654): 188 intervals hold. The truth is the mean over the 100
 droplet packings of the reference data; packings of a request are drawn from `pool.csv.gz`, of other seeds and half-way
 between the packing fractions of the table, where interpolation is worst, or, of droplets from the start, from one half
-of the reference data. JAMLAB_SEED draws new requests, a minute of one core; JAMLAB_POOL is where a pool is measured
+of the reference data. JAMLAB_SEED draws new requests, in 15 s of one core; JAMLAB_POOL is where a pool is measured
 anew, in half an hour.
 """
 

@@ -123,8 +123,8 @@ def test_intervals_hold_where_the_table_is_part_of_the_error():
     rng = np.random.default_rng(1)
     held = {CARRIED: [], reference_way(): []}
     for k in range(1000):
-        error = 0.1 if k % 2 else 0.02
-        plan = plan_mean("z", 0.9, error, table=table(40, seed=10 * k))
+        error = 0.05 if k % 2 else 0.02
+        plan = plan_mean("z", 0.9, error, table=table(100, seed=10 * k))
         mean = 4.6 - OFF if plan.way == CARRIED else 4.6
         found, _ = sample(plan, error, gaussian(mean, SPREAD, rng))
         held[plan.way].append(abs(np.mean(found.good) + plan.correction - 4.6) <= found.error <= error)

@@ -123,4 +123,4 @@ def test_reference_flows_are_written_and_shipped(tmp_path):
     written = save(tables(), tmp_path, {"campaign": "made up", "commit": "none"}, names=OF_FLOWS)
     assert set(written) == set(OF_FLOWS)
     shipped = reference_tables()
-    assert steady_flows(shipped.flow)["seed"].nunique() >= 6 and "commit of flows" in shipped.facts
+    assert steady_flows(shipped.flow)["seed"].nunique() >= 6 and "campaign dynamics" in shipped.facts

@@ -24,9 +24,9 @@ from jamlab.rheology.mean_spectrum import Spectra
 from jamlab.studies import gallery
 from jamlab.studies.cost.curve_figure import curve_figure
 from jamlab.studies.cost.curve_points import Point
-from jamlab.studies.failure.map_figure import failure_figure
-from jamlab.studies.failure.maps import MAPS, shipped_map
+from jamlab.studies.failure.map import failure_figure
 from jamlab.studies.reference_data import reference_tables
+from jamlab.studies.registry import MAPS
 
 
 def paper_figure(name):
@@ -96,7 +96,7 @@ def test_speed_accuracy_chart():
 @picture
 def test_failure_map():
     """Shares of runs in every cell of a shipped map, the limit of theory over them."""
-    return bare(failure_figure(MAPS["moved"], shipped_map("moved").rows))
+    return bare(failure_figure(MAPS["moved"], MAPS["moved"].table().rows))
 
 
 @picture

@@ -8,10 +8,8 @@ from pathlib import Path
 import pytest
 
 from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.topic import shipped_trials
-from jamlab.studies.cost.topics import TOPICS
-from jamlab.studies.failure.map_figure import failure_figure
-from jamlab.studies.failure.maps import MAPS, shipped_map
+from jamlab.studies.failure.map import failure_figure
+from jamlab.studies.registry import CHARTS, MAPS
 
 ROOT = Path(__file__).parents[2]
 
@@ -30,14 +28,14 @@ def readme_picture(name):
 
 @readme_picture("cost_against_error.png")
 def test_cost_against_error():
-    topic = TOPICS["other-codes"]
-    points = [p for p in topic.points(shipped_trials("other-codes").rows) if p.panel != "N = 1024"]
-    return curve_figure(topic.title, topic.error, points)
+    chart = CHARTS["other-codes"]
+    points = [p for p in chart.points() if p.panel != "N = 1024"]
+    return curve_figure(chart.title, chart.error, points)
 
 
 @readme_picture("where_methods_fail.png")
 def test_where_methods_fail():
-    return failure_figure(MAPS["droplet-timestep"], shipped_map("droplet-timestep").rows)
+    return failure_figure(MAPS["droplet-timestep"], MAPS["droplet-timestep"].table().rows)
 
 
 @pytest.mark.parametrize("name", ["cost_against_error.png", "where_methods_fail.png"])

@@ -2,6 +2,8 @@
 
 import gzip
 import json
+import lzma
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
 from jamlab.studies.droplet_tables import COUNTS
 from jamlab.studies.ensemble_tables import NAMES, EnsembleTables
-from jamlab.studies.reference_data import combine, read_folder, reference_tables, save
+from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):
@@ -63,10 +65,12 @@ def test_tables_are_never_lost(tmp_path):
     with pytest.raises(InputError, match=r"holds states, .*--add"):
         save(other, tmp_path, {})
     assert (tmp_path / "reference.json").read_bytes() == record and len(read_folder(tmp_path).states)
-    save(combine(other, read_folder(tmp_path)), tmp_path, {}, before=json.loads(record), names=["flow"])
-    assert json.loads((tmp_path / "reference.json").read_text())["rows"] == json.loads(record)["rows"]
-    (tmp_path / "flow.csv.gz").write_bytes(b"no gzip")
-    with pytest.raises(StorageError, match=r"flow\.csv\.gz cannot be read"):
+    save(combine(other, read_folder(tmp_path)), tmp_path, {"commit": "new"}, add=True, names=["flow"])
+    now, before = read_record(tmp_path), json.loads(record)
+    assert now["rows"] == before["rows"] and now["runs"][:1] == before["runs"]
+    assert [run.get("commit") for run in now["runs"]] == [None, "new"] and list(now["runs"][1]["rows"]) == ["flow"]
+    (tmp_path / "flow.columns.xz").write_bytes(b"no xz")
+    with pytest.raises(StorageError, match=r"flow\.columns\.xz cannot be read"):
         len(combine(other, read_folder(tmp_path)).flow)
 
 
@@ -96,9 +100,10 @@ def test_damaged_reference_tables_are_refused(tmp_path):
     with pytest.raises(StorageError, match=r"reference\.json"):
         read_folder(tmp_path)
     save(tables(), tmp_path, {})
-    (tmp_path / "onset.csv.gz").write_bytes(b"no gzip")
+    (tmp_path / "onset.columns.xz").write_bytes(b"no xz")
     with pytest.raises(StorageError, match="onset"):
         gallery.draw("boromand-10", read_folder(tmp_path))
+    (tmp_path / "onset.columns.xz").unlink()
     (tmp_path / "reference.json").write_text('{"facts": {}, "rows": {"onset": 1}}')
     (tmp_path / "onset.csv.gz").write_bytes(gzip.compress(b"model,n\nsp,32\n"))
     with pytest.raises(StorageError, match=r"onset\.csv\.gz has no column seed"):  # nor may it be added to
@@ -111,39 +116,68 @@ def test_damaged_reference_tables_are_refused(tmp_path):
         read_folder(tmp_path)
 
 
+def test_a_folder_of_the_version_before_is_read(tmp_path):
+    """Rows in csv.gz, and every run inside the record of the next one; what is added makes the list flat."""
+    save(tables(), tmp_path, {})
+    for path in list(tmp_path.glob("*.columns.xz")):
+        old = path.with_name(path.name.replace(".columns.xz", ".csv.gz"))
+        old.write_bytes(gzip.compress("\n".join([*lines_of(path), ""]).encode()))
+        path.unlink()
+    rows = read_record(tmp_path)["rows"]
+    first = {"facts": {"campaign": "a", "commit": "1"}, "rows": rows, "campaign": "text of 1"}
+    second = {
+        "facts": {"campaign": "b", "commit": "2"},
+        "rows": {"flow": rows["flow"]},
+        "campaign": "",
+        "before": first,
+    }
+    (tmp_path / "reference.json").write_text(json.dumps(second))
+    back = read_folder(tmp_path)
+    assert back.facts == {"campaign": "b", "commit": "2", "campaign a": "commit 1"}
+    assert [run["commit"] for run in read_record(tmp_path)["runs"]] == ["1", "2"]
+    for name in NAMES:
+        pd.testing.assert_frame_equal(getattr(back, name), getattr(read_folder(tmp_path), name))
+    new = EnsembleTables({"flow": tables().flow}.__getitem__)
+    save(combine(new, back), tmp_path, {"commit": "3"}, add=True, names=["flow"])
+    assert [run["commit"] for run in read_record(tmp_path)["runs"]] == ["1", "2", "3"]
+    assert (tmp_path / "states.csv.gz").exists() and not (tmp_path / "flow.csv.gz").exists()
+    assert len(read_folder(tmp_path).flow) == rows["flow"]
+
+
 def lines_of(path):
-    return gzip.decompress(path.read_bytes()).decode().splitlines()
+    columns = [line.split(",") for line in lzma.decompress(path.read_bytes()).decode().splitlines()]
+    return [",".join(row) for row in zip(*columns, strict=True)]
 
 
 def write_lines(path, lines):
-    path.write_bytes(gzip.compress("\n".join([*lines, ""]).encode()))
+    path.write_bytes(pack("\n".join(lines)))
 
 
 @pytest.mark.parametrize("column", ["rho_J", "converged"])
 def test_one_bad_cell_is_named(tmp_path, column):
     """Text in a column of numbers, or of truth values, where any text would pass for True."""
     save(tables(), tmp_path, {})
-    path = tmp_path / "onset.csv.gz"
+    path = tmp_path / "onset.columns.xz"
     lines = lines_of(path)
     cells = lines[7].split(",")
     cells[lines[0].split(",").index(column)] = "x.8"
     write_lines(path, [*lines[:7], ",".join(cells), *lines[8:]])
     done = call(tmp_path, "figure", "boromand-10", "--from", tmp_path, "--out", tmp_path / "out")
     told = " ".join(done.stderr.split())
-    assert done.exit_code == 1 and f"onset.csv.gz cannot be read (line 8, column {column}: 'x.8')" in told
+    assert done.exit_code == 1 and f"onset.columns.xz cannot be read (line 8, column {column}: 'x.8')" in told
 
 
 def test_a_cut_table_is_refused(tmp_path):
     """Of a whole file with fewer rows, and of a packed one that breaks off or is spoilt inside."""
     save(tables(), tmp_path, {})
-    path = tmp_path / "states.csv.gz"
+    path = tmp_path / "states.columns.xz"
     packed, lines = path.read_bytes(), lines_of(path)
     write_lines(path, lines[:301])
-    with pytest.raises(StorageError, match=rf"states\.csv\.gz has 300 rows, {len(lines) - 1} expected"):
+    with pytest.raises(StorageError, match=rf"states\.columns\.xz has 300 rows, {len(lines) - 1} expected"):
         _ = read_folder(tmp_path).states
     for spoilt in (packed[:-200], packed[:40] + b"\xff" * 40 + packed[80:]):
         path.write_bytes(spoilt)
-        with pytest.raises(StorageError, match=r"states\.csv\.gz cannot be read"):
+        with pytest.raises(StorageError, match=r"states\.columns\.xz cannot be read"):
             _ = read_folder(tmp_path).states
 
 
@@ -152,49 +186,54 @@ def test_no_table_stands_in_for_a_damaged_one(tmp_path):
     such a table replaced by new packings alone, or removed."""
     save(tables(), tmp_path, {})
     for name in ("droplet_states", "onset"):
-        path = tmp_path / f"{name}.csv.gz"
+        path = tmp_path / f"{name}.columns.xz"
         write_lines(path, lines_of(path)[:-1])
     old = read_folder(tmp_path)
-    with pytest.raises(StorageError, match=r"droplet_states\.csv\.gz has"):
+    with pytest.raises(StorageError, match=r"droplet_states\.columns\.xz has"):
         _ = old.droplet_states
-    with pytest.raises(StorageError, match=r"onset\.csv\.gz has"):
+    with pytest.raises(StorageError, match=r"onset\.columns\.xz has"):
         save(combine(tables(), old), tmp_path, {}, names=["onset"])
-    with pytest.raises(StorageError, match=r"onset\.csv\.gz has"):
+    with pytest.raises(StorageError, match=r"onset\.columns\.xz has"):
         save(old, tmp_path, {}, names=["onset"])
     assert path.exists()
 
 
 def test_rows_of_tables_that_were_not_written_anew_are_those_of_the_record_before(tmp_path):
     save(tables(), tmp_path, {})
-    before = json.loads((tmp_path / "reference.json").read_text())
-    save(tables(), tmp_path, {}, before=before, names=["onset"])
-    path = tmp_path / "states.csv.gz"
+    save(tables(), tmp_path, {}, add=True, names=["onset"])
+    path = tmp_path / "states.columns.xz"
     assert len(read_folder(tmp_path).states)
     write_lines(path, lines_of(path)[:-1])
-    with pytest.raises(StorageError, match=r"states\.csv\.gz has"):
+    with pytest.raises(StorageError, match=r"states\.columns\.xz has"):
         _ = read_folder(tmp_path).states
 
 
-@pytest.mark.parametrize("folder", ["reference", "reference_flows", "reference_beyond"])
-def test_records_of_the_reference_data_name_every_table_and_its_rows(folder):
-    shipped = REFERENCE.parent / folder
-    rows = json.loads((shipped / "reference.json").read_text())["rows"]
-    assert {path.name for path in shipped.glob("*.csv.gz")} == {f"{name}.csv.gz" for name in rows}
-    for name, count in rows.items():
-        assert gzip.open(shipped / f"{name}.csv.gz").read().count(b"\n") == 1 + count > 1
+def test_the_record_of_the_reference_data_names_every_table_its_rows_and_its_runs():
+    record = json.loads((REFERENCE / "reference.json").read_text())
+    assert set(record["rows"]) == set(NAMES)
+    assert {path.name for path in REFERENCE.glob("*.columns.xz")} == {f"{name}.columns.xz" for name in NAMES}
+    for name, count in record["rows"].items():
+        lines = lzma.decompress((REFERENCE / f"{name}.columns.xz").read_bytes()).decode().splitlines()
+        assert {line.count(",") for line in lines} == {count} and count > 0
+    assert [run["campaign"] for run in record["runs"]] == ["dynamics"] + 2 * ["beyond_the_papers"] + 9 * ["reference"]
+    assert all(run["commit"] and run["file"] and run["rows"] for run in record["runs"])
 
 
-def test_the_reference_data_are_small():
-    folder = REFERENCE
-    rows = json.loads((folder / "reference.json").read_text())["rows"]
-    assert set(rows) == {"states", "onset", "void_counts", "spectra", "quasistatic", "correlation"}
-    assert sum(path.stat().st_size for path in folder.iterdir()) < 9e6
+def test_data_of_the_package_are_small():
+    """What installs beside the code: tables, example packings."""
+    code = {".py", ".pyi", ".js", ".css", ".html", ".toml", ".typed"}
+    root = Path(str(resources.files("jamlab")))
+    files = [p for p in root.rglob("*") if p.is_file() and p.suffix not in code and "__pycache__" not in p.parts]
+    size = sum(path.stat().st_size for path in files if path.suffix not in (".so", ".h", ".cpp"))
+    assert size < 6e6
 
 
 def test_the_summary_counts_numbers_of_the_papers_alone():
     theirs, beside = drawn("boromand-6").claims, drawn("dynamics-flow-curves").claims
     assert beside and first_line([*theirs, *beside]) == first_line(theirs)
     assert first_line(theirs).startswith(f"{len(theirs)} numbers of both papers: ")
+    tables = drawn("tables").claims
+    assert first_line(tables).startswith(f"{len(tables) - 2} numbers") and "2 identities and dup" in first_line(tables)
 
 
 def test_the_readme_repeats_how_many_numbers_agree():

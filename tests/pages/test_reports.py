@@ -1,5 +1,6 @@
 """Pages of figures, charts and the demo in a real browser: nothing cut on a phone, rows chosen by their verdict."""
 
+import pandas as pd
 import paper_tables
 import pytest
 from commands import call
@@ -8,9 +9,13 @@ from matplotlib.figure import Figure
 from jamlab.cli.campaign_report import write_campaign_page
 from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
-from jamlab.studies.chart_page import Chart, write_charts
+from jamlab.studies.cost.chart import write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.example_packings import example_sections
+from jamlab.studies.failure.map import write_maps
+from jamlab.studies.page import Page, write_page
+from jamlab.studies.registry import CHARTS, MAPS
+from jamlab.studies.study import Shown
 
 
 @pytest.fixture(scope="module")
@@ -25,11 +30,12 @@ def figures_page(tmp_path_factory):
 def charts_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("charts")
 
-    def measure(name):
+    def draw(name):
         table = TextTable(["method", "a column with a long heading [1/s]"], [["a" * 60, "1"], ["b", "2"]], marks="xy")
-        return Chart(f"chart {name}", "caption", Figure(figsize=(12, 3)), table, [{"method": name}])
+        return Shown(Figure(figsize=(12, 3)), "caption", [table], pd.DataFrame([{"method": name}]))
 
-    write_charts(folder, "all", "Title", "Lead.", measure, ["a", "b", "c"], {"packings": "made up"})
+    page = Page("all", "Title", lambda claims: "Lead.")
+    write_page(folder, page, {name: f"chart {name}" for name in "abc"}, draw, {"packings": "made up"})
     return folder / "all.html"
 
 
@@ -92,6 +98,19 @@ def test_dark_mode_is_legible(browser, figures_page):
     colours = browser.run("const s = getComputedStyle(document.body); return [s.color, s.backgroundColor]")
     ink, paper = ([int(part) for part in c.removeprefix("rgb(").removesuffix(")").split(",")] for c in colours)
     assert min(ink) - max(paper) > 180
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("write", "studies"), [(write_maps, MAPS), (write_charts, CHARTS)])
+def test_all_charts_fit_on_a_page_and_their_numbers_unfold(browser, tmp_path, write, studies):
+    write(tmp_path, studies)
+    (page,) = tmp_path.glob("*.html")
+    browser.open(page, 1280)
+    height = "return document.documentElement.scrollHeight"
+    folded = browser.run(height)
+    assert folded < 10_000 and browser.overhang() == 0 and len(shown(browser, "section figure img")) == len(studies)
+    browser.element("summary").click()
+    assert browser.run(height) > folded and browser.overhang() == 0
 
 
 @pytest.mark.slow

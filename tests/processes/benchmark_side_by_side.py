@@ -13,10 +13,10 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tiled_packings import tiled
 
 import jamlab
 from jamlab.processes.cores import available_cores
-from jamlab.studies.cost.size_scaling import repeated
 from jamlab.studies.example_packings import example_file
 
 ROUNDS = 5
@@ -34,7 +34,7 @@ def test_a_sweep_is_measured_by_all_cores():
     if available_cores() < 2:
         pytest.skip("one core")
     few = jamlab.read_all(example_file("dp"))[:4]
-    many = [repeated(state, 4) for state in few[1:]] * 20
+    many = [tiled(state, 4) for state in few[1:]] * 20
     print(f"\n{'states':>8s}{'droplets':>10s}{'one, s':>10s}{'all, s':>10s}{'gain':>8s}")
     gains = {}
     for sweep in (few, many):

@@ -7,10 +7,10 @@ go on where it was stopped. Times are CPU times of one core, taken in one run; r
 import json
 import os
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
+from kept_results import kept_rows
 from scipy.stats import ks_2samp
 
 import jamlab
@@ -22,14 +22,6 @@ FIRE_STEPS = 400_000
 KICK = 0.01  # l: how far vertices are moved off a minimum
 
 pytestmark = pytest.mark.benchmark
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    given = os.environ.get("JAMLAB_RESULTS")
-    path = Path(given) if given else tmp_path_factory.mktemp("droplets")
-    path.mkdir(parents=True, exist_ok=True)
-    return path
 
 
 def timed(run):
@@ -91,18 +83,18 @@ def test_cost_against_n():
     assert exponent < 2.5
 
 
-def test_starts_lead_to_one_distribution_of_onsets(folder):
+def test_starts_lead_to_one_distribution_of_onsets(kept_folder):
     """Droplets carried by disks against droplets compressed from phi = 0.20: Kolmogorov-Smirnov, and time."""
     found = {}
     for start in ("carried", "scratch"):
-        file = folder / f"starts-{start}.jsonl"
-        rows = {r["seed"]: r for r in map(json.loads, file.read_text().splitlines())} if file.exists() else {}
-        with file.open("a") as out:
-            for seed in sorted(set(range(1, SEEDS + 1)) - rows.keys()):
-                seconds, p = timed(lambda start=start, seed=seed: jamlab.jam("dp", 16, seed, start=start))
-                rows[seed] = {"seed": seed, "rho": p.onset, "z": jamlab.contacts(p).z, "seconds": seconds}
-                print(json.dumps(rows[seed]), file=out, flush=True)
-        found[start] = {name: np.array([row[name] for row in rows.values()]) for name in ("rho", "z", "seconds")}
+
+        def onset(seed, start=start):
+            seconds, p = timed(lambda: jamlab.jam("dp", 16, seed, start=start))
+            return {"rho": p.onset, "z": jamlab.contacts(p).z, "seconds": seconds}
+
+        keys = [(seed,) for seed in range(1, SEEDS + 1)]
+        rows = kept_rows(kept_folder / f"starts-{start}.jsonl", ("seed",), keys, onset)
+        found[start] = {name: np.array([row[name] for row in rows]) for name in ("rho", "z", "seconds")}
     p_value = ks_2samp(found["carried"]["rho"], found["scratch"]["rho"]).pvalue
     for start, row in found.items():
         print(f"{start}: rho_J {row['rho'].mean():.4f} +- {row['rho'].std():.4f}, {np.median(row['seconds']):.2f} s")

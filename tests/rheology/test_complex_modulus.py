@@ -73,7 +73,7 @@ def test_solvers_are_exact_and_know_their_error(packing, law, prestress):
     """Sixteen decades: G' and G'' to 1e-9; the estimate is never ten times too low, nor useless."""
     exact = extended_precision(equation_of_motion(force_network(packing, prestress=prestress), law), OMEGA)
     for method in SOLVERS:
-        s = jamlab.complex_modulus(packing, OMEGA, law, prestress, method)
+        s = jamlab.complex_modulus(packing, OMEGA, law, prestress=prestress, method=method)
         error = relative(modulus(s), exact).astype(float)
         assert s.method == method
         assert error.max() < 1e-9

@@ -146,9 +146,9 @@ def test_symmetry_and_null_space(network, law, prestress):
     """Both symmetric; K blind to translation and rotation, contact damping to translation, Stokes drag not."""
     if network.model == "dp" and not prestress:
         with pytest.raises(jamlab.InputError, match="prestress = False"):
-            jamlab.dynamical_matrices(network, law, prestress)
+            jamlab.dynamical_matrices(network, law, prestress=prestress)
         return
-    k, b = (m.toarray() for m in jamlab.dynamical_matrices(network, law, prestress))
+    k, b = (m.toarray() for m in jamlab.dynamical_matrices(network, law, prestress=prestress))
     sites = len(network.positions)
     size = 3 * sites + 1 if network.model == "sp" else 2 * sites + 1
     assert k.shape == b.shape == (size, size)

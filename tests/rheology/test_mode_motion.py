@@ -17,10 +17,10 @@ def dense():
     return jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
 
 
-def ring(displacement, n=12):
+def ring(displacement, n=12, radius=1.0):
     """Shares of four displacements of the vertices of a regular polygon beside one at rest."""
     angle = 2 * np.pi * np.arange(n) / n
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    circle = radius * np.column_stack([np.cos(angle), np.sin(angle)])
     law = {"gamma": 0.1, "ka": 10.0, "eps": 1.0, "delta": 0.2, "eta": 0.0, "contact": "outline", "a0": np.full(2, 3.0)}
     places = np.concatenate([circle, circle + np.array([5.0, 0.0])])
     p = jamlab.Packing("dp", 20 * np.eye(2), places, law, offsets=np.array([0, n, 2 * n]))
@@ -36,6 +36,12 @@ def test_pure_motions_of_a_regular_polygon():
     assert ring(lambda x: x * (2 * x[:, :1] ** 2 - 1)) == pytest.approx([0, 0, 0, 1])
     assert ring(lambda x: turned(x) * (2 * x[:, :1] ** 2 - 1)) == pytest.approx([0, 0, 1, 0])
     assert ring(lambda x: x * [1, 2] + 3 * turned(x)) == pytest.approx([0, 0.75, 0.25 / 36, 0.25 - 0.25 / 36], abs=0.2)
+
+
+def test_rotation_weighs_as_much_as_the_displacements_that_it_makes():
+    """Twice the radius turned by one: vertices move by two, as far as in a translation by two."""
+    turned_and_moved = lambda x: np.column_stack([-x[:, 1] + 2.0, x[:, 0]])  # noqa: E731
+    assert ring(turned_and_moved, radius=2.0) == pytest.approx([0.5, 0.5, 0, 0])
 
 
 @pytest.mark.parametrize("law", [jamlab.ContactDamping(0.5), jamlab.StokesDrag(1.0)])

@@ -69,7 +69,7 @@ def names(path, only=None):
 def run_here(campaign):
     """All tasks in this process, without Dask."""
     campaign.folder.prepare()
-    campaign.folder.keep_copy(campaign.file)
+    campaign.folder.keep_copy(campaign.text)
     stored, outcomes = StoredStates(campaign.folder, batches(campaign.content)), []
     wanted = wanted_batches(batches(campaign.content), campaign.folder)
     for task in remaining_tasks(wanted, campaign.folder.finished() | campaign.folder.failed()):

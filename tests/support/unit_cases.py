@@ -253,7 +253,7 @@ IN_FLOW = "flow is solved in the units of the packing: `jamlab/flow` does not wo
 CASES = {
     "area_ratios": Case(_one(jamlab.area_ratios)),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM),
-    "choose_flow": Case(_flow_choice, models=("dp",), pending=RHO),
+    "choose_flow": Case(_flow_choice, models=("dp",)),
     "complex_modulus": Case(_spectrum),
     "compress": Case(_compress, MINIMUM),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, LENGTH), models=("dp",)),
@@ -296,7 +296,6 @@ NOT_COMPARED = {  # functions that take a packing and give no numbers of it
     **dict.fromkeys(("write", "write_data", "write_dump", "write_page"), "files hold what the packing holds"),
     "geometry_figure": "a picture on axes in the units of the packing",
     "universe": "coordinates as they are",
-    "plan_flow": "seconds of a trial run",
 }
 
 

@@ -2,8 +2,8 @@
 Cost against error
 ==================
 
-What every method costs, along its own dial, and how wrong it is, over twenty packings: lines are mean errors, shades
-10 to 90 % of the packings, a ring is what jamlab does by default. The data ship with jamlab; ``jamlab chart
+What every method costs, along its own parameter, and how wrong it is, over twenty packings: lines are mean errors,
+shades 10 to 90 % of the packings, a ring is what jamlab does by default. The data ship with jamlab; ``jamlab chart
 speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
 """
 
@@ -11,18 +11,17 @@ import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.topic import shipped_trials
-from jamlab.studies.cost.topics import TOPICS
+from jamlab.studies.registry import CHARTS
 
 
 def show(name):
-    """Draw one topic from the data that ship, and say what its errors are measured against."""
-    topic, table = TOPICS[name], shipped_trials(name)
-    drawn = curve_figure(topic.title, topic.error, topic.points(table.rows))
+    """Draw one chart from the data that ship, and say what its errors are measured against."""
+    chart = CHARTS[name]
+    drawn = curve_figure(chart.title, chart.error, chart.points())
     canvas = FigureCanvasAgg(drawn)
     canvas.draw()
     plt.figure(figsize=drawn.get_size_inches()).figimage(canvas.buffer_rgba())
-    print(f"reference: {topic.reference}\nmade {table.made}")
+    print(f"reference: {chart.reference}\nmade {chart.table().made}")
 
 
 # %%

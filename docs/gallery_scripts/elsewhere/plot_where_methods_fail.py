@@ -11,14 +11,13 @@ maps, and ``--measure`` makes them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.failure.boundary import default_distance
-from jamlab.studies.failure.map_figure import failure_figure
-from jamlab.studies.failure.maps import MAPS, shipped_map
+from jamlab.studies.failure.map import default_distance, failure_figure
+from jamlab.studies.registry import MAPS
 
 
 def show(name):
     """Draw one map from the data that ship, and say where the default lies in it."""
-    table = shipped_map(name)
+    table = MAPS[name].table()
     drawn = failure_figure(MAPS[name], table.rows)
     canvas = FigureCanvasAgg(drawn)
     canvas.draw()

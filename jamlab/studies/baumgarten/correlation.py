@@ -116,7 +116,7 @@ def _compare_lengths(out: Drawing, pressures: list[float], curves: list[tuple[Ar
 
 
 def correlations(part: pd.DataFrame) -> Array:
-    """Distance and C (packings, bins, 2); bins are counted in steps of each packing, whose boxes differ a little."""
+    """Arrange distance and C (packings, bins, 2); bins count steps of each packing, as boxes differ a little."""
     step = part.groupby("seed")["delta"].transform(lambda x: np.diff(np.sort(x)).min())
     numbered = part.assign(bin=(part["delta"] / step).round().astype(int))
     wide = numbered.pivot_table(index="seed", columns="bin", values=["delta", "c"])
@@ -124,7 +124,7 @@ def correlations(part: pd.DataFrame) -> Array:
 
 
 def by_frequency(part: pd.DataFrame) -> Array:
-    """Distance and C of one pressure, (packings, frequencies, bins, 2), of packings that have all its frequencies.
+    """Arrange distance and C (packings, frequencies, bins, 2) of the packings that have all frequencies of a pressure.
 
     Raises:
         InputError: none has them all.
@@ -147,7 +147,7 @@ def find_first_zero(cube: Array) -> float:
 
 
 def first_zeros(whole: Array) -> Array:
-    """(frequencies,) first zeros of the mean C of some packings, (packings, frequencies, bins, 2)."""
+    """Find the (frequencies,) first zeros of the mean C of some packings, (packings, frequencies, bins, 2)."""
     return np.array([find_first_zero(whole[:, k]) for k in range(whole.shape[1])])
 
 

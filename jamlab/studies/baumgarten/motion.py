@@ -154,7 +154,7 @@ def _keep_ensembles(out: Drawing, limits: pd.DataFrame) -> str:
 
 
 def _height(out: Drawing, axes: Any, x0: float) -> float:
-    """Median y of the points drawn near x0."""
+    """Find the median y of the points drawn near x0."""
     t = out.table
     t = t[(t["panel"] == axes.get_gid()) & (t["x"] > x0 / 10) & (t["x"] < x0 * 10)]
     return float(t["y"].median()) if len(t) else 1.0
@@ -169,7 +169,7 @@ class _Sizes:
     eta0: list[list[Array]]
 
     def up_to(self, highest: float) -> "_Sizes":
-        """Up to a pressure, where there are packings enough for an interval; sizes with two such pressures or more."""
+        """Cut to pressures up to one with enough packings for an interval, and to sizes with two such pressures."""
         kept = [k for k, p in enumerate(self.pressures) if p <= highest * (1 + 1e-9)]
         few = [[v[k] if len(v[k]) >= FEWEST else v[k][:0] for k in kept] for v in self.eta0]
         several = [i for i, values in enumerate(few) if sum(len(v) > 0 for v in values) > 1]
@@ -177,11 +177,11 @@ class _Sizes:
 
     @property
     def drawn(self) -> list[Array]:
-        """The packings of each size and pressure that has some, in one list, as a bootstrap draws them."""
+        """List the packings of each size and pressure that has some, in one list, as a bootstrap draws them."""
         return [v for values in self.eta0 for v in values if len(v)]
 
     def curves(self, drawn: list[Array]) -> list[tuple[Array, Array]]:
-        """Mean viscosity over pressure, one curve a size."""
+        """Average viscosities over pressure, one curve a size."""
         rest, out = iter(drawn), []
         for values in self.eta0:
             points = [(p, float(next(rest).mean())) for p, v in zip(self.pressures, values, strict=True) if len(v)]
@@ -189,7 +189,7 @@ class _Sizes:
         return out
 
     def fit(self, drawn: list[Array], **fixed: Any) -> ScalingExponents:
-        """Collapse of the curves in p N^2 and eta_0/N^a, a = -b."""
+        """Collapse the curves in p N^2 and eta_0/N^a, a = -b."""
         return fit_scaling_exponents(np.array(self.n, dtype=float), [self.curves(drawn)], a=2.0, **fixed)
 
 
@@ -224,4 +224,4 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
     out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, **words)
     if not prestress:
         how = f"{range_fitted}, of eta_0/N^{paper.value:g}"
-        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL, how=how)
+        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL[law], how=how)

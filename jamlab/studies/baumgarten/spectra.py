@@ -49,7 +49,13 @@ def draw(
 
 
 def _part(group: Group, part: str) -> Array:
-    return group.storage if part == "G'" else group.loss
+    """Choose a part of G*; its critical part is left when the static modulus and the fluid's own loss are taken off."""
+    return {
+        "G'": group.storage,
+        "G''": group.loss,
+        "G' - G_0": group.storage - group.g0[:, None],
+        "G'' - eta_F omega": group.loss - group.omega,  # of eta_F = 1
+    }[part]
 
 
 def _slope(omega: Array, low: float, high: float, groups: list[Array]) -> float:
@@ -76,7 +82,7 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     count = f"{len(group.g0)} packings, p = {p:g}"
     for part, regime, a, b, paper in (
         ("G''", "slow", w[0], 0.01 * p, published.KELVIN_VOIGT_SLOPE),
-        ("G'", "critical", low, high, published.CRITICAL_SLOPE),
+        ("G' - G_0", "critical", low, high, published.CRITICAL_SLOPE),
         ("G''", "critical", low, high, published.CRITICAL_SLOPE),
         ("G''", "fast", 10.0, w[-1], published.KELVIN_VOIGT_SLOPE),
     ):
@@ -85,12 +91,23 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         found = bootstrap([_part(group, part)], partial(_slope, w, a, b)) if enough else None
         words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
         words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
-        out.claim(text, found, paper, **words)
+        moved = _without_subtraction(out, text, group, found, a, b) if part == "G' - G_0" else None
+        out.claim(text, found, paper, Kind.MEASURED, moved, **words)
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
         "Displacement fields: baumgarten-1-fields."
     )
     return out
+
+
+def _without_subtraction(
+    out: Drawing, text: str, group: Group, found: Interval | None, low: float, high: float
+) -> float | None:
+    """Keep the slope of G' itself; how far it lies from that of G' - G_0, as neither need be a power in the window."""
+    if found is None:
+        return None
+    whole: float = out.keep(f"{text}, G_0 left in", _slope(group.omega, low, high, [group.storage]))
+    return abs(whole - float(found.value))
 
 
 def _at_every_pressure(out: Drawing, text: str, groups: dict[float, Group], part: str) -> str:
@@ -284,7 +301,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
 
 
 def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: dict[str, float]) -> None:
-    """Claim mu, lambda and Delta, with the half-widths that `jamlab.collapse` gives.
+    """Claim mu and lambda, with the half-widths that `jamlab.collapse` gives, and Delta of both parts of G*.
 
     Args:
         table: spectra of one law and size, with pre-stress and without.
@@ -294,7 +311,7 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
     kind = "contact" if "beta" in parameters else "stokes"
     stressed = select_law(table, kind, prestress=True, **parameters)
     groups = select_large(group_by_pressure(stressed), n)
-    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 3
+    values: list[tuple[float, float]] = [(np.nan, np.nan)] * 2
     how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
     cause = ""
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
@@ -304,7 +321,7 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
         except InputError as error:
             how = str(error)
         else:
-            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error), (fit.exponent, fit.exponent_error)]
+            values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error)]
             stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
             spread = out.keep("spread of the collapse in ln G*", fit.spread)
             cause = _static_exponents(out, table, kind, parameters, n)
@@ -312,12 +329,28 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
                 f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
                 f"spread {spread:.2g} in ln G*; {cause}"
             )
-    mu, lam, delta = (Interval(np.array(v), np.array(v - e), np.array(v + e)) for v, e in values)
+    mu, lam = (Interval(np.array(v), np.array(v - e), np.array(v + e)) for v, e in values)
     shown = {"shown_by": f"{out.name} a", "how": how}
     same = Kind.MEASURED if kind == "contact" else Kind.DUPLICATE  # G_0 does not know the drag law
     out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, same, cause=cause, **shown)
     out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, **shown)
-    out.claim(f"Delta: G* ~ omega^Delta, {law}", delta, published.DELTA, **shown)
+    for part in ("G' - G_0", "G''" if kind == "contact" else "G'' - eta_F omega"):
+        _claim_delta(out, f"Delta: {part} ~ omega^Delta, {law}", groups, part)
+
+
+def _claim_delta(out: Drawing, text: str, groups: dict[float, Group], part: str) -> None:
+    """Claim the critical slope of a part of G* at the lowest pressure: a mean over both parts may hide two errors."""
+    wide = [p for p, g in groups.items() if np.count_nonzero((g.omega >= CRITICAL * p) & (g.omega <= HIGHEST)) >= 5]
+    if not wide:
+        out.claim(text, None, published.DELTA, how="no pressure has five frequencies in its critical window")
+        return
+    p = min(wide)
+    low = CRITICAL * p
+    found = bootstrap([_part(groups[p], part)], partial(_slope, groups[p].omega, low, HIGHEST))
+    words = {"how": f"{len(groups[p].g0)} packings, p = {p:g}, {low:.2g} < omega < {HIGHEST:g}", "shown_by": out.name}
+    words["cause"] = _at_every_pressure(out, text, groups, part)
+    moved = _without_subtraction(out, text, groups[p], found, low, HIGHEST) if part == "G' - G_0" else None
+    out.claim(text, found, published.DELTA, Kind.MEASURED, moved, **words)
 
 
 def _static_exponents(out: Drawing, table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:

@@ -1,4 +1,4 @@
-"""Spectra of packings, grouped by law and pressure: which rows are taken, and as arrays."""
+"""Select the rows of spectra that figures are drawn from, and group them by law and pressure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,11 +36,11 @@ class Group:
     eta_inf: Array
 
     def at(self, kept: NDArray[np.bool_]) -> "Group":
-        """The same packings at some of the frequencies, (m,) bool."""
+        """Cut the packings to some of the frequencies, (m,) bool."""
         return replace(self, omega=self.omega[kept], storage=self.storage[:, kept], loss=self.loss[:, kept])
 
     def members(self) -> list[ComplexModulus]:
-        """Spectra of single packings, the form that `jamlab.collapse` takes."""
+        """List the spectra of single packings, the form that `jamlab.collapse` takes."""
         none = np.full(self.omega.shape, np.nan)
         return [
             ComplexModulus(self.omega, storage, loss, float(g0), float(eta0), float(eta_inf), "table", none)
@@ -61,7 +61,7 @@ def cut_to_shared_frequencies(groups: dict[float, Group]) -> dict[float, Group]:
 
 
 def same_packings(groups: Sequence[Group]) -> Array:
-    """(packings, groups) eta_0 of the packings that all groups have: under one law some may not be stable."""
+    """Arrange (packings, groups) eta_0 of the packings that all groups have: under one law some may not be stable."""
     shared = set.intersection(*(set(g.seeds.tolist()) for g in groups))
     return np.column_stack([g.eta0[np.isin(g.seeds, list(shared))] for g in groups])
 

@@ -55,12 +55,12 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
 
 
 def _counts(table: pd.DataFrame, n: list[int]) -> str:
-    """How many packings there are of each size."""
+    """Write how many packings there are of each size."""
     return ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
 
 
 def _of_sizes(mean: Interval, n: list[int], digits: int = 2) -> str:
-    """Means with their intervals, size by size."""
+    """Write means with their intervals, size by size."""
     return ", ".join(f"{write_interval(mean[k], digits)} of N = {m}" for k, m in enumerate(n))
 
 

@@ -74,7 +74,7 @@ def _draw_spectrum(out: Drawing, axes: Any, rows: pd.DataFrame) -> None:
 
 
 def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[str, ...]) -> Interval | None:
-    """Share of some columns in the strength of all modes whose rates lie between limits; None if there are none."""
+    """Compute the share of some columns in the strength of modes with rates between limits; None without any."""
     kept = rows[(rows["rate"] >= limits[0]) & (rows["rate"] < limits[1])]
     if kept.empty:
         return None

@@ -84,7 +84,7 @@ def _caption(out: Drawing, compressed: list[int], n: list[int]) -> str:
 
 
 def _more(tables: EnsembleTables) -> pd.DataFrame:
-    """States of droplets of the usual law in the campaign beyond the papers; none where it has not run."""
+    """Select states of droplets of the usual law in the campaign beyond the papers; none where it has not run."""
     try:
         return droplets_with(tables.droplet_states)
     except (InputError, StorageError, KeyError):
@@ -92,14 +92,14 @@ def _more(tables: EnsembleTables) -> pd.DataFrame:
 
 
 def _states(tables: EnsembleTables) -> pd.DataFrame:
-    """States of droplets that were compressed, of each size from where it has more packings."""
+    """Select states of droplets that were compressed, of each size from where it has more packings."""
     droplets = tables.states[tables.states["model"] == "dp"]
     followed = droplets.groupby(["n", "seed"])["state"].transform("size") > 1  # not to onset alone
     return _of_more_packings(droplets[followed], _more(tables))
 
 
 def _onsets(tables: EnsembleTables) -> pd.DataFrame:
-    """Onsets of droplets, of each size from where it has more packings."""
+    """Select onsets of droplets, of each size from where it has more packings."""
     more = _more(tables)
     return _of_more_packings(tables.onset[tables.onset["model"] == "dp"], more[more["state"] == 0])
 
@@ -159,7 +159,7 @@ def _draw_crossover(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
 
 
 def _crossing(curve: Array) -> float:
-    """Distance at which the mean of (packings, places, 2) first exceeds `FEW`."""
+    """Find the distance at which the mean of (packings, places, 2) first exceeds `FEW`."""
     x, y = mean_curve(curve)
     above = int(np.argmax(y > FEW))
     if not above:

@@ -91,7 +91,7 @@ def _caption(out: Drawing, table: pd.DataFrame) -> str:
 
 
 def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
-    """Mean G' at the lowest frequency; None without packings."""
+    """Average G' at the lowest frequency; None without packings."""
     part = rows[np.isclose(rows["rho"], rho)]
     if part.empty:
         return None
@@ -99,5 +99,5 @@ def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
 
 
 def _exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Exponent of y ~ x^e; nan where a value is not positive."""
+    """Fit the exponent of y ~ x^e; nan where a value is not positive."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0]) if min(y) > 0 else float("nan")

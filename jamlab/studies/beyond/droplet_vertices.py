@@ -50,7 +50,7 @@ def droplet_vertices(tables: EnsembleTables) -> Drawing:
 
 
 def _of_smallest_size(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the size of which there are droplets with several numbers of vertices."""
+    """Select the size of which there are droplets with several numbers of vertices."""
     several = table.groupby("n")["nv_small"].nunique()
     rows: pd.DataFrame = table.loc[table["n"] == several.index.to_numpy()[several.to_numpy().argmax()]]
     return rows

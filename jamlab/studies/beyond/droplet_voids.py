@@ -67,7 +67,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
 
 
 def sums_at_fractions(rows: pd.DataFrame) -> Array:
-    """(packings, places, 2) `SUMS` of each packing, between its states at the `FRACTIONS`; 0 beyond them."""
+    """Interpolate (packings, places, 2) `SUMS` between states at the `FRACTIONS`; 0 beyond them."""
     ordered = [part.sort_values("rho") for _, part in rows.groupby("seed")]
     return np.array(
         [
@@ -78,7 +78,7 @@ def sums_at_fractions(rows: pd.DataFrame) -> Array:
 
 
 def sums_by_overlap(rows: pd.DataFrame) -> Array:
-    """(packings, bins, 2) `SUMS` of each packing over its states in the bins between `OVERLAPS`."""
+    """Sum (packings, bins, 2) `SUMS` of each packing over its states in the bins between `OVERLAPS`."""
     place = np.searchsorted(OVERLAPS, rows["overlap"].to_numpy(dtype=np.float64)) - 1
     kept = (place >= 0) & (place < len(OVERLAPS) - 1)
     seeds, who = np.unique(rows["seed"].to_numpy()[kept], return_inverse=True)
@@ -88,7 +88,7 @@ def sums_by_overlap(rows: pd.DataFrame) -> Array:
 
 
 def mean_shapes(sums: Array) -> Interval:
-    """Mean shape factors of voids with three sides, with intervals over packings; nan where too few have any."""
+    """Compute mean shape factors of voids with three sides, with intervals; nan where too few packings have any."""
     few = (sums[:, :, 1] > 0).sum(axis=0) < FEWEST
 
     def mean(groups: list[Array]) -> Array:
@@ -100,13 +100,13 @@ def mean_shapes(sums: Array) -> Interval:
 
 
 def mean_shape(rows: pd.DataFrame) -> Interval:
-    """Mean shape factor of all voids with three sides."""
+    """Compute the mean shape factor of all voids with three sides."""
     sums = rows.groupby(PACKING, dropna=False)[SUMS].sum().to_numpy(dtype=np.float64)
     return bootstrap([sums], lambda groups: groups[0][:, 0].sum() / groups[0][:, 1].sum())
 
 
 def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
-    """Area shared, phi - rho, in a triangular lattice of equal disks, and shape factor of its voids, by geometry.
+    """Compute phi - rho and the shape factor of voids in a triangular lattice of equal disks, by geometry.
 
     Args:
         overlap: (m,) of two disks over their diameter, below 1 - sqrt(3)/2, where voids close.

@@ -11,7 +11,6 @@ from jamlab.studies.ensembles import Ensemble, ensemble, log_places, sampled_siz
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, scale, size_style
 
 CONFLUENT = (3e-3, 0.1)  # rho* - rho between which the exponent is fitted
-COUNTED = "one contact short of z = 6 is (6 - z) N' = 2 by counting in both models: 0 for droplets excludes 2 for disks"
 
 
 def figure_7(tables: EnsembleTables) -> Drawing:
@@ -36,7 +35,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
             out.curve(times_n, f"N = {n}", x * n, scaled(y, n), **look)
             curves[n] = e
         if model == "sp":
-            limit = published.MISSING_CONTACTS_LIMIT["sp"].value
+            limit = published.MISSING_CONTACTS_LIMIT.value
             out.curve(times_n, f"paper: limit {limit:g}", [1e-3, 30], [limit, limit], **PAPER)
         else:
             out.slope(plain, published.MISSING_CONTACTS_EXPONENT.value, (3e-3, 1e-1), 0.02)
@@ -44,7 +43,8 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
         label(times_n, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
         sampled = sampled_sizes(states, model)
-        _claim_confluence(out, model, {n: e for n, e in curves.items() if n in sampled})
+        claim = _claim_disks if model == "sp" else _claim_droplets
+        claim(out, {n: e for n, e in curves.items() if n in sampled})
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
         f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "
@@ -53,33 +53,32 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _claim_confluence(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
-    """Claim the missing contacts at the smallest distance that any size has, and their exponent in the largest."""
-    big = model.upper()
-    found = slope = None
-    how = ending = f"no {model} packing reaches z = 6"
-    words: dict[str, str] = {}
-    cause = ""
+def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
+    """Claim the contacts that disks miss at the smallest distance that any size has."""
+    found, words = None, {"how": "no sp packing reaches z = 6"}
     if curves:
         distance, n = min((float(np.nanmin(e.x)), n) for n, e in curves.items())
         found = curves[n].interval(lambda x, y: y[np.nanargmin(x)] * n)
-        how = f"N = {n}, rho* - rho = {distance:.2g}, rho* of each packing"
         least = {m: float(curves[m].mean[1][0]) * m for m in sorted(curves)}
-        out.keep(f"(z_conf - z) N at the least distance, {big}", list(least.values()), N=least)
+        out.keep("(z_conf - z) N at the least distance, SP", list(least.values()), N=least)
         text = ", ".join(f"{value:.2f} at N = {m}" for m, value in least.items())
-        words = {"cause": f"at the least distance of each size it is {text}", "shown_by": "boromand-7 b"}
-        largest = max(curves)
-        slope = curves[largest].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
-        ending = f"N = {largest}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}"
-        cause = _explain_exponent(out, curves) if model == "dp" else ""
-    if model == "dp":
-        words = {"contradiction": COUNTED, "shown_by": "boromand-7 d"}
-    kind = Kind.IDENTITY if model == "sp" else Kind.MEASURED  # 240 and more of 500 droplet packings never reach z = 6
-    paper = published.MISSING_CONTACTS_LIMIT[model]
-    out.claim(f"(z_conf - z) N nearest to rho*, {big}", found, paper, kind, how=how, **words)
-    if model == "dp":
-        words = {"how": ending, "cause": cause, "shown_by": "boromand-7 c and d"}
-        out.claim("exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, **words)
+        words = {"how": f"N = {n}, rho* - rho = {distance:.2g}, rho* of each packing", "shown_by": "boromand-7 b"}
+        words["cause"] = f"at the least distance of each size it is {text}"
+    text = "(z_conf - z) N nearest to rho*, SP"
+    out.claim(
+        text, found, published.MISSING_CONTACTS_LIMIT, Kind.IDENTITY, **words
+    )  # one contact short is 2 by counting
+
+
+def _claim_droplets(out: Drawing, curves: dict[int, Ensemble]) -> None:
+    """Claim the exponent of missing contacts of droplets in the largest size."""
+    slope, words = None, {"how": "no dp packing reaches z = 6"}
+    if curves:
+        n = max(curves)
+        slope = curves[n].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
+        words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
+        words["cause"] = _explain_exponent(out, curves)
+    out.claim("exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, **words)
 
 
 def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:

@@ -11,7 +11,7 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import write_by
+from jamlab.studies.claims import Kind, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
@@ -31,6 +31,7 @@ REGIME = {  # where the paper sees a power law, fig 6
     "sp": (conventions.LOWEST["sp"], conventions.HIGHEST["d_phi"]),
     "dp": (conventions.LOWEST["dp"], published.CONFLUENCE),
 }
+OTHER_SHARES = {"z": (0.015, 0.025, 0.03), "g": (0.05, 0.15, 0.2)}  # by which models might be said to part as well
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 
 
@@ -69,7 +70,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
 
 
 def _shown_sizes(states: pd.DataFrame, model: str) -> list[int]:
-    """The sizes nearest to the paper's least and largest; none without packings."""
+    """Pick the sizes nearest to the paper's least and largest; none without packings."""
     if not has(states, model):
         return []
     return sorted({nearest_size(states, model, wanted) for wanted in (conventions.SIZES[0], conventions.SIZES[-1])})
@@ -95,14 +96,19 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
         )
         out.keep(text, each, N=matched)
         how += f"; {write_by(dict(zip(matched, each, strict=True)), '.3f')}"
-        words = {"contradiction": conventions.contradiction_of_models(), "shown_by": "boromand-5, dashed"}
+        moved = [_find_departure(sp[-1], dp[-1], other) for other in OTHER_SHARES[column]]
+        away = [float(m.value) for m in moved if m is not None and np.isfinite(m.value)]
+        out.keep(f"{text}, other shares", moved, share=OTHER_SHARES[column])
+        systematic = max((abs(value - float(found.value)) for value in away), default=None) if found else None
+        others = write_list((100 * other for other in OTHER_SHARES[column]), "g")
+        words = {"cause": f"it is {write_list(moved, '.3f')} for {others} %", "shown_by": "boromand-5 a"}
         if column == "g":
             ratio = out.keep(
                 f"G of DP over that of SP at rho = {part:g}", at(part, *dp[-1].mean) / at(part, *sp[-1].mean)
             )
             tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
             words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}"}
-        out.claim(text, found, published.MODELS_PART, how=how, **words)
+        out.claim(text, found, published.MODELS_PART, Kind.MEASURED, systematic, how=how, **words)
 
 
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
@@ -203,7 +209,10 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
                 words["cause"] = f"it is {write_by(dict(zip(measured, every, strict=True)), '.2f')}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
-            words["contradiction"] = conventions.contradiction_of_single_exponent(2 if column == "g" else 1)
+            if column == "g":
+                words["calibrated"] = conventions.TABLE_TARGET
+            else:
+                words["contradiction"] = conventions.contradiction_of_single_exponent()
             words["shown_by"] = "boromand-6 c and f, dashed"
         out.claim(text, found, paper, how=how, **words)
     how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"
@@ -212,7 +221,7 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
 
 
 def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
-    """Places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
+    """Cut a curve to places beyond 0.01: nearer to onset z - 3.97 changes its sign, where a logarithm has no value."""
     return conventions.even_curve(states, series, n, column).between(DISTANT, np.inf)
 
 

@@ -14,9 +14,9 @@ from jamlab.studies.claims import write_list
 from jamlab.studies.conventions import (
     DISTANCES,
     FRACTIONS,
+    SHAPE_TARGET,
     TWO_OVERLAPS,
     at,
-    contradiction_of_confluence,
     eq_11,
     fit_prefactor,
     select_below_confluence,
@@ -130,12 +130,13 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
         lost, curve = (ensemble(states, "dp", n, "d_rho", column, DISTANCES[:18]) for column in ("lost", "shape"))
         area = lost.interval(lambda x, y: 1 - at(0.13, x, y))
         shape = curve.interval(lambda x, y: at(published.CONFLUENCE, x, y))
-    out.claim("A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how)
-    out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, how=f"N = {n}")
+    out.claim("A at confluence, DP", shape, published.SHAPE_AT_CONFLUENCE, how=how, calibrated=SHAPE_TARGET)
+    words = {"how": f"N = {n}", "calibrated": SHAPE_TARGET}
+    out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, **words)
 
 
 def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
-    """6 - z of droplets over 1 - rho, up to z = 6."""
+    """Arrange 6 - z of droplets over 1 - rho, up to z = 6."""
     near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
     return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
 
@@ -162,7 +163,7 @@ def figure_9(tables: EnsembleTables) -> Drawing:
     """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
     states = tables.states
     out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how = None, "no dp packings"
+    slope, how, cause = None, "no dp packings", ""
     for model in ("sp", "dp"):
         if not has(states, model):
             continue
@@ -172,15 +173,14 @@ def figure_9(tables: EnsembleTables) -> Drawing:
         x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
         out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
         if model == "dp":
-            how = "; ".join(filter(None, (f"N = {n}, rho > 0.9", _keep_confluence(out, states))))
+            how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
             slope = _approach_to_unity(states, n).interval(_near_unity)
     label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
     label(
         b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
     )
-    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "shown_by": "boromand-8 a"}
-    contradiction = contradiction_of_confluence()
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, contradiction=contradiction, **words)
+    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, **words)
     out.caption = (
         "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
         "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."

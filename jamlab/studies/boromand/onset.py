@@ -123,7 +123,7 @@ def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) ->
 
 
 def _width_exponent(n: list[int], groups: list[Array]) -> float:
-    """Exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
+    """Fit the exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
     widths = np.array([v.std(ddof=1) for v in groups])
     errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
     return -float(power_law(n, widths, error=errors).exponents[0])

@@ -29,7 +29,7 @@ STORED = "Packings of N = 32, seed 1, that jamlab ships; the paper's are of N = 
 
 @cache
 def _examples(model: str) -> list[tuple[float, Packing]]:
-    """True packing fraction and packing, in the order of the sweep."""
+    """Read true packing fraction and packing, in the order of the sweep."""
     return [(packing_fraction(p), p) for p in read_all(example_file(model))]
 
 

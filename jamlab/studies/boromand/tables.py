@@ -21,7 +21,6 @@ from jamlab.studies.panels import FIT, Drawing, drawing, label
 
 TENTH = 0.1  # distance at which the curve itself is compared, which no degenerate fit can hide
 EXPONENTS = {"d_phi": (0.5,), "d_rho": (0.5, 1.0)}  # against phi the paper's linear terms are 0
-CALIBRATED = "gamma, ka and delta, which the paper does not print, were chosen to come near this table"
 LOOKS = {
     Verdict.AGREES: (BLUE, "o"),
     Verdict.DIFFERS: (RED, "X"),
@@ -120,9 +119,10 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
     if series == "SP(φ)":
         by_size = _by_size(out, "z_0, SP(φ)", states, series, lambda s: _coefficient(s, series, "excess contacts"))
         words |= {"cause": f"z_0 rises with N: {by_size}", "shown_by": "boromand-6 a"}
+    elif model == "sp":
+        words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
     else:
-        contradict = conventions.contradiction_of_disks if model == "sp" else conventions.contradiction_of_models
-        words |= {"contradiction": contradict(), "shown_by": "boromand-5, dashed"}
+        words["calibrated"] = conventions.TABLE_TARGET
     for k in range(len(exponents)):
         out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
     value = _curve_at_tenth(paper, 0.05)
@@ -143,7 +143,7 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
     medians = out.keep(f"G, medians of packings, {series}", coefficients(x, middle), k=range(len(exponents)))
     words = {"how": f"N = {n}, {_window(series)}; medians of packings: {write_list(medians, '.3g')}"}
     if series == "DP(ρ)":
-        words["calibrated"] = CALIBRATED
+        words["calibrated"] = conventions.TABLE_TARGET
     else:
         what = "G_0" if series == "SP(φ)" else "G at d = 0.1"
         statistic = _coefficient if series == "SP(φ)" else _modulus_at_tenth
@@ -161,13 +161,13 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
 
 
 def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
-    """The paper's curve at a distance of 0.1, with half a unit of the last digit of both coefficients as margin."""
+    """Take the paper's curve at a distance of 0.1; margin: half a unit of the last digit of both coefficients."""
     margin = last_digit * (TENTH**0.5 + TENTH)
     return published.Published(published.table_law(paper, TENTH), margin, where="[B] sec 3, tables 1 and 2")
 
 
 def _coefficient(states: pd.DataFrame, series: str, column: str) -> float:
-    """First coefficient of the mean curve of the one size in these states."""
+    """Fit the first coefficient of the mean curve of the one size in these states."""
     x, y = even_curve(states, series, int(states["n"].iloc[0]), column).mean
     return float(fit_coefficients(x, y, EXPONENTS[SERIES[series][1]])[0])
 

@@ -10,11 +10,11 @@ from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.conventions import contradiction_of_voids
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
 
+NEAR_ONSET = 0.845  # rho of the shares that the paper gives "near rho_J": its panel is over rho, rho_J is 0.842
 Statistic = Callable[[Array], float]
 
 
@@ -84,14 +84,14 @@ def _divide(above: Array, below: Array) -> Array:
 
 
 def _share(cube: Array, sides: tuple[int, ...]) -> Array:
-    """P_l (bins, sides): share of the voids that have l sides."""
+    """Compute P_l (bins, sides), the share of the voids that have l sides."""
     voids = cube[..., 0].sum(axis=0)
     total = np.broadcast_to(voids.sum(axis=1, keepdims=True), (len(voids), len(sides)))
     return _divide(voids[:, list(sides)], total)
 
 
 def _means(cube: Array) -> Array:
-    """Means (bins, 2): shape factor of voids with three sides, area of all."""
+    """Compute means (bins, 2): shape factor of voids with three sides, area of all."""
     total = cube.sum(axis=0)
     return np.column_stack(
         [_divide(total[:, 3, 2], total[:, 3, 0]), _divide(total[..., 1].sum(1), total[..., 0].sum(1))]
@@ -99,19 +99,22 @@ def _means(cube: Array) -> Array:
 
 
 def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> None:
-    """Claim shares and shapes at onset, and those of voids with three sides in dense packings."""
+    """Claim shares near onset and shapes at onset, and those of voids with three sides in dense packings."""
     big, how = model.upper(), f"N = {n}"
+    near = int(np.abs(x - NEAR_ONSET).argmin())
+    share = bootstrap([cube[:, near]], lambda g: _share(g[0][:, None], tuple(published.VOID_SHARES))[0])
+    sides = float((cube[:, near, :, 0].sum(axis=0) @ np.arange(8)) / cube[:, near, :, 0].sum())
+    out.keep(f"mean number of sides of voids, {big}", [sides], rho=[x[near]])
+    for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
+        words = {"how": f"{how}, states in the bin of rho around {x[near]:.3f}; {sides:.2f} sides on average"}
+        words |= {"cause": _neighbours(out, f"P_{side}, {big}", side, x, cube), "shown_by": "boromand-8 a"}
+        out.claim(f"P_{side} near rho_J, {big}", share[k], paper, **words)
     triangles = float("nan")
     if part["onset"].astype(bool).any():
         _, first = _sum_voids(part[part["onset"].astype(bool)].assign(rho=0.0))
-        share = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
-        sides = float((first[..., 0].sum(axis=(0, 1)) @ np.arange(8)) / first[..., 0].sum())
-        out.keep(f"mean number of sides at onset, {big}", sides)
-        for k, (side, paper) in enumerate(published.VOID_SHARES.items()):
-            words = {"how": f"{how}, states at onset; {sides:.2f} sides on average"}
-            if side > 4:  # shares that Euler's relation and z_J exclude
-                words |= {"contradiction": contradiction_of_voids(), "shown_by": "boromand-8 a"}
-            out.claim(f"P_{side} at onset, {big}", share[k], paper, **words)
+        at_onset = bootstrap([first], lambda g: _share(g[0], tuple(published.VOID_SHARES))[0])
+        for k, side in enumerate(published.VOID_SHARES):
+            out.keep(f"P_{side} at onset, {big}", at_onset[k])
         triangles = _triangle_shape(first.sum(axis=(0, 1)))
         if model == "sp":
             shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
@@ -121,6 +124,12 @@ def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array,
         out.claim("A of 3-sided voids, rho > 0.98, SP", dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)
     else:
         _claim_dense_droplets(out, how, x, cube, triangles)
+
+
+def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> str:
+    """Keep a share in the first bins of rho, between which a reading off the figure may lie."""
+    shares = out.keep(name, [_share(cube[:, [k]], (side,))[0, 0] for k in range(min(3, len(x)))], rho=x[:3])
+    return "it is " + ", ".join(f"{share:.3f} at rho = {rho:.3f}" for share, rho in zip(shares, x[:3], strict=True))
 
 
 def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float) -> None:
@@ -141,22 +150,22 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onse
     out.keep("A of 3-sided voids, DP", shapes, rho=later)
     falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
     cause = f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}"
-    words = {"how": how, "cause": cause, "shown_by": "boromand-8 b"}
+    words = {"how": how, "cause": cause, "shown_by": "boromand-8 b, beyond-droplet-voids"}
     out.claim("A of 3-sided voids, rho > 0.97, DP", _pool(dense, _triangle_shape), published.PLATEAU_SHAPE, **words)
 
 
 def _pool(cube: Array, statistic: Statistic) -> Interval | None:
-    """Statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
+    """Compute a statistic of the (sides, 3) sums over all packings and bins, with its interval; None without a bin."""
     if not cube.shape[1]:
         return None
     return bootstrap([cube], lambda g: statistic(g[0].sum(axis=(0, 1))))
 
 
 def _triangle_share(total: Array) -> float:
-    """P_3."""
+    """Compute P_3, the share of voids with three sides."""
     return float(_divide(total[3, 0], total[:, 0].sum()))
 
 
 def _triangle_shape(total: Array) -> float:
-    """Mean shape factor of voids with three sides."""
+    """Compute the mean shape factor of voids with three sides."""
     return float(_divide(total[3, 2], total[3, 0]))

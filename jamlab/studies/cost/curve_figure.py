@@ -1,4 +1,4 @@
-"""Draw curves of cost against error: one for each method along its dial, bands over packings, the default in a ring."""
+"""Draw curves of cost against error: one for each method along its parameter, bands over packings, defaults ringed."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -113,7 +113,7 @@ def _draw_panel(axes: Axes, points: Sequence[Point], style: dict[str, tuple[str,
         )
         if len(curve) > 1 and np.all(np.diff(x) > 0):
             axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
-        else:  # a dial that does not go from cheap to dear
+        else:  # a parameter that does not go from cheap to dear
             axes.vlines(x, low, high, color=colour, linewidth=5, alpha=0.2)
         axes.plot(x, y, "-", color=colour, linewidth=1.4)
         for p, here_x, here_y in zip(curve, x, y, strict=True):

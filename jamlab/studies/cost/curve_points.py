@@ -12,7 +12,6 @@ SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a bu
 ALIKE = 1.25  # errors within this ratio are the same: means over twenty packings
 BETTER = 100.0  # times, that a reference must be known than what is compared with it
 BAND = (0.1, 0.9)  # quantiles
-CUT = "cut short after"  # in the note of a run that its limit of time ended, and not what it was told to reach
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Point:
         packings: how many gave a number.
         failed: how many gave none.
         default: whether jamlab does this by default.
-        note: of the first packing that has one; one that tells of a run cut short goes first.
+        note: of the first packing that has one; that of a run that was cut short goes first.
         cut: on how many packings the run was cut short by a limit of time: the number is where it came.
         loose: no reference is known a hundred times better: the floor is its own error, and nothing below is ranked.
     """
@@ -75,12 +74,12 @@ def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
         size = np.abs(good["error"].to_numpy(dtype=np.float64))
         low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
         mean, seconds = (float(size.mean()), float(good["seconds"].median())) if len(size) else (np.nan, np.nan)
-        notes = [str(note) for note in rows["note"].fillna("") if note]
-        cut = [note for note in notes if CUT in note]
+        cut = rows["cut"].to_numpy(dtype=bool)
+        notes = [str(note) for note in [*rows["note"][cut], *rows["note"]] if note]
         names: Any = (str(panel), str(method), str(setting))
         numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
         loose = better < BETTER and floors[str(panel)] > 0
-        rest: Any = (bool(rows["default"].any()), next(iter(cut + notes), ""), len(cut), loose)
+        rest: Any = (bool(rows["default"].any()), next(iter(notes), ""), int(cut.sum()), loose)
         points.append(Point(*names, *numbers, *rest))
     return points
 

@@ -11,8 +11,8 @@ from jamlab.measure import measure as measure_packing
 from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
+from jamlab.studies.cost.chart import Chart, Trial
 from jamlab.studies.cost.curve_points import points_of
-from jamlab.studies.cost.topic import Topic, Trial
 
 _N, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet
@@ -75,7 +75,8 @@ def _values(disks: Packing, form: str, count: int, ratio: float) -> tuple[Values
     return {key: row[key] - (free if key == "shape" else 0.0) for key in _QUANTITIES}, seconds, note
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "droplet-vertices",
     f"Contact forms and vertices of {_N} droplets at ρ = {_RHO}",
     "error",
     "vertices of a small and of a large droplet",
@@ -84,6 +85,6 @@ TOPIC = Topic(
     "the form segment, which has no minima, are those where the search ends",
     measure,
     seeds=range(1, 25),  # some packings jam beyond rho
-    points=partial(points_of, better=1.0),
+    average=partial(points_of, better=1.0),
     reason="12 and 17 vertices are those of Boromand et al., by which their tables are met",
 )

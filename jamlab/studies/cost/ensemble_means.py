@@ -10,8 +10,8 @@ from scipy.optimize import curve_fit
 from jamlab.arrays import Array
 from jamlab.measure import measure as measure_packing
 from jamlab.protocols.target_pressure import pack
+from jamlab.studies.cost.chart import Chart, Trial
 from jamlab.studies.cost.curve_points import BAND, Point
-from jamlab.studies.cost.topic import Topic, Trial
 
 _PRESSURE = 1e-3
 _SIZES = (16, 32, 64, 128, 256)
@@ -76,7 +76,8 @@ def _means(size: Array, limit: float, part: float, exponent: float) -> Array:
     return limit + part * size**-exponent
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "ensemble-means",
     f"Means over packings of disks at p = {_PRESSURE:g} k",
     "error of the mean",
     "number of packings",
@@ -85,5 +86,5 @@ TOPIC = Topic(
     "that of the fit: a mean known a hundred times better would take ten thousand times as many packings",
     measure,
     seeds=range(1, 101),
-    points=points,
+    average=points,
 )

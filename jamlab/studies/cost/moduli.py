@@ -17,8 +17,8 @@ from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
-from jamlab.studies.cost.topic import Topic, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.cost.chart import Chart, Trial
+from jamlab.studies.table import shortest
 
 _N, _DROPLETS = 64, 8
 _PRESSURES = (1e-2, 1e-4)
@@ -88,7 +88,8 @@ def _relax(start: Packing, tolerance: float) -> Packing:
         return session.packing()
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "shear-modulus",
     "Static shear modulus, with the minimisation before it",
     "relative error of G",
     "force: tolerance of the minimum, strain: the first one tried, which is halved while contacts change",

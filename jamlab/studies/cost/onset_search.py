@@ -11,8 +11,8 @@ import pandas as pd
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.protocols.onset import jam
+from jamlab.studies.cost.chart import Chart, Trial
 from jamlab.studies.cost.curve_points import Point, points_of
-from jamlab.studies.cost.topic import Topic, Trial
 
 _N = 16
 _STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3, 3e-4)}
@@ -62,7 +62,8 @@ def points(trials: pd.DataFrame) -> list[Point]:
     return found
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "onset-search",
     f"Search for the onset of {_N} disks",
     "error of φ at onset",
     "first step in φ",
@@ -70,7 +71,7 @@ TOPIC = Topic(
     "of the mean are its paired difference and the standard error of that, squares added; the largest standard error "
     "is what twenty packings leave unknown of any mean",
     measure,
-    points=points,
+    average=points,
     reason="twenty packings do not tell first steps of 0.05 from 0.01; hundreds hold the default to the paper's "
     "distribution, benchmark_onset.py",
 )

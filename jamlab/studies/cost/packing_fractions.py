@@ -10,8 +10,8 @@ from jamlab.geometry.voids.voids import voids
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import relax
-from jamlab.studies.cost.topic import Topic, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.cost.chart import Chart, Trial
+from jamlab.studies.table import shortest
 
 _PHI = (0.86, 1.0, 1.2)
 _N = 64
@@ -52,7 +52,8 @@ def _relax_disks(seed: int, phi: float) -> Packing:
         return session.packing()
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "packing-fraction",
     "True packing fraction of 64 disks",
     "error of ρ",
     "number of random points",

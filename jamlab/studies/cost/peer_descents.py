@@ -20,19 +20,19 @@ from jamlab.geometry.contact_network import contacts
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.relaxation import force_tolerance
-from jamlab.studies.cost.curve_points import CUT
-from jamlab.studies.cost.topic import Topic, Trial
-from jamlab.studies.cpu_time import shortest
+from jamlab.studies.cost.chart import Chart, Trial
 from jamlab.studies.other_codes.compare import PEERS, jamlab_descent, jolted_minimum
 from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer
+from jamlab.studies.table import shortest
 
 
 class Run(NamedTuple):
-    """One minimisation: CPU seconds, positions reached (n, 2), and what a reader must know."""
+    """One minimisation: CPU seconds, positions reached (n, 2), what a reader must know, whether it was cut short."""
 
     seconds: float
     positions: Array
     note: str
+    cut: bool = False
 
 
 _PHI = 0.88
@@ -64,11 +64,12 @@ def measure(seed: int) -> Iterator[Trial]:
         known = _distance(nearly, exact, start, bearing)
         for name, runs in _runs_of_all(start).items():
             trials = []
-            for tolerance, (seconds, positions, note) in zip(_TOLERANCES, runs, strict=True):
-                error = _distance(positions, exact, start, bearing)
+            for tolerance, run in zip(_TOLERANCES, runs, strict=True):
+                error = _distance(run.positions, exact, start, bearing)
                 default = name == "jamlab" and tolerance == force_tolerance("sp")
-                trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", seconds, error, known, default, note))
-            if trials[-1].error > _ELSEWHERE and CUT not in trials[-1].note:
+                numbers = (run.seconds, error, known, default, run.note, run.cut)
+                trials.append(Trial(f"N = {n}", name, f"{tolerance:g}", *numbers))
+            if trials[-1].error > _ELSEWHERE and not trials[-1].cut:
                 trials = [replace(trial, error=float("nan"), note="ends in another minimum") for trial in trials]
             yield from trials
 
@@ -99,7 +100,7 @@ def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
     note = f"set-up {first:.1f} s more" if first > _COMPILING else ""
     found: list[Run] = []
     for tolerance in _TOLERANCES:
-        if found and CUT in found[-1].note:
+        if found and found[-1].cut:
             found.append(found[-1])
         else:
             seconds, positions = shortest(partial(run, tolerance, steps), budget=_REPEATS)
@@ -108,10 +109,11 @@ def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:
                 longer = partial(run, tolerance, min(MOST_STEPS, int(steps * _LIMIT / seconds)))
                 seconds, positions = shortest(longer, budget=_REPEATS)
                 left = _force_left(start, positions)
-            if left > 2 * tolerance:
-                ends = f"{CUT} {_LIMIT:g} s" if seconds > 0.5 * _LIMIT else "stalls"
-                note = f"{ends} at a largest force of {left:.0e}"
-            found.append(Run(seconds, positions, note))
+            missed = left > 2 * tolerance
+            cut = missed and seconds > 0.5 * _LIMIT
+            if missed:
+                note = f"{f'cut short after {_LIMIT:g} s' if cut else 'stalls'} at a largest force of {left:.0e}"
+            found.append(Run(seconds, positions, note, cut))
         note = ""
     return found
 
@@ -128,7 +130,8 @@ def _distance(positions: Array, exact: Array, start: Packing, bearing: NDArray[n
     return float(np.sqrt(((moved - moved.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "other-codes",
     "One minimum in other codes",
     "distance from the minimum, mean diameters",
     "force tolerance",

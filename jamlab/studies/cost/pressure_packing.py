@@ -12,7 +12,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
 from jamlab.protocols.target_pressure import pack
-from jamlab.studies.cost.topic import Topic, Trial
+from jamlab.studies.cost.chart import Chart, Trial
 
 _N = 256
 _PRESSURES = (1e-2, 1e-3, 1e-4)
@@ -83,7 +83,8 @@ def _secant(panel: str, pressure: float, seed: int, unsure: float) -> Iterator[T
         yield Trial(panel, "secant in φ", f"miss {miss:g}", float("nan"), float("nan"), unsure, note="60 minima")
 
 
-TOPIC = Topic(
+CHART = Chart(
+    "pressure-packing",
     f"Packing {_N} disks at a pressure, from a random start",
     "relative error of the pressure",
     "force tolerance, in k d or over the pressure; miss of the pressure at which the secant ends",

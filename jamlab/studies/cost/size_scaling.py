@@ -1,20 +1,23 @@
-"""What large packings need: CPU time and memory of each part of the work against N, and what follows for larger N.
+"""A study of what large packings need: CPU time and memory of each part of the work against N, and for larger N.
 
 Every part is measured in a process of its own, whose peak memory is that of the part. Packings of any size are small
 ones repeated along both sides of the box: a step costs the same there as in one made at random, but how many steps a
 minimum takes does not, so whole packings are made from random starts.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError
+from jamlab.figures.html_page import TextTable
 from jamlab.geometry.contact_network import contacts
 from jamlab.measure import measure
 from jamlab.mechanics.elasticity import elastic_tensor
@@ -24,67 +27,45 @@ from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.studies.cpu_time import one_core, shortest
 from jamlab.studies.example_packings import example_file
+from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
 KICK = 0.01  # mean diameters of disks, or edges of droplets at rest
 PRESSURE = 1e-3  # k, of disks packed from random starts
 FIRE_STEPS = 200
 OMEGA = np.geomspace(1e-6, 1e2, 41)
 _DISKS, _STABLE = 256, 1e-2  # number and pressure of disks whose repetition is stable too
+_SIZES = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}
+_PACKED = (512, 2048, 8192)  # made from random starts, three each
+_WANTED = {"disks": 1_000_000, "droplets": 100_000}
 _KILO = 1024  # bytes in a unit of /proc
 
 
-@dataclass(frozen=True)
-class Cost:
-    """One part of the work at one size.
-
-    Attributes:
-        n: number of particles.
-        seconds: CPU time on one core, the shortest of a few runs.
-        bytes: peak memory of the process, Python and all libraries included.
-    """
-
-    n: int
-    seconds: float
-    bytes: int
+def exponent_of(n: ArrayLike, seconds: ArrayLike) -> tuple[float, float]:
+    """Exponent of a power of n through the seconds (m,), by least squares in the logarithms, and seconds at n = 1."""
+    exponent, intercept = np.polyfit(np.log(n), np.log(seconds), 1)
+    return float(exponent), float(np.exp(intercept))
 
 
-@dataclass(frozen=True)
-class PowerLaw:
-    """seconds = at_one * n ** exponent."""
-
-    at_one: float
-    exponent: float
-
-    def __call__(self, n: float) -> float:
-        return float(self.at_one * n**self.exponent)
-
-
-def fit_time(costs: Sequence[Cost]) -> PowerLaw:
-    """Fit a power of n to the seconds, by least squares in the logarithms."""
-    exponent, intercept = np.polyfit(np.log([c.n for c in costs]), np.log([c.seconds for c in costs]), 1)
-    return PowerLaw(float(np.exp(intercept)), float(exponent))
-
-
-def bytes_at(costs: Sequence[Cost], n: int) -> float:
+def memory_at(n: float, sizes: ArrayLike, peaks: ArrayLike) -> float:
     """Memory at n, on the straight line through the two largest sizes: a process of no particles has its share too."""
-    small, large = costs[-2:]
-    return large.bytes + (n - large.n) * (large.bytes - small.bytes) / (large.n - small.n)
+    (small, large), (low, high) = np.asarray(sizes, dtype=float)[-2:], np.asarray(peaks, dtype=float)[-2:]
+    return float(high + (n - large) * (high - low) / (large - small))
 
 
-def cost(part: str, n: int) -> Cost:
-    """Measure one part of `PARTS` at about n particles, in a new process."""
-    return run_side_by_side(_measure_part, [(part, n)], 1)[0]
+def measure_part(part: str, n: int) -> list[dict[str, Any]]:
+    """Measure one part of `PARTS` at about n particles, in a new process: CPU seconds on one core and peak memory."""
+    return [run_side_by_side(_measure_part, [(part, n)], 1)[0]]
 
 
-def _measure_part(part_and_size: tuple[str, int], report: Report) -> Cost:
+def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, Any]:
     part, n = part_and_size
     with one_core():
         run, count = PARTS[part](n)
         Path("/proc/self/clear_refs").write_text("5")  # forgets the peak so far, see proc(5)
         seconds, _ = shortest(run, runs=3, budget=2.0)
-    return Cost(count, seconds, _peak())
+    return {"part": part, "n": count, "seconds": seconds, "bytes": _peak()}
 
 
 def _peak() -> int:
@@ -93,7 +74,7 @@ def _peak() -> int:
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
 
 
-def repeated(packing: Packing, times: int, kick: float = 0.0) -> Packing:
+def _repeated(packing: Packing, times: int, kick: float = 0.0) -> Packing:
     """A packing repeated along both sides of its box; every coordinate then moves at random, on average by `kick`."""
     cells = np.indices((times, times)).reshape(2, -1).T
     positions = (packing.positions + (cells @ packing.box)[:, None]).reshape(-1, 2)
@@ -114,7 +95,7 @@ def _small(model: str) -> Packing:
 
 def _large(model: str, n: int, kick: float = 0.0) -> Packing:
     small = _small(model)
-    return repeated(small, max(1, round(np.sqrt(n / small.n))), kick)
+    return _repeated(small, max(1, round(np.sqrt(n / small.n))), kick)
 
 
 Run = Callable[[], object]
@@ -175,3 +156,41 @@ PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
     f"droplets: relax after kicks of {KICK:g}": _relax_droplets,
     "droplets: measure": _of_minimum("dp", measure),
 }
+
+
+@dataclass(frozen=True)
+class SizeScaling(TableStudy):
+    """Time and memory of every part at several sizes, and what that makes of a million disks or 10^5 droplets."""
+
+    name: str = "size-scaling"
+    title: str = "What large packings need: time and memory of each part of the work against N"
+    kind: ClassVar[str] = "sizes"
+    columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
+
+    def tasks(self) -> Mapping[str, Task]:
+        """One task for each part and size."""
+        sizes = {part: _PACKED if "packings" in part else _SIZES[part.partition(":")[0]] for part in PARTS}
+        return {f"{part}, N = {n}": partial(measure_part, part, n) for part in PARTS for n in sizes[part]}
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw seconds over N, with exponents and what follows for larger packings."""
+        figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+        axes = figure.subplots()
+        lines = []
+        for part, rows in table.rows.groupby("part", sort=False):
+            n, seconds, peaks = (rows[name].to_numpy() for name in ("n", "seconds", "bytes"))
+            axes.loglog(n, seconds, "o-", label=str(part))
+            measured = "; ".join(f"{a}: {b:.3g} s, {c / 1e9:.2g} GB" for a, b, c in zip(n, seconds, peaks, strict=True))
+            if len(n) < 2:
+                continue
+            (exponent, at_one), wanted = exponent_of(n, seconds), _WANTED[str(part).partition(":")[0]]
+            there = [f"{at_one * wanted**exponent:.3g} s", f"{memory_at(wanted, n, peaks) / 1e9:.2g} GB"]
+            lines.append([str(part), measured, f"{exponent:.2f}", f"{wanted:.0e}", *there])
+        axes.set_xlabel("number of particles N")
+        axes.set_ylabel("CPU time on one core, s")
+        axes.legend(fontsize=8)
+        columns = ["part", "N: seconds, memory", "time ~ N^", "wanted N", "time there", "memory there"]
+        return Shown(figure, f"{self.title}; {table.made}.", [TextTable(columns, lines)], table.rows)
+
+
+STUDY = SizeScaling()

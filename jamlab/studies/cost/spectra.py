@@ -1,9 +1,8 @@
-"""G*(omega) by three solvers, the reduced one along its tolerance and its Krylov steps."""
+"""Charts of G*(omega) of disks and droplets by three solvers, the reduced one along its tolerance and Krylov steps."""
 
 from collections.abc import Iterator
-from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +10,21 @@ from scipy.sparse.linalg import splu
 
 from jamlab.arrays import Complex
 from jamlab.errors import ConvergenceError
+from jamlab.estimates.ensemble_way import bring_on, default_way
 from jamlab.mechanics.force_network import force_network
 from jamlab.packing.packing import Packing
+from jamlab.protocols.onset import jam
 from jamlab.protocols.target_pressure import pack
-from jamlab.rheology import reduced_model
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.rheology.damping import ContactDamping, Damping
+from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.equation_of_motion import equation_of_motion
-from jamlab.studies.cost.topic import Topic, Trial, with_settings
-from jamlab.studies.cpu_time import shortest
+from jamlab.rheology.reduced_model import SETTINGS
+from jamlab.studies.cost.chart import Chart, Trial
+from jamlab.studies.table import shortest
 
 _SIZES = (64, 256)
 _PRESSURE = 1e-3
+_DROPLETS, _RHO = 8, 0.92
 _OMEGA = np.geomspace(1e-8, 1e2, 31)
 _TOLERANCES = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 _STEPS = (1, 2, 5, 10)
@@ -35,6 +37,13 @@ def measure(seed: int) -> Iterator[Trial]:
         yield from measure_packing(f"N = {n}", pack(n, _PRESSURE, seed), ContactDamping())
 
 
+def measure_droplets(seed: int) -> Iterator[Trial]:
+    """Measure one packing with drag between vertices that touch and with drag of the fluid."""
+    droplets = bring_on(default_way(_DROPLETS), jam("sp", _DROPLETS, seed), _RHO)
+    yield from measure_packing("contact damping", droplets, ContactDamping())
+    yield from measure_packing("Stokes drag", droplets, StokesDrag())
+
+
 def measure_packing(panel: str, packing: Packing, damping: Damping) -> Iterator[Trial]:
     """Measure every solver; nothing if the packing is unstable to shear, as it may be in a fixed box."""
     try:
@@ -42,25 +51,23 @@ def measure_packing(panel: str, packing: Packing, damping: Damping) -> Iterator[
     except ConvergenceError:
         return
     exact, unsure = refined_modulus(packing, _OMEGA, damping)
-    usual = reduced_model.SETTINGS
-    ways: list[tuple[str, str, str, Any]] = [(m, m, "", nullcontext()) for m in ("dense", "direct")]
+    ways = [("dense", "dense", "", SETTINGS), ("direct", "direct", "", SETTINGS)]
     for tolerance in _TOLERANCES:
-        fixed = with_settings(reduced_model, tolerance=tolerance, quiet=1)
-        ways.append(("reduced", "reduced, tolerance", f"{tolerance:g}", fixed))
+        ways.append(
+            ("reduced", "reduced, tolerance", f"{tolerance:g}", replace(SETTINGS, tolerance=tolerance, quiet=1))
+        )
     for steps in _STEPS:
-        fixed = with_settings(reduced_model, steps=steps)
-        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", fixed))
-    for method, name, setting, context in ways:
-        with context:
-            try:
-                run = partial(complex_modulus, packing, _OMEGA, damping, method=method)
-                seconds, s = shortest(run, runs=2, budget=0.1)
-            except ConvergenceError as error:
-                yield Trial(panel, name, setting, float("nan"), float("nan"), unsure, note=str(error))
-                continue
+        ways.append(("reduced", "reduced, Krylov steps", f"{steps} steps", replace(SETTINGS, steps=steps)))
+    for method, name, setting, settings in ways:
+        try:
+            run = partial(complex_modulus, packing, _OMEGA, damping, method=method, settings=settings)
+            seconds, s = shortest(run, runs=2, budget=0.1)
+        except ConvergenceError as error:
+            yield Trial(panel, name, setting, float("nan"), float("nan"), unsure, note=str(error))
+            continue
         parts = ((s.storage, exact.real), (s.loss, exact.imag))
         off = max(float(np.abs(a / b - 1).max()) for a, b in parts)
-        default = method == chosen and setting in ("", f"{usual.steps} steps")
+        default = method == chosen and setting in ("", f"{SETTINGS.steps} steps")
         yield Trial(panel, name, setting, seconds, off, unsure, default)
 
 
@@ -90,10 +97,17 @@ def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Dampi
     return np.array(values), unsure
 
 
-TOPIC = Topic(
+DISKS = Chart(
+    "spectrum",
     "Complex shear modulus at 31 frequencies over ten decades",
     "largest relative error of G' or G''",
     "tolerance at which shifts end, one quiet update; or Krylov steps at a shift",
     "a sparse factorisation for each frequency, refined with numbers of 64 bits of mantissa until it stands",
     measure,
+)
+DROPLETS = replace(
+    DISKS,
+    name="droplet-spectrum",
+    title=f"Complex shear modulus of {_DROPLETS} droplets at ρ = {_RHO}, 31 frequencies over ten decades",
+    measure=measure_droplets,
 )

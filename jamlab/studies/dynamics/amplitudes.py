@@ -89,7 +89,7 @@ def _limit(amplitude: Array, share: float, groups: list[Array]) -> float:
 
 
 def _falls_to(amplitude: Array, storage: Array, share: float) -> float:
-    """Amplitude at which the storage modulus first falls to a share of that of the smallest; nan if it does not."""
+    """Find the amplitude at which the storage modulus first falls to a share of its first value; nan if never."""
     ratio = storage / storage[0]
     below = np.flatnonzero(ratio < share)
     if not len(below):

@@ -76,14 +76,14 @@ def _fitted_rows(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _grid(table: pd.DataFrame) -> tuple[Array, Array, Array]:
-    """(m,) packing fractions and rates, and (packings, m) stresses."""
+    """Arrange (m,) packing fractions and rates, and (packings, m) stresses."""
     stress = table.pivot_table(index="seed", columns=["phi", "rate"], values="stress")
     phi, rate = (stress.columns.get_level_values(k).to_numpy(dtype=np.float64) for k in (0, 1))
     return phi, rate, stress.to_numpy(dtype=np.float64)
 
 
 def _slower(table: pd.DataFrame) -> dict[float, Array]:
-    """Highest rate of a fit -> its numbers, from slower and slower flow as far as there are points enough."""
+    """Fit slower and slower flow, as far as there are points enough: highest rate -> its numbers."""
     found = {}
     for highest in np.sort(table["rate"].unique())[:1:-1]:
         rows = table[table["rate"] <= highest]

@@ -51,7 +51,7 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
 
 
 def _small_oscillations(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows at the amplitude at which powers were measured, with errors in percent."""
+    """Select rows at the amplitude at which powers were measured, with errors in percent."""
     bent = table[table["alpha"] < 1]
     if bent.empty:
         raise InputError("the table oscillation has no drag with alpha below 1: run a campaign with some")

@@ -62,7 +62,7 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
 
 
 def _ratios(bent: pd.DataFrame, linear: pd.DataFrame, alpha: float) -> tuple[Array, Array]:
-    """Rates of linear drag (m,), and ratios (packings, m) at rates whose power they are; nan without a partner."""
+    """Find rates of linear drag (m,), and ratios (packings, m) at rates whose power they are; nan without a partner."""
     parts = []
     for rate in sorted(linear["rate"].unique()):
         both = linear[linear["rate"] == rate].merge(

@@ -1,4 +1,4 @@
-"""Steady flows of disks: which rows of the table are drawn, means over packings, and the law with a yield stress."""
+"""Select steady flows of disks, average them over packings, and fit the law with a yield stress."""
 
 from typing import Any
 

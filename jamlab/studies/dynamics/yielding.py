@@ -115,7 +115,7 @@ def _creeps(out: Drawing, axes: Any, loaded: pd.DataFrame, table: pd.DataFrame) 
 
 
 def _threshold(rows: pd.DataFrame) -> float:
-    """Stress, the residual one counted, between the largest that a packing bears and the next; nan if all flow."""
+    """Find the stress between the largest that a packing bears and the next, residual one counted; nan if all flow."""
     total = (rows["stress"] + rows["residual"]).to_numpy(dtype=np.float64)
     order = np.argsort(total)
     total, flows = total[order], rows["final_rate"].to_numpy(dtype=np.float64)[order] > MOVES
@@ -152,5 +152,5 @@ def overshoot(tables: EnsembleTables) -> Drawing:
 
 
 def _peaks(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows with the excess of the peak over the steady stress; without a peak it is 1, at no strain."""
+    """Add to rows the excess of the peak over the steady stress; without a peak it is 1, at no strain."""
     return rows.assign(excess=(rows["peak_stress"] / rows["stress"]).fillna(1.0))

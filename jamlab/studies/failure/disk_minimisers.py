@@ -144,8 +144,9 @@ def way_over_steps(jolted: Jolted) -> float:
 _CHECK = "Forces at the end computed anew from the force law, over all pairs and images."
 _PHI = "packing fraction φ"
 
-MAPS = {
-    "fire-timestep": Map(
+MAPS = (
+    Map(
+        "fire-timestep",
         "FIRE of plain LAMMPS decks: time step, N = 16",
         log_axis("time step, τ", 0.02, 20.0, 0.1),
         linear_axis(_PHI, 0.85, 1.18),
@@ -158,7 +159,8 @@ MAPS = {
         lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
         "$2/\\omega_{\\max}$",
     ),
-    "fire-dmax": Map(
+    Map(
+        "fire-dmax",
         "FIRE of plain LAMMPS decks: longest move, φ = 0.9",
         log_axis("longest move in a step, mean diameter", 1e-8, 1e3, 0.1),
         Axis("N", (8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96)),
@@ -170,7 +172,8 @@ MAPS = {
         way_over_steps,
         "way to the minimum over 10 000 steps",
     ),
-    "overdamped": Map(
+    Map(
+        "overdamped",
         "Overdamped steps of disks: time step, N = 16",
         log_axis("time step over drag, τ₁", 0.05, 2.0),
         linear_axis(_PHI, 0.85, 1.18),
@@ -182,7 +185,8 @@ MAPS = {
         lambda jolted: float(2 / jolted.stiffnesses[-1]),
         "$2/\\lambda_{\\max}$",
     ),
-    "gradients-rattlers": Map(
+    Map(
+        "gradients-rattlers",
         "Conjugate gradients alone: steps allowed against rattlers, N = 24",
         log_axis("steps allowed", 10, SETTINGS.cg_steps * 2, SETTINGS.cg_steps),
         Axis("small disks, of 24", tuple(range(12)), logarithmic=False),
@@ -194,7 +198,8 @@ MAPS = {
         steps_of_gradients,
         "$\\frac{1}{2}\\sqrt{\\kappa}\\,\\ln(2/\\epsilon)$",
     ),
-    "large-n": Map(
+    Map(
+        "large-n",
         "Minima of disks, large N: force tolerance, φ = 0.9",
         log_axis("largest force asked for, ε/d", 1e-17, 1e-6, force_tolerance("sp")),
         Axis("N", (8, 12, 16, 24, 32, 48, 64, 96, 128, 256, 512, 1024)),
@@ -206,4 +211,4 @@ MAPS = {
         lambda jolted: float(np.spacing(jolted.minimum.box.max())),
         "last digit of a position",
     ),
-}
+)

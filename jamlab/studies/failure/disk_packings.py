@@ -86,8 +86,9 @@ _CHECK = (
     "Forces, pressure and the shear modulus anew, over all pairs and images, with a dense Hessian by complex steps."
 )
 
-MAPS = {
-    "pressure": Map(
+MAPS = (
+    Map(
+        "pressure",
         "Packings at a pressure, and their shear modulus",
         Axis("pressure, k", _PRESSURES),
         Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
@@ -100,7 +101,8 @@ MAPS = {
         lambda start: force_tolerance("sp") / LEAST_NOISE,
         "force tolerance over $10^{-4}$",
     ),
-    "pressure-sheared": Map(
+    Map(
+        "pressure-sheared",
         "Packings at a pressure in a box that shears until no shear stress is left",
         Axis("pressure, k", _PRESSURES),
         Axis("N", (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)),
@@ -112,7 +114,8 @@ MAPS = {
         lambda start: force_tolerance("sp") / LEAST_NOISE,
         "force tolerance over $10^{-4}$",
     ),
-    "polydisperse": Map(
+    Map(
+        "polydisperse",
         "Two sizes: ratio against share of the large ones, N = 24, p = 10⁻² k",
         log_axis("large over small diameter", 1.0, 11.0, 1.4),
         linear_axis("number share of the large disks", 1 / 24, 23 / 24, 0.5),
@@ -124,7 +127,8 @@ MAPS = {
         lambda start: LARGEST_RATIO,
         "largest ratio that is taken",
     ),
-    "onset": Map(
+    Map(
+        "onset",
         "Search for onset: force tolerance against N",
         log_axis("largest force asked for, ε/d", 1e-16, 1e-6, force_tolerance("sp")),
         Axis("N", (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40)),
@@ -137,7 +141,8 @@ MAPS = {
         lambda start: float(np.sqrt(2 * float(defaults("onset")["u_contact"]))),
         "contact force at onset, $\\sqrt{2u}$",
     ),
-    "sweep-step": Map(
+    Map(
+        "sweep-step",
         "Quasi-static compression in one go: step against packing fraction, N = 12",
         _STEPS,
         linear_axis("true packing fraction ρ", 0.85, 0.999),
@@ -147,4 +152,4 @@ MAPS = {
         "Long steps jump to other minima, which are minima all the same; near confluence ρ is missed.",
         "Forces anew; ρ anew as the area of a union of polygons.",
     ),
-}
+)

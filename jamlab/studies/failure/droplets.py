@@ -161,8 +161,9 @@ def large_count(vertices: int) -> int:
 _CHECK = "Forces anew from the energy terms, every vertex against every edge in every image; ρ as area of a union."
 _FORMS = ("outline", "segment/smooth", "segment")  # seeds take one after the other
 
-MAPS = {
-    "droplet-elasticity": Map(
+MAPS = (
+    Map(
+        "droplet-elasticity",
         f"Droplets: line tension against area stiffness, N = {_N}, ρ = 0.88",
         log_axis("γ, ε/l", 1e-3, 300.0, _GAMMA),
         log_axis("kₐ, ε/l⁴", 1.0, 3e4, _KA),
@@ -175,7 +176,8 @@ MAPS = {
         "a free droplet collapses",
         elsewhere="contacts change in the hand-over",
     ),
-    "droplet-rims": Map(
+    Map(
+        "droplet-rims",
         f"Droplets: width of rims against number of vertices, N = {_N}, ρ = 0.88",
         log_axis("δ, l", 0.01, 1.5, _DELTA),
         Axis("vertices of a small droplet", (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18), 12),
@@ -188,7 +190,8 @@ MAPS = {
         "edge at rest",
         elsewhere="contacts change in the hand-over",
     ),
-    "droplet-density": Map(
+    Map(
+        "droplet-density",
         f"Droplets from disks: packing fraction against line tension, N = {_N}",
         Axis("ρ", (0.80, 0.83, 0.84, 0.85, 0.86, 0.87, 0.88, 0.9, 0.92, 0.94, 0.96, 0.98, 0.99), logarithmic=False),
         log_axis("γ, ε/l", 0.02, 20.0, _GAMMA),
@@ -199,7 +202,8 @@ MAPS = {
         _CHECK,
         elsewhere="contacts change in the hand-over",
     ),
-    "droplet-timestep": Map(
+    Map(
+        "droplet-timestep",
         f"FIRE of plain LAMMPS decks, droplets: time step against area stiffness, N = {_N}",
         log_axis("time step, τ", 1e-3, 10.0, 0.1),
         log_axis("kₐ, ε/l⁴", 3.0, 3e5, _KA),
@@ -211,7 +215,8 @@ MAPS = {
         lambda jolted: float(2 / np.sqrt(jolted.stiffest)),
         "$2/\\omega_{\\max}$",
     ),
-    "droplet-shapes": Map(
+    Map(
+        "droplet-shapes",
         "Droplets: broken and awkward shapes beside a regular one",
         linear_axis("gap between outlines, δ", -1.2, 1.2, count=13),
         Axis("shape", tuple(shapes())),
@@ -222,4 +227,4 @@ MAPS = {
         "said to be at no minimum.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
     ),
-}
+)

@@ -107,9 +107,9 @@ def _end_of_step(run: FlowRun) -> float:
 
 def viscous_trial(run: ShearRun) -> Trial:
     """Viscous stress at the end, from velocities solved for anew: B u = F - rate b."""
-    assert isinstance(run.damping, ContactDamping)
+    assert run.damping is not None
     packing, rate = run.packing, float(run.rate[-1])
-    drag = plain_drag(packing, run.damping.beta, run.background)
+    drag = plain_drag(packing, run.damping.contrast, run.background)
     force = np.append(plain_forces(packing)[1].ravel(), np.zeros(packing.n)) - rate * drag[:-1, -1]
     motion = np.append(np.linalg.lstsq(drag[:-1, :-1], force, rcond=1e-13)[0], rate)
     error = abs(drag[-1] @ motion / packing.area - run.viscous_stress[-1]) / np.abs(run.stress).max()
@@ -159,8 +159,9 @@ _CHECK = (
     "the positions."
 )
 
-MAPS = {
-    "flow-tolerance": Map(
+MAPS = (
+    Map(
+        "flow-tolerance",
         f"Start-up of disks: tolerance of steps against rate, N = {_N}",
         log_axis("tolerance of velocities in a step", 1e-8, 0.3, TOLERANCE),
         _RATES,
@@ -175,7 +176,8 @@ MAPS = {
         "largest tolerance that is taken",
         elsewhere="another path",
     ),
-    "flow-background": Map(
+    Map(
+        "flow-background",
         f"Start-up of disks: background drag against rate, N = {_N}",
         log_axis("background drag, kτ₁", 1e-10, 10.0, _BACKGROUND),
         _RATES,
@@ -185,7 +187,8 @@ MAPS = {
         "Without background some motion costs hardly any drag; refused where it outruns every step.",
         _CHECK,
     ),
-    "flow-power": Map(
+    Map(
+        "flow-power",
         f"Start-up of disks: power of the drag law against rate, N = {_N}",
         linear_axis("α", 0.34, 1.0, 1.0),
         _RATES,
@@ -197,7 +200,8 @@ MAPS = {
         lambda start: LEAST_ALPHA,
         "least power that is taken",
     ),
-    "flow-droplets": Map(
+    Map(
+        "flow-droplets",
         "Start-up of droplets: tolerance of steps against rate, N = 4",
         log_axis("tolerance of velocities in a step", 1e-5, 0.3, TOLERANCE),
         log_axis("rate, 1/τ₁", 1e-2, 2e3),
@@ -207,7 +211,8 @@ MAPS = {
         "Stalled: more than 2 % of the work is neither stored nor lost, and the run shows it.",
         _CHECK,
     ),
-    "oscillation": Map(
+    Map(
+        "oscillation",
         f"Oscillation of disks: amplitude against frequency, N = {_N}",
         log_axis("amplitude of the strain", 1e-7, 0.3),
         log_axis("ω, 1/τ₁", 1e-3, 300.0),
@@ -221,7 +226,8 @@ MAPS = {
         "linear response opens a contact",
         elsewhere="not linear",
     ),
-    "quasistatic-step": Map(
+    Map(
+        "quasistatic-step",
         f"Quasi-static shear to a strain of {_STRAIN}: step against pressure, N = {_N}",
         _STEPS,
         Axis("pressure, k", (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.25)),
@@ -234,4 +240,4 @@ MAPS = {
         opening_strain,
         "linear response opens a contact",
     ),
-}
+)

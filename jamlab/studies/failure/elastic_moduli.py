@@ -100,8 +100,9 @@ _CHECK = (
     "G anew, from a dense Hessian by complex steps of the force law; an error above 1 % of the affine modulus fails."
 )
 
-MAPS = {
-    "strain": Map(
+MAPS = (
+    Map(
+        "strain",
         "G by finite strain: strain against pressure, N = 16",
         log_axis("strain to start with", 1e-9, 0.05, _START),
         Axis("pressure, k", _PRESSURES),
@@ -115,7 +116,8 @@ MAPS = {
         "linear response opens a contact",
         elsewhere="contacts change",
     ),
-    "moved": Map(
+    Map(
+        "moved",
         "G by linear response: disks moved off their minimum, N = 16",
         log_axis("distance of the disk that is moved farthest, d", 1e-15, 1e-2),
         Axis("pressure, k", _PRESSURES),
@@ -127,4 +129,4 @@ MAPS = {
         refused_beyond,
         "1 % of the overlap",
     ),
-}
+)

@@ -1,17 +1,55 @@
-"""A map of failure: two conditions, the runs at every pair of them, and what their shares say."""
+"""A stability map: two conditions, the runs at every pair of them, how they ended, how far defaults are from that."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from jamlab.errors import JamlabError
-from jamlab.studies.failure.verdict import VERDICTS, Trial, attempt
+from jamlab.figures.html_page import TextTable
+from jamlab.plotting.drawable import LABEL, LEGEND, TICK
+from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
+from jamlab.processes.progress import Progress, no_progress
+from jamlab.studies.failure.verdict import SILENT, VERDICTS, Trial, attempt
+from jamlab.studies.page import Page, measured, source_fact, write_page
+from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.table import MeasuredTable, Task
 
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
+COUNTED = ("map", "conditions", "runs", *VERDICTS, "default")
+# Okabe & Ito; from the bottom of a cell to its top. Pale where all is well or said, strong where numbers are lost.
+COLOURS = {
+    "converged": GREEN,
+    "another basin": SKY,
+    "stalled": ORANGE,
+    "blew up": RED,
+    "refused": GREY,
+    SILENT: PINK,
+}
+_FILLED = 0.9  # of a cell, so that cells stand apart
+_SIZE = (7.6, 5.6)
+_LONG = 36  # letters of a label, from which on three do not fit side by side
+_HALF = 0.5  # share of runs that fail, at the boundary
+_FAILURES = ("stalled", "blew up", "refused", "silent")
+_LEAD = (
+    "Every cell is one pair of conditions, filled by the shares of how runs of several seeds ended. Converged: met its "
+    "tolerance where it should; another basin: met it in another minimum, or on another path; stalled: says that it "
+    "ended above it; blew up: positions or energies ran away; refused: an error instead of a number. Numbers given "
+    "as right are checked, as each caption says, by physics written anew from the definitions, at the state where the "
+    "run ended: one that does not follow from it is a silent wrong number. Whether that state is in the right basin or "
+    "on the right path a run cannot know: a map tells by runs with finer steps, or by what it started beside. "
+    "A boundary is where half of the runs or more fail, from there to the end of the axis; cells that fail before "
+    "values that work are counted apart."
+)
 
 
 @dataclass(frozen=True)
@@ -54,15 +92,14 @@ def linear_axis(label: str, low: float, high: float, default: float | None = Non
 
 
 @dataclass(frozen=True)
-class Map:
+class Map(TableStudy):
     """A map before it is measured.
 
     Attributes:
-        title: of the chart.
-        x, y: conditions: x the dial of a method, y what it works on.
+        x, y: conditions: x a parameter of a method, y what it works on.
         seeds: runs at every pair.
         prepare: function of y and seed: where the runs of a row start.
-        run: function of what is prepared and x: one run.
+        attempt: function of what is prepared and x: one run.
         meaning: what the map shows.
         check: what the independent check of every run is.
         limit: function of what is prepared: x where theory puts the boundary.
@@ -70,17 +107,40 @@ class Map:
         elsewhere: what "another basin" is in this map.
     """
 
-    title: str
     x: Axis
     y: Axis
     seeds: int
     prepare: Callable[[Any, int], Any]
-    run: Callable[[Any, Any], Trial]
+    attempt: Callable[[Any, Any], Trial]
     meaning: str
     check: str
     limit: Callable[[Any], float] | None = None
     limit_label: str = ""
     elsewhere: str = "another basin"
+    kind: ClassVar[str] = "map"
+    columns: ClassVar[Sequence[str]] = COLUMNS
+    task: ClassVar[str] = "row"
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Name, number of seeds and both conditions."""
+        return {"map": self.name, "seeds": self.seeds, "x": self.x.label, "y": self.y.label}
+
+    def tasks(self) -> Mapping[str, Task]:
+        """One task for every y."""
+        return {self.y.text(y): partial(self._rows_of, y) for y in self.y.values}
+
+    def _rows_of(self, y: Any) -> list[dict[str, Any]]:
+        return list(self.rows(y))
+
+    def show(self, table: MeasuredTable) -> Shown:
+        """Draw the map, with the distance of the default from where runs fail."""
+        rows = table.rows
+        distance = default_distance(self, rows)
+        place = f" Default {distance}." if distance else ""
+        caption = f"{self.meaning} Check: {self.check}{place} {table.provenance['facts']['seeds']} seeds; {table.made}."
+        listed = pd.DataFrame({"map": self.name} | {str(name): rows[name] for name in rows})
+        return Shown(failure_figure(self, rows), caption, [_table(self, rows)], listed)
 
     def rows(self, y: float | str) -> Iterator[dict[str, Any]]:
         """Make all runs of one y, and count their verdicts for every x."""
@@ -95,12 +155,12 @@ class Map:
                 limits.append(self.limit(starts[-1]))
         limit = float(np.median(limits)) if limits else float("nan")
         for x in self.x.values:
-            trials = [attempt(partial(self.run, start, x)) for start in starts] + refusals
+            trials = [attempt(partial(self.attempt, start, x)) for start in starts] + refusals
             yield {"x": x, "y": y, **summary(trials), "limit": limit}
 
     def try_once(self, x: float | str, y: float | str, seed: int = 1) -> Trial:
         """Make the run of one seed at one pair of conditions."""
-        return attempt(lambda: self.run(self.prepare(y, seed), x))
+        return attempt(lambda: self.attempt(self.prepare(y, seed), x))
 
 
 def summary(trials: list[Trial]) -> dict[str, Any]:
@@ -131,3 +191,279 @@ def limits_of_rows(chart: Map, table: pd.DataFrame) -> np.ndarray:
 
 def _name(value: Any) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
+
+
+# distance of a default from a boundary --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Distance:
+    """From a default to the nearest boundary, from which on half of the runs fail, and to the limit of theory.
+
+    Attributes:
+        default: value on its axis.
+        boundary: value there; nan if the map holds none.
+        where: the other condition, such as "y = 3".
+        axis: which it is measured along.
+        limit: of theory; nan if the map draws none.
+        scattered: cells in which half of the runs fail, or more, but not on to an end of the axis.
+    """
+
+    default: float
+    boundary: float
+    where: str
+    axis: Axis
+    limit: float = np.nan
+    scattered: int = 0
+
+    @property
+    def far(self) -> float:
+        """Factor, or difference on a linear axis; infinite if the map holds no boundary."""
+        return self._to(self.boundary)
+
+    def _to(self, value: float) -> float:
+        if np.isnan(value):
+            return np.inf
+        if not self.axis.logarithmic:
+            return abs(value - self.default)
+        return max(value / self.default, self.default / value)
+
+    def _side(self, value: float) -> str:
+        how = f"a factor {self._to(value):.2g}" if self.axis.logarithmic else f"{self._to(value):.2g}"
+        return f"{how} {'below' if self.default < value else 'above'}"
+
+    def __str__(self) -> str:
+        nearest = "no boundary within the map"
+        if np.isfinite(self.far):
+            nearest = f"{self._side(self.boundary)} the boundary {self.boundary:.3g} ({self.where})"
+        limit = "" if np.isnan(self.limit) else f", {self._side(self.limit)} the limit drawn, {self.limit:.3g}"
+        return f"{self.default:g}: {nearest}{limit}{self._apart()}"
+
+    def _apart(self) -> str:
+        if self.scattered == 0:
+            return ""
+        cells, them = ("1 cell fails", "it") if self.scattered == 1 else (f"{self.scattered} cells fail", "them")
+        return f"; {cells} although values beyond {them} work"
+
+
+def default_distance(chart: Map, table: pd.DataFrame) -> Distance | None:
+    """The least distance of the default from a boundary, along x if x has a default, else along y; None without one.
+
+    A boundary is where the share of failures crosses one half and stays there to the end of the axis: a cell that fails
+    alone, such as one of two seeds that stalled, does not say that values beyond it fail. Such cells are counted.
+    If both axes have a default, only the rows around y's own count, and the limit is that at y's own. Rows in which
+    every value fails have no boundary.
+    """
+    failed = np.sum([shares(chart, table, verdict) for verdict in _FAILURES], axis=0)
+    limits = limits_of_rows(chart, table)
+    axis, other = chart.x, chart.y
+    if axis.default is None:
+        axis, other, failed = chart.y, chart.x, failed.T
+        limits = np.full(len(failed), np.nan)  # those are limits of x
+    if axis.default is None:
+        return None
+    lines = list(range(len(failed))) if other.default is None else _around(other)
+    works = [k for k in lines if failed[k].min() < _HALF]  # elsewhere all values of the parameter fail
+    name = "y" if axis is chart.x else "x"
+    boundaries = {k: _boundary(axis, axis.default, failed[k]) for k in works}
+    found = [
+        Distance(axis.default, at, f"{name} = {other.text(other.values[k])}", axis) for k, at in boundaries.items()
+    ]
+    if not found:
+        return None
+    nearest = min(found, key=lambda distance: distance.far)
+    limit = _limit(nearest, other, limits[works], np.array(works))
+    return replace(nearest, limit=limit, scattered=sum(int(_scattered(failed[k]).sum()) for k in works))
+
+
+def _around(axis: Axis) -> list[int]:
+    """The cell of a default, or both between which it lies."""
+    place = float(np.clip(axis.places(axis.default), 0, len(axis.values) - 1))
+    return sorted({int(np.floor(place)), int(np.ceil(place))})
+
+
+def _limit(distance: Distance, other: Axis, limits: np.ndarray, rows: np.ndarray) -> float:
+    """The limit in the row of the default, between rows as it is drawn; the nearest of all rows without one."""
+    known = np.isfinite(limits)
+    if not known.any():
+        return float("nan")
+    if other.default is None:
+        return min((float(limit) for limit in limits[known]), key=distance._to)
+    scale, back = (np.log, np.exp) if distance.axis.logarithmic else (np.asarray, np.asarray)
+    return float(back(np.interp(other.places(other.default), rows[known], scale(limits[known]))))
+
+
+def _boundary(axis: Axis, default: float, failed: np.ndarray) -> float:
+    """Where failures that last to an end of the axis begin, nearest to the default; itself if it fails there."""
+    values = np.array([float(v) for v in axis.values])
+    scale, back = (np.log, np.exp) if axis.logarithmic else (np.asarray, np.asarray)
+    x, start = scale(values), scale(default)
+    if np.interp(start, x, failed) > _HALF:
+        return default
+    failed = np.where(_scattered(failed), 0.0, failed)
+    crossings = []
+    for a, b, low, high in zip(x[:-1], x[1:], failed[:-1], failed[1:], strict=True):
+        if (low - _HALF) * (high - _HALF) <= 0 and low != high:
+            crossings.append(a + (b - a) * (_HALF - low) / (high - low))
+    if not crossings:
+        return float("nan")
+    return float(back(min(crossings, key=lambda c: abs(c - start))))
+
+
+def _scattered(failed: np.ndarray) -> np.ndarray:
+    """Cells of a line that fail and have one that works on either side, next to them or farther out."""
+    fails = failed >= _HALF
+    from_start, from_end = (np.logical_and.accumulate(line) for line in (fails, fails[::-1]))
+    return np.asarray(fails & ~from_start & ~from_end[::-1])
+
+
+# pictures and tables --------------------------------------------------------------------------------------------------
+
+
+def write_maps(
+    out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
+) -> dict[str, pd.DataFrame]:
+    """Draw maps, and write stability.csv, one PNG for each and stability.html.
+
+    Args:
+        out: folder, made if it is not there.
+        maps: by name.
+        measure: measure the rows that OUT/MAP.csv does not hold, and draw these files instead of what ships.
+        progress: called before each map, and each row that is measured.
+
+    Returns:
+        Table of each map, a row for each pair of conditions.
+
+    Raises:
+        StorageError: the folder cannot be written, or holds another measurement.
+    """
+    tables = measured(out, maps, measure=measure, progress=progress)
+    write_page(
+        out,
+        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2),
+        {name: chart.heading for name, chart in maps.items()},
+        lambda name: maps[name].show(tables[name]),
+        source_fact(measure),
+        progress=progress,
+    )
+    return {name: table.rows for name, table in tables.items()}
+
+
+def counts(maps: Mapping[str, Map], found: Mapping[str, pd.DataFrame]) -> list[list[str]]:
+    """A row for each map: name, conditions, runs, how many ended in each way, and where the default lies."""
+    rows = []
+    for name, table in found.items():
+        ended = [str(int(table[verdict].sum())) for verdict in VERDICTS]
+        conditions, runs = str(len(table)), str(int(table["runs"].sum()))
+        rows.append([name, conditions, runs, *ended, str(default_distance(maps[name], table) or "-")])
+    return rows
+
+
+def _table(chart: Map, table: pd.DataFrame) -> TextTable:
+    """Pairs of conditions at which some run did not converge, with the verdict of most of its runs."""
+    shown = table[table["converged"] < table["runs"]]
+    lines, marks = [], []
+    for row in shown.to_dict("records"):
+        marks.append(SILENT if row[SILENT] else max(VERDICTS, key=lambda verdict: row[verdict]))
+        values = [v if isinstance(v, str) else f"{v:.3g}" for v in (row["x"], row["y"])]
+        lines.append([*values, *(str(int(row[verdict])) for verdict in VERDICTS), str(row["note"])])
+    columns = [chart.x.label, chart.y.label, *VERDICTS, "worst run"]
+    return TextTable(columns, lines, marks=marks, folded=f"{len(lines)} pairs of conditions in numbers")
+
+
+def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
+    """Draw a map from its table; a solid line is the limit of theory, dashed lines are jamlab's defaults."""
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    axes = figure.subplots()
+    handles = [
+        *_fill_cells(axes, chart, table),
+        *_draw_limit(axes, chart, table),
+        *_draw_defaults(axes, chart),
+    ]
+    for axis, ticks, labels, name in (
+        (chart.x, axes.set_xticks, axes.set_xticklabels, axes.set_xlabel),
+        (chart.y, axes.set_yticks, axes.set_yticklabels, axes.set_ylabel),
+    ):
+        ticks(range(len(axis.values)))
+        labels([tick_text(value) for value in axis.values], fontsize=TICK - 1)
+        name(axis.label, fontsize=LABEL)
+    if max(len(tick_text(value)) for value in chart.x.values) > 4:
+        axes.tick_params(axis="x", rotation=45)
+    axes.tick_params(length=0)
+    axes.set_xlim(-0.55, len(chart.x.values) - 0.45)
+    axes.set_ylim(-0.55, len(chart.y.values) - 0.45)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.set_title(chart.title, fontsize=LABEL)
+    columns = 3 if max(len(str(handle.get_label())) for handle in handles) < _LONG else 2
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=LEGEND, frameon=False)
+    return figure
+
+
+def tick_text(value: float | str) -> str:
+    """A value beside its cell; powers of ten as such."""
+    if isinstance(value, str):
+        return value
+    if value and not 1e-2 <= abs(value) < 1e4:
+        exponent = int(np.floor(np.log10(abs(value)) + 1e-9))
+        digits = f"{value / 10.0**exponent:.2g}"
+        return f"$10^{{{exponent}}}$" if digits == "1" else f"${digits}\\cdot10^{{{exponent}}}$"
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
+    height, width = len(chart.y.values), len(chart.x.values)
+    columns, rows = (grid.ravel() for grid in np.meshgrid(np.arange(width), np.arange(height)))
+    floor = rows - 0.5 * _FILLED
+    handles = []
+    for verdict in VERDICTS:
+        share = np.nan_to_num(shares(chart, table, verdict)).ravel()
+        some = share > 0
+        hatch = "xxx" if verdict == SILENT else None
+        axes.bar(
+            columns[some],
+            _FILLED * share[some],
+            _FILLED,
+            floor[some],
+            facecolor=COLOURS[verdict],
+            edgecolor="black" if hatch else "none",
+            hatch=hatch,
+            linewidth=0,
+        )
+        floor = floor + _FILLED * share
+        count = int(table[verdict].sum())
+        if count or verdict == SILENT:
+            name = {SILENT: "silent wrong number", "another basin": chart.elsewhere}.get(verdict, verdict)
+            handles.append(Patch(facecolor=COLOURS[verdict], hatch=hatch, label=f"{name}: {count}"))
+    return handles
+
+
+def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
+    """The limit of theory, one place in every row."""
+    if chart.limit is None:
+        return []
+    limits = limits_of_rows(chart, table)
+    rows = np.flatnonzero(np.isfinite(limits))
+    if not len(rows):
+        return []
+    places = chart.x.places(limits[rows])
+    if len(rows) == 1:
+        places, rows = np.repeat(places, 2), np.array([rows[0] - 0.5, rows[0] + 0.5])
+    line = axes.plot(places, rows, color="black", linewidth=2.2, path_effects=[withStroke(linewidth=5, foreground="w")])
+    line[0].set_label(chart.limit_label)
+    return line
+
+
+def _draw_defaults(axes: Axes, chart: Map) -> list[Line2D]:
+    drawn = []
+    for axis, draw in ((chart.x, axes.axvline), (chart.y, axes.axhline)):
+        if axis.default is not None:
+            halo = [withStroke(linewidth=4, foreground="w")]
+            drawn.append(draw(_place(axis), color="black", linewidth=1.6, linestyle=(0, (4, 2)), path_effects=halo))
+    if drawn:
+        drawn[0].set_label("default of jamlab")
+    return drawn[:1]
+
+
+def _place(axis: Axis) -> float:
+    return float(axis.places(axis.default))

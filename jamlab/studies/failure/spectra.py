@@ -22,7 +22,7 @@ _N = 12
 
 @dataclass(frozen=True)
 class Spectrum:
-    """A packing, and how its G* is found; what is None is the dial."""
+    """A packing, and how its G* is found; what is None is the condition x."""
 
     packing: Packing
     method: str
@@ -63,8 +63,9 @@ _KNOWN: dict[tuple[bytes, float, float], complex] = {}
 
 _CHECK = "G* anew: dense matrices by complex steps and plain loops, eliminated in extended precision."
 
-MAPS = {
-    "spectrum-frequency": Map(
+MAPS = (
+    Map(
+        "spectrum-frequency",
         f"G*: frequency against pressure, three solvers, N = {_N}",
         Axis("ω, 1/τ₁", tuple(float(f"{w:.3g}") for w in np.geomspace(1e-30, 1e30, 16))),
         Axis("pressure, k", (1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)),
@@ -74,7 +75,8 @@ MAPS = {
         "Stalled would be: the solver says that the error of G' or of G'' is above 1e-4.",
         _CHECK,
     ),
-    "spectrum-sliding": Map(
+    Map(
+        "spectrum-sliding",
         f"G*: sliding damping against frequency, three solvers, N = {_N}, p = 10⁻³ k",
         log_axis("β", 1e-16, 1e12, 1.0, count=15),
         log_axis("ω, 1/τ₁", 1e-8, 1e8),
@@ -87,4 +89,4 @@ MAPS = {
         lambda start: _GOOD / ROUNDING,
         "rounding leaves 4 digits of drag",
     ),
-}
+)

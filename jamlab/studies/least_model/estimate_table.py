@@ -5,7 +5,6 @@ The packings of one seed are made together: disks at onset carry droplets of sev
 compressed beside them.
 """
 
-import gzip
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
@@ -29,7 +28,6 @@ from jamlab.estimates.way_table import COLUMNS, QUANTITIES, N, Ways, read_ways
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.statistics.published_numbers import MODELS_PART
-from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.studies.table import measure_table
 
 LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
@@ -66,8 +64,7 @@ def make_table(
     """Measure the table, and write it.
 
     Args:
-        out: file to write, `ways.csv.gz`. Rows are kept in `ways.csv` beside it seed by seed: a run that was stopped
-            goes on there; one of more seeds adds to the file, if there is one.
+        out: file to write, `ways.csv.gz`, saved seed by seed, so that a run goes on where it stopped.
         seeds: of the packings.
         groups: ways of a seed, see `groups`.
         levels: rho, ascending; of droplets carried beyond 0.88 they must hold 0.88.
@@ -79,19 +76,8 @@ def make_table(
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
-    measure_packed(out, COLUMNS, tasks, facts, **how)
+    measure_table(out, COLUMNS, tasks, facts, **how)
     return read_ways(out)
-
-
-def measure_packed(out: Path, columns: Sequence[str], tasks: Any, facts: dict[str, Any], **how: Any) -> None:
-    """Measure a table, see `jamlab.studies.table`, and pack it by gzip; the text stays beside it."""
-    check_target(out)
-    text = out.with_name(out.name.removesuffix(".gz"))
-    if out.exists() and not text.exists():
-        text.write_bytes(gzip.decompress(out.read_bytes()))
-    measure_table(text, columns, tasks, facts, **how)
-    with atomic_file(out) as temporary:
-        temporary.write_bytes(gzip.compress(text.read_bytes(), mtime=0))
 
 
 def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[float]) -> Iterator[dict[str, Any]]:

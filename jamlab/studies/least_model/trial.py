@@ -21,11 +21,11 @@ from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.least_model.estimate_table import FEW_VERTICES, LOOSE
+from jamlab.studies.least_model.estimate_table import FEW_VERTICES
 
 POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
 POOL_SEEDS = range(60_001, 60_151)
-ERRORS = (0.3, 1.5)  # asked for, in units of the scatter of droplets: some 40 to 4 packings
+ERRORS = (0.5, 1.5)  # asked for, in units of the scatter of droplets: some 16 to 4 packings
 
 
 class Answer(NamedTuple):
@@ -55,13 +55,9 @@ class Answer(NamedTuple):
 
 
 def pool_groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
-    """Ways of the pool: all that the table offers but droplets from the start and another contact form."""
+    """Ways of the pool: those of which the table has many packings, without droplets from the start; fewer vertices."""
     nv = default_vertices()
-    return [
-        (EnsembleWay("disks", N), EnsembleWay("carried", N, nv), EnsembleWay("carried", N, FEW_VERTICES)),
-        (EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)),
-        (EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)),
-    ]
+    return [(EnsembleWay("disks", N), EnsembleWay("carried", N, nv), EnsembleWay("carried", N, FEW_VERTICES))]
 
 
 def blind_trial(

@@ -15,18 +15,17 @@ from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.measure import measure
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.relaxation import force_tolerance, relax
-from jamlab.studies.cpu_time import one_core, shortest
 from jamlab.studies.other_codes.analysis import AnalysisRow
-from jamlab.studies.other_codes.ase_peer import ASE
-from jamlab.studies.other_codes.jax_md_peer import JaxMD
-from jamlab.studies.other_codes.jaxdem_peer import JaxDEM
+from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
 from jamlab.studies.other_codes.lammps_peer import Lammps
-from jamlab.studies.other_codes.numpy_disks import all_pairs
+from jamlab.studies.other_codes.matscipy_peer import ASE
 from jamlab.studies.other_codes.openmm_peer import OpenMM
-from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point
+from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, plain_point
+from jamlab.studies.table import one_core, shortest
 
 PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
 
@@ -80,7 +79,7 @@ def compare(
     phi: float = 0.88,
     *,
     peers: Sequence[Peer] = PEERS,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = no_progress,
 ) -> list[Row]:
     """Compare jamlab and its peers on one packing of disks in units "eps".
 
@@ -102,12 +101,10 @@ def compare(
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
     with one_core():
-        if progress is not None:
-            progress("jamlab")
+        progress(0.0, "jamlab")
         rows = [_jamlab_row(start)]
         for peer in peers:
-            if progress is not None:
-                progress(peer.name)
+            progress(len(rows) / (len(peers) + 1), peer.name)
             item = (peer, start, target, rows[0])
             rows.append(run_side_by_side(_peer_row, [item], 1)[0] if peer.apart else _peer_row(item))
     return rows
@@ -115,17 +112,16 @@ def compare(
 
 def _jamlab_row(start: Packing) -> Row:
     """jamlab itself: its point beside all pairs in numpy, its time."""
-    reference = all_pairs(start)
     cold, warm, positions = _time_descent(partial(jamlab_descent, start))
     return Row(
         "jamlab",
         "relax",
         metadata.version("jamlab"),
-        **_differences(reference(start.positions), _jamlab_point(start)),
+        **_differences(plain_point(start), _jamlab_point(start)),
         minimum=0.0,
         z=0.0,
         g=0.0,
-        max_force=_largest_force(reference(positions)),
+        max_force=_largest_force(plain_point(start.with_state(positions=positions))),
         cold=cold,
         warm=warm,
         cold_ratio=1.0,
@@ -147,7 +143,7 @@ def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) 
     tolerance = force_tolerance("sp")
     differences = _differences(peer.evaluate(start), _jamlab_point(start))
     cold, warm, positions = _time_descent(partial(peer.descent, start))
-    point = all_pairs(start)(positions)
+    point = plain_point(start.with_state(positions=positions))
     left, end = _largest_force(point), measure(start.with_state(positions=positions))
     notes = []
     if left > tolerance:

@@ -1,4 +1,4 @@
-"""Run matscipy: energy, pressure, and the relaxed shear modulus from Born's constants and its own non-affine part."""
+"""Run matscipy, which measures energy, pressure and the relaxed shear modulus; and ASE's FIRE over its calculator."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from jamlab.arrays import Array
 from jamlab.packing.packing import Packing
-from jamlab.studies.other_codes.peer import Analyst, mean_diameters
+from jamlab.studies.other_codes.peer import Analyst, Descent, Peer, Point, mean_diameters
 
 HEIGHT = 20.0  # mean diameters: its box is three-dimensional, forces stay in the plane
 
@@ -84,3 +84,30 @@ class SoftDisks:
     def get_maxSize(self) -> float:  # noqa: N802, matscipy's own spelling
         """Of all disks."""
         return self.largest
+
+
+class ASE(Peer):
+    """Disks in one plane of a periodic box, by matscipy's neighbour list."""
+
+    name = "ASE, matscipy"
+    package = "ase"
+    method = "FIRE"
+
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress of the calculator."""
+        atoms = disks_in_ase(packing)
+        stress = -HEIGHT * atoms.get_stress(voigt=False)[:2, :2]  # ASE: positive in tension, per volume
+        return Point(
+            float(atoms.get_potential_energy()), atoms.get_forces()[:, :2], stress, 0.5 * float(np.trace(stress))
+        )
+
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
+        from ase.optimize import FIRE
+
+        def run(force: float, steps: int) -> np.ndarray:
+            atoms = disks_in_ase(packing)
+            FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=steps)
+            return np.array(atoms.positions[:, :2])
+
+        return run

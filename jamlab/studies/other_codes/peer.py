@@ -1,4 +1,4 @@
-"""Define other codes: whether one is installed; peers, which evaluate and minimise; analysts, which measure."""
+"""Other codes: whether one is installed; peers, which evaluate and minimise; analysts, which measure; plain numpy."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
+from jamlab.studies.failure.plain_physics import plain_forces, plain_stress
 
 Descent = Callable[[float, int], Array]  # largest force at which to stop, steps at most -> positions (n, 2)
 
@@ -104,3 +105,10 @@ def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
         raise InputError(f"box[1, 0] is {packing.box[1, 0]:.6g}: peers take boxes without tilt")
     sizes, species = np.unique(packing.diameters, return_inverse=True)
     return species.reshape(-1).astype(np.int64), 0.5 * (sizes[:, None] + sizes)
+
+
+def plain_point(packing: Packing) -> Point:
+    """Energy, forces and stress from nothing but the definitions, over all pairs: the independent reference."""
+    energy, forces = plain_forces(packing)
+    stress = plain_stress(packing)
+    return Point(energy, forces, stress, 0.5 * float(np.trace(stress)))

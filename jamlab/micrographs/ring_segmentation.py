@@ -1,0 +1,315 @@
+"""Droplets with dark walls and light on both sides: a tree of regions merged across their faintest walls, cut by shape.
+
+Light inside a droplet and light in a Plateau border look alike. A watershed of the darkness gives every light spot a
+region, walls of droplets among its borders; regions merge pairwise, faintest wall first, into a tree whose root is the
+picture. A droplet is a node of that tree that is compact and closed: its area A and polar moment of inertia I are
+nearly those of a disc,
+
+    A^2/(2 pi I) = 1 for a disc, 0.96 for a square, 0.83 for a triangle, 0.67 for two discs that touch,
+
+and its wall is dark all around. A border has concave sides, long arms or open ends, so it fails by one or the other;
+no size and no level of grey enters. Of all sets of nodes of which none holds another, the one that covers most is
+taken (dynamic programming from the leaves). Moments and walls of a node are sums over its parts.
+
+Sources: F. Meyer, Signal Processing 38, 113 (1994), for the watershed; C. Arteta et al., Medical Image Analysis 27, 3
+(2016), for the choice among nested regions; M.-K. Hu, IRE Trans. Inf. Theory 8, 179 (1962), for moments as shapes.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from jamlab.arrays import Array, Indices, Mask
+from jamlab.micrographs.illumination import ENVELOPE, envelope, noise_level, width_of_filter
+from jamlab.micrographs.picture_files import scikit_image
+
+COMPACT = 0.88  # least A^2/(2 pi I) of a droplet, as of an ellipse of 1.65 to 1; 0.86 for the border between four
+CLOSED = 0.8  # least mean depth of the wall around a droplet, over the depth that 0.7 of it stay below
+DEEP = 0.7  # share of a wall that the depth of a droplet is taken from
+FAINT = 0.25  # of the depth of walls in the picture: what is around a droplet is deeper
+TYPICAL = 0.8  # of the mean depth above Otsu's threshold: what counts as the depth of walls in the picture
+NO_WALL = 0.2  # of the same depth: regions that so little divides are one
+LEAST_DEPTH = 0.05  # between envelopes of light and dark: spots that stand out by less have no region
+NOISES = 3.0  # standard deviations of smoothed noise that spots must stand out by
+MOST_NOISE = 0.6  # standard deviation of the noise over the depth of walls
+FINEST, MOST = 600, 4  # pixels along the shorter side that a small picture is enlarged to, and how often at most
+MOST_PIXELS = 1_300_000  # in which droplets are looked for; a larger picture is thinned
+LEVELS = 6  # steps of darkness to the least that stands out
+SMOOTHING = 0.6  # pixels, standard deviation
+HALF_LINE = 0.5  # pixels: the darkest line of a wall is one pixel wide, and no droplet's
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Droplets of a ring picture.
+
+    Attributes:
+        labels: (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture.
+        finer: f.
+        depth: mean darkness of walls over what they divide, between the envelopes of light and dark.
+        noise: standard deviation of the noise over that depth.
+        light: brightest over darkest of the light envelope.
+        line: pixels between droplets that share a wall.
+    """
+
+    labels: Indices
+    finer: int
+    depth: float
+    noise: float
+    light: float
+    line: float = 2 * HALF_LINE
+
+    def unlike(self, other: Rings | None) -> int:
+        """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
+        by more than half of what both cover."""
+        edge = [self.labels[0], self.labels[-1], self.labels[:, 0], self.labels[:, -1]]
+        own = np.setdiff1d(np.unique(self.labels), np.append(np.unique(np.concatenate(edge)), 0))
+        if other is None:
+            return len(own)
+        count = int(other.labels.max()) + 1
+        common = np.bincount(
+            (self.labels * count + other.labels).ravel(), minlength=(int(self.labels.max()) + 1) * count
+        )
+        common = common.reshape(-1, count)
+        both = common.sum(axis=1)[:, None] + common.sum(axis=0) - common
+        return int(((common / np.maximum(both, 1))[:, 1:].max(axis=1)[own] <= 0.5).sum()) if count > 1 else len(own)
+
+
+@dataclass
+class _Tree:
+    """Regions and what they merge into: n leaves and n - 1 nodes, or less where the picture falls apart.
+
+    moments: area, and sums of x, y, x^2, y^2; touches: left, right, upper, lower edge of the picture; level: darkness
+    inside; height: depth of the deepest wall within; joined: depth of the wall across which it merged with another;
+    parts: the two that merged; walls: mean depth of the wall around it by its neighbours, and lengths; none of what is
+    not compact.
+    """
+
+    moments: list[Array]
+    touches: list[Mask]
+    level: list[float]
+    height: list[float]
+    joined: list[float]
+    parts: list[tuple[int, ...]]
+    walls: list[tuple[Array, Array]]
+
+    def join(self, a: int, b: int, height: float) -> int:
+        """Merge two nodes across a wall of that depth; the new node."""
+        area_a, area_b = self.moments[a][0], self.moments[b][0]
+        self.level.append(float((self.level[a] * area_a + self.level[b] * area_b) / (area_a + area_b)))
+        self.moments.append(self.moments[a] + self.moments[b])
+        self.touches.append(self.touches[a] | self.touches[b])
+        self.height.append(max(height, self.height[a], self.height[b]))
+        self.joined[a] = self.joined[b] = height
+        self.joined.append(np.inf)
+        self.parts.append((a, b))
+        return len(self.parts) - 1
+
+
+def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
+    """Find the droplets of a picture with dark walls; None if no wall stands out.
+
+    Args:
+        grey: (h, w) grey values.
+        smoothing: pixels, standard deviation of the filter in a picture without noise.
+    """
+    if grey.size > MOST_PIXELS:
+        return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing)
+    finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
+    noise = noise_level(grey)
+    contrast = float(np.subtract(*np.quantile(grey, [0.95, 0.05])))
+    width = float(np.hypot(smoothing, width_of_filter(noise / max(contrast, 1e-12))))
+    smooth = ndimage.gaussian_filter(grey, width, mode="nearest") if finer == 1 else grey
+    if finer > 1:
+        smooth = ndimage.zoom(grey, finer, order=3, grid_mode=True, mode="nearest")
+        smooth = ndimage.gaussian_filter(smooth, width * finer / max(1.0, 2.0 / smoothing * SMOOTHING), mode="nearest")
+    every = np.ones(smooth.shape, dtype=bool)
+    high, low = (envelope(smooth, every, above) for above in (ENVELOPE, 1 - ENVELOPE))
+    step = np.maximum(high - low, 0.2 * float(np.median(high - low)))
+    dark = np.clip((high - smooth) / step, -0.5, 1.5)
+    left = noise / float(np.median(step)) / max(2 * np.sqrt(np.pi) * width, 1.0)
+    leaves = _leaves(dark, max(LEAST_DEPTH, NOISES * left))
+    if leaves.max() < 1:
+        return None
+    tree, depth = _merge(leaves, dark)
+    if depth <= 0 or noise > MOST_NOISE * depth * float(np.median(step)):
+        return None
+    droplets = _choose(tree, depth, leaves.shape)[leaves]
+    light = np.quantile(high, [0.02, 0.98])
+    return Rings(
+        _within(droplets, HALF_LINE * finer),
+        finer,
+        depth,
+        noise / float(np.median(step)) / depth,
+        float(light[1] / max(light[0], 0.01)),
+    )
+
+
+def _find_coarser(grey: Array, step: int, smoothing: float) -> Rings | None:
+    """Droplets of a large picture, found in one `step` times as coarse."""
+    small = scikit_image().transform.downscale_local_mean(grey, (step, step))
+    found = find_rings(small, smoothing)
+    if found is None:
+        return None
+    labels = np.kron(found.labels[:: found.finer, :: found.finer], np.ones((step, step), dtype=np.int64))
+    return replace(found, labels=labels[: grey.shape[0], : grey.shape[1]], finer=1, line=step * found.line)
+
+
+def _leaves(dark: Array, least: float) -> Indices:
+    """(h, w) region of each light spot that stands out, from 0."""
+    skimage = scikit_image()
+    steps = np.rint((dark - dark.min()) * (LEVELS / least)).astype(np.uint16)  # whole numbers sort and flood faster
+    top = steps.max()
+    floor = top - skimage.morphology.reconstruction(top - np.minimum(steps + LEVELS, top), top - steps)
+    markers, _ = ndimage.label(skimage.morphology.local_minima(floor), np.ones((3, 3)))
+    return np.asarray(skimage.segmentation.watershed(steps, markers), dtype=np.int64) - 1
+
+
+def _borders(regions: Indices, dark: Array) -> dict[tuple[int, int], tuple[float, float]]:
+    """Length of the wall between each pair of regions, and its darkness summed along it."""
+    count, names, values = int(regions.max()) + 1, [], []
+    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+        on = regions[a] != regions[b]
+        first, second = regions[a][on], regions[b][on]
+        names.append(np.minimum(first, second) * count + np.maximum(first, second))
+        values.append(np.maximum(dark[a], dark[b])[on])
+    pairs, short = np.unique(np.concatenate(names), return_inverse=True)
+    sums = np.bincount(short, np.concatenate(values))
+    first, second = np.divmod(pairs, count)
+    return dict(
+        zip(zip(first.tolist(), second.tolist(), strict=True), zip(np.bincount(short), sums, strict=True), strict=True)
+    )
+
+
+def _merge(regions: Indices, dark: Array) -> tuple[_Tree, float]:
+    """Merge regions across their faintest walls until one is left; the tree, and the depth of walls in the picture."""
+    count = int(regions.max()) + 1
+    near: list[dict[int, tuple[float, float]]] = [{} for _ in range(count)]
+    for (a, b), wall in _borders(regions, dark).items():
+        near[a][b] = near[b][a] = (float(wall[0]), float(wall[1]))
+    tree = _tree_of(regions, dark)
+    node, level = list(range(count)), tree.level.copy()  # of the region that others have joined
+
+    def depth(a: int, b: int) -> float:
+        length, total = near[a][b]
+        return total / length - max(level[a], level[b])
+
+    heap = [(depth(a, b), a, b) for a in range(count) for b in near[a] if a < b]
+    typical = _typical_depth(heap, [near[a][b][0] for _, a, b in heap])
+    heapq.heapify(heap)
+    tree.walls = [_wall_around(near[k], level[k]) for k in range(count)]
+    while heap:
+        height, a, b = heapq.heappop(heap)
+        if b not in near[a]:
+            continue
+        now = depth(a, b)
+        if now > height:  # levels have changed since
+            heapq.heappush(heap, (now, a, b))
+            continue
+        keep, gone = (a, b) if len(near[a]) >= len(near[b]) else (b, a)
+        node[keep] = tree.join(node[keep], node[gone], now)
+        level[keep] = tree.level[-1]
+        for other, (length, total) in near[gone].items():
+            del near[other][gone]
+            if other != keep:
+                known = near[keep].get(other, (0.0, 0.0))
+                near[keep][other] = near[other][keep] = (known[0] + length, known[1] + total)
+                heapq.heappush(heap, (depth(other, keep), other, keep))
+        near[gone] = {}
+        round_enough = compactness(tree.moments[-1], tree.touches[-1], regions.shape) > COMPACT
+        tree.walls.append(_wall_around(near[keep] if round_enough else {}, level[keep]))
+    return tree, typical
+
+
+def _tree_of(regions: Indices, dark: Array) -> _Tree:
+    """The leaves."""
+    count, flat = int(regions.max()) + 1, regions.ravel()
+    y, x = (place.ravel() + 0.5 for place in np.mgrid[: regions.shape[0], : regions.shape[1]])
+    sums = [np.bincount(flat, weight, count) for weight in (np.ones(flat.size), x, y, x * x, y * y)]
+    touches = np.zeros((count, 4), dtype=bool)
+    for side, line in enumerate((regions[:, 0], regions[:, -1], regions[0], regions[-1])):
+        touches[np.unique(line), side] = True
+    order = np.lexsort((dark.ravel(), flat))  # by region, then by darkness
+    ends = np.concatenate([[0], np.cumsum(sums[0]).astype(np.int64)])
+    level = dark.ravel()[order[(ends[:-1] + ends[1:]) // 2]].tolist()
+    return _Tree([*np.stack(sums, axis=1)], [*touches], level, [0.0] * count, [np.inf] * count, [()] * count, [])
+
+
+def _typical_depth(heap: list[tuple[float, int, int]], lengths: list[float]) -> float:
+    depth = np.repeat(np.maximum([row[0] for row in heap], 0.0), np.array(lengths, dtype=np.int64))
+    deep = depth[depth > scikit_image().filters.threshold_otsu(depth)] if np.ptp(depth) > 0 else depth
+    return float(TYPICAL * deep.mean())
+
+
+def _wall_around(around: dict[int, tuple[float, float]], level: float) -> tuple[Array, Array]:
+    wall = np.array([*around.values()]).reshape(-1, 2)
+    return wall[:, 1] / wall[:, 0] - level, wall[:, 0]
+
+
+def _choose(tree: _Tree, depth: float, shape: tuple[int, ...]) -> Indices:
+    """(leaves,) droplet from 1 that each leaf belongs to, 0 if none: nodes that cover most, none within another."""
+    count = len(tree.moments)
+    worth, own = np.zeros(count), np.zeros(count, dtype=bool)
+    for node in range(count):
+        within = worth[list(tree.parts[node])].sum()
+        mine = _worth(tree, node, depth, shape)
+        own[node] = mine > within
+        worth[node] = max(mine, within)
+    droplet, found = np.zeros(count, dtype=np.int64), 0
+    for node in range(count - 1, -1, -1):
+        if own[node] and not droplet[node]:
+            found += 1
+            droplet[node] = found
+        droplet[list(tree.parts[node])] = droplet[node]
+    leaves = sum(not parts for parts in tree.parts)
+    return droplet[:leaves]
+
+
+def _worth(tree: _Tree, node: int, depth: float, shape: tuple[int, ...]) -> float:
+    """Area of a node times how compact, how closed and how undivided it is; 0 for what is no droplet."""
+    if tree.joined[node] <= NO_WALL * depth:
+        return 0.0
+    compact = compactness(tree.moments[node], tree.touches[node], shape)
+    walls, lengths = tree.walls[node]
+    if compact <= COMPACT or not len(walls) or tree.height[node] >= depth:
+        return 0.0
+    order = np.argsort(walls)
+    along = np.cumsum(lengths[order])
+    deep = float(walls[order][min(np.searchsorted(along, DEEP * along[-1]), len(walls) - 1)])
+    if deep <= FAINT * depth:
+        return 0.0
+    closed = float((lengths * np.clip(walls / deep, 0, 1)).sum() / along[-1])
+    undivided = 1 - tree.height[node] / depth
+    return float(tree.moments[node][0] * (compact - COMPACT) * max(closed - CLOSED, 0.0) * undivided)
+
+
+def compactness(moments: Array, touches: Mask, shape: tuple[int, ...]) -> float:
+    """A^2/(2 pi I) with the polar moment I about the centre; of what the picture's edge cuts, with its mirror image.
+
+    Args:
+        moments: area, and sums of x, y, x^2, y^2 over the pixels.
+        touches: (4,) bool, left, right, upper, lower edge.
+        shape: rows and columns of the picture.
+    """
+    area, x, y, xx, yy = moments
+    own = np.array([xx - x * x / area, yy - y * y / area]) + area / 12  # a pixel has an extent, too
+    best = area**2 / (2 * np.pi * own.sum())
+    for side in np.flatnonzero(touches):
+        axis, edge = (0, (0, shape[1])[side]) if side < 2 else (1, (0, shape[0])[side - 2])
+        about = (xx - 2 * edge * x if axis == 0 else yy - 2 * edge * y) + area * edge**2 + area / 12
+        best = max(best, 4 * area**2 / (2 * np.pi * 2 * (about + own[1 - axis])))
+    return float(best)
+
+
+def _within(droplets: Indices, away: float) -> Indices:
+    """The same without what is nearer to another region than `away`."""
+    edge = np.zeros(droplets.shape, dtype=bool)
+    for a, b in ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1])):
+        differ = droplets[a] != droplets[b]
+        edge[a] |= differ
+        edge[b] |= differ
+    return np.where(ndimage.distance_transform_edt(~edge) + 0.5 > away, droplets, 0) if edge.any() else droplets

@@ -1,0 +1,89 @@
+"""From a picture to a packing: droplets as measured become a periodic patch of disks or polygons, at a minimum."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.checks import check_choice
+from jamlab.engine.session import Session
+from jamlab.errors import ConvergenceError, InputError
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.deformation import at_phi
+from jamlab.packing.law_parameters import MODELS
+from jamlab.packing.packing import Packing
+from jamlab.protocols.compression import compress
+from jamlab.protocols.droplets_from_disks import to_polygons
+from jamlab.protocols.provenance import record
+from jamlab.protocols.relaxation import Relaxed, relax
+from jamlab.storage.verified_file import versions
+
+FEWEST = 8  # droplets: fewer are their own neighbours in a periodic patch
+RHO_TOLERANCE = 1e-4  # a picture tells rho to 0.02
+HAND_OVER = 0.87  # rho, beyond which disks have contacts that droplets have not; droplets are compressed from there
+STEP = 0.01  # of rho in that compression
+STEPS = 12  # of a secant in phi at most
+
+
+def packing_of_picture(
+    centres: Array, areas: Array, cells: Array, rho: float, model: str, seed: int = 1, **parameters: Any
+) -> Packing:
+    """Turn measured droplets into a packing at the packing fraction of the picture.
+
+    The patch is a rectangle as large as the cells of the droplets together, in the middle of them and of their aspect.
+    What sticks out of it on one side comes in on the other, where as much room is; the seam is not as in the picture,
+    and relaxes. Disks keep the areas of the droplets. Polygons are inscribed in relaxed disks (`jamlab.to_polygons`),
+    at a lower packing fraction if need be, and compressed.
+
+    Args:
+        centres: (n, 2) of droplets that are whole, y up.
+        areas, cells: (n,) of droplets and of their cells.
+        rho: packing fraction to be met.
+        model: "sp" (units "k", lengths in mean diameters) or "dp".
+        seed: of the orientations of polygons.
+        parameters: of polygons, as in `jamlab.to_polygons`.
+
+    Raises:
+        InputError: fewer than eight droplets; rho beyond what disks can fill.
+        ConvergenceError: the packing fraction was not met.
+    """
+    check_choice("model", model, MODELS)
+    if len(areas) < FEWEST:
+        raise InputError(f"{len(areas)} droplets are whole: a periodic patch needs {FEWEST}")
+    if not 0 < rho <= 1:
+        raise InputError(f"rho is {rho:.4g}: a packing needs a packing fraction above 0, at most 1")
+    if parameters and model == "sp":
+        raise InputError(f"disks of a picture have no parameter {min(parameters)!r}")
+    began = time.perf_counter()
+    diameters = 2 * np.sqrt(areas / np.pi)
+    unit = float(diameters.mean())
+    extent = np.ptp(centres, axis=0) + unit
+    size = extent * np.sqrt(cells.sum() / extent.prod())
+    low = centres.min(axis=0) + 0.5 * np.ptp(centres, axis=0) - 0.5 * size
+    box = np.diag(size / unit)
+    start = Packing("sp", box, np.mod(centres - low, size) / unit, {"k": 1.0}, "k", diameters / unit)
+    disks, found = _at_rho(start, rho if model == "sp" else min(rho, HAND_OVER))
+    done = record(disks, found, protocol="from a picture", wall_time=time.perf_counter() - began, **versions())
+    if model == "sp":
+        return done
+    droplets = to_polygons(done, seed=seed, **parameters)
+    if rho > HAND_OVER:
+        *_, droplets = compress(droplets, to=rho, step=STEP)
+    return droplets
+
+
+def _at_rho(start: Packing, rho: float) -> tuple[Packing, Relaxed]:
+    """Relax disks and set their nominal packing fraction until the true one is met."""
+    reached = float("nan")
+    with Session(at_phi(start, rho)) as session:
+        for _ in range(STEPS):
+            found = relax(session)
+            state = session.packing()
+            reached = packing_fraction(state)
+            if abs(reached - rho) <= RHO_TOLERANCE:
+                return state, found
+            session.load(at_phi(state, state.phi * rho / reached))
+    raise ConvergenceError(f"disks cover rho = {reached:.6f}, not the {rho:.6f} of the picture")

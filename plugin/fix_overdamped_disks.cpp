@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// jamlab: jammed packings of disks and deformable polygons
+
+/* Steps of disks: Runge and Kutta's of third order, Bogacki & Shampine, Appl. Math. Lett. 2, 321 (1989), with their
+   stages at 0, 1/2 and 3/4 of the step, in coordinates that lean with the box. Contacts are held over a
+   step, so that velocities are smooth in it; a step ends where gaps open or close, as soon as what is
+   dragged too much or too little since then is an error of the size that the step may make. */
+
+#include "fix_overdamped.h"
+
+#include "atom.h"
+#include "disk_drag.h"
+#include "domain.h"
+#include "error.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+static constexpr char WHO[] = "Fix overdamped";
+
+static constexpr double NODES[3] = {0.0, 0.5, 0.75};
+static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity before, that leads to a stage
+static constexpr double FIRST = 0.1;        // first step over the longest
+static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
+static constexpr double TRUST = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
+                                            // no drag would grow from step to step
+static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
+static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
+static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
+static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in a step
+static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
+static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
+static constexpr int MOST_COMBINATIONS = 81;    // of states that are tried
+
+/* ----------------------------------------------------------------------
+   integral of the parabola through the three stages, up to a part of the step
+------------------------------------------------------------------------- */
+
+FixOverdamped::Weights FixOverdamped::dense_weights(double part)
+{
+  const double third = part * part * part / 3.0, square = part * part;
+  return {(third - 0.625 * square + 0.375 * part) / 0.375, (0.375 * square - third) / 0.125,
+          (third - 0.25 * square) / 0.1875};
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixOverdamped::Weights FixOverdamped::ahead_weights(double part)
+{
+  return {(part - 0.5) * (part - 0.75) / 0.375, part * (part - 0.75) / -0.125, part * (part - 0.5) / 0.1875};
+}
+
+/* ----------------------------------------------------------------------
+   sum of velocities that an error is compared with
+------------------------------------------------------------------------- */
+
+double FixOverdamped::all_speeds() const
+{
+  return sums.speed + atom->natoms * length_unit * (typical_rate() + STILL / (length_unit * longest_step()));
+}
+
+/* ----------------------------------------------------------------------
+   velocities at the positions that LAMMPS has; which pairs touch, part or rub
+------------------------------------------------------------------------- */
+
+void FixOverdamped::start_disks()
+{
+  disks->take(atom->nlocal, atom->nghost, 0.0);
+  disks->keep_gaps(state.step > 0.0 ? SETTLES / state.step : 0.0);
+  disks->let_go_of_loose(now);
+  const double least = sums.speed > 0.0 ? tolerance * sums.speed / SPREAD : 0.0;
+  DiskDrag::Revision revision = DiskDrag::CHANGED;
+  while (revision == DiskDrag::CHANGED) {
+    const DragSolver::Result result = find_velocities();
+    if (!result.converged && !disks->close_rubbing()) refuse(result);
+    revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
+  }
+  if (revision == DiskDrag::CYCLES) find_states();
+  disks->forget_settled();
+  add_up();
+}
+
+/* ----------------------------------------------------------------------
+   of several pairs with a gap of zero, each of which decides on the others: those states that fit best
+------------------------------------------------------------------------- */
+
+void FixOverdamped::find_states()
+{
+  int combinations = 1, best = 0;
+  for (std::size_t e = 0; e < disks->edges().size() && combinations < MOST_COMBINATIONS; e++) combinations *= 3;
+  double least = HUGE_VAL;
+  for (int k = 0; k < combinations && least > 0.0; k++) {
+    disks->try_states(k);
+    if (!find_velocities().converged) continue;
+    if (const double misfit = disks->misfit(now, state.rate); misfit < least) {
+      least = misfit;
+      best = k;
+    }
+  }
+  disks->try_states(best);
+  if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::strain_after(double time, double step) const
+{
+  if (drive == RATE) return wanted_rate * time;
+  if (drive == OSCILLATE) return amplitude * (sin(omega * (state.time + time)) - sin(omega * state.time));
+  const Weights w = dense_weights(time / step);
+  double strain = 0.0;
+  for (int s = 0; s < 3; s++) strain += step * w[s] * stages[s].rate;
+  return strain;
+}
+
+/* ----------------------------------------------------------------------
+   velocities of the second and third stage; returns how far the step is off, over its time
+------------------------------------------------------------------------- */
+
+double FixOverdamped::try_stages(double step)
+{
+  const int nall = atom->nlocal + atom->nghost;
+  const State start = state;
+  const FlowSums at_start = sums;
+  Motions moved(nall), u(now.begin(), now.begin() + nall);
+  const auto keep = [&](int s, double strain) {
+    Stage &stage = stages[s];
+    stage.velocities.resize(nall);
+    for (int i = 0; i < nall; i++) stage.velocities[i] = {u[i].x - strain * u[i].y, u[i].y, u[i].spin};
+    stage.rate = state.rate;
+    stage.stress = state.stress;
+    stage.dissipation = state.dissipation;
+    stage.thetas = disks->thetas();
+  };
+  keep(0, 0.0);
+  bool converged = true;
+  for (int s = 1; s < 3 && converged; s++) {
+    const Stage &last = stages[s - 1];
+    for (int i = 0; i < nall; i++)
+      moved[i] = {step * TO_NODE[s] * last.velocities[i].x, step * TO_NODE[s] * last.velocities[i].y, 0.0};
+    state.time = start.time + NODES[s] * step;
+    const double strain = drive == STRESS ? step * TO_NODE[s] * last.rate : strain_after(NODES[s] * step, step);
+    disks->displace(moved, strain);
+    if (s == 2)
+      for (int i = 0; i < nall; i++) {    // from the line through the first two stages
+        const Motion &v = stages[0].velocities[i];
+        u[i] = {u[i].x + TRUST * 0.5 * (u[i].x - v.x), u[i].y + TRUST * 0.5 * (u[i].y - v.y),
+                u[i].spin + TRUST * 0.5 * (u[i].spin - v.spin)};
+      }
+    std::swap(u, now);
+    now.resize(std::max<std::size_t>(u.size(), nall));
+    converged = find_velocities().converged;
+    add_up();
+    std::swap(u, now);
+    keep(s, strain);
+  }
+  const double iterations = state.iterations;
+  state = start;
+  state.iterations = iterations;
+  sums = at_start;
+  if (!converged) return HUGE_VAL;
+
+  double off = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion &a = stages[0].velocities[i], &b = stages[1].velocities[i], &c = stages[2].velocities[i];
+    off += hypot(2.0 * a.x - 6.0 * b.x + 4.0 * c.x, 2.0 * a.y - 6.0 * b.y + 4.0 * c.y) / 9.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &off, 1, MPI_DOUBLE, MPI_SUM, world);
+  if (drive == STRESS)
+    off += atom->natoms * length_unit * fabs(2.0 * stages[0].rate - 6.0 * stages[1].rate + 4.0 * stages[2].rate) / 9.0;
+  return off;
+}
+
+/* ----------------------------------------------------------------------
+   the next step: as long as its error allows, and contacts
+------------------------------------------------------------------------- */
+
+void FixOverdamped::plan_disks()
+{
+  const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
+  double step = state.step > 0.0 ? state.step : FIRST * longest;
+  double next;
+  while (true) {
+    step = up_to_end(std::min(step, longest));
+    const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
+    next = step * std::clamp(factor, SHRINKAGE, GROWTH);
+    if (factor >= SAFETY) break;
+    if (step < STUCK * longest)
+      error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
+                 "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
+                 state.strain, state.rate, step);
+    step = next;
+  }
+  plan.next_step = std::max(next, std::min(state.step, longest) > step ? state.step : 0.0);
+  plan.step = step;
+  plan.time = up_to_changes(step, allowed);
+  plan.strain = strain_after(plan.time, step);
+  const Weights w = dense_weights(plan.time / step), v = ahead_weights(plan.time / step);
+  plan.work = stages[0].stress * plan.strain;    // of a constant stress no digit is lost
+  plan.dissipated = 0.0;
+  plan.moved.assign(atom->nlocal, Motion());
+  plan.ahead.assign(atom->nlocal, Motion());
+  for (int s = 0; s < 3; s++) {
+    const Stage &stage = stages[s];
+    plan.work += step * w[s] * (stage.stress - stages[0].stress) * stage.rate;
+    plan.dissipated += step * w[s] * stage.dissipation;
+    for (int i = 0; i < atom->nlocal; i++) {
+      const Motion &u = stage.velocities[i];
+      Motion &m = plan.moved[i], &a = plan.ahead[i];
+      m = {m.x + step * w[s] * u.x, m.y + step * w[s] * u.y, 0.0};
+      a = {a.x + v[s] * u.x, a.y + v[s] * u.y, a.spin + v[s] * u.spin};
+    }
+  }
+  keep_neighbors();
+  set_time_step(plan.time);
+}
+
+/* ----------------------------------------------------------------------
+   part of the step after which contacts that should have opened or closed have made an error as large as
+   the step may
+------------------------------------------------------------------------- */
+
+double FixOverdamped::up_to_changes(double step, double allowed)
+{
+  std::vector<DiskDrag::Change> changes;
+  const auto moved = [&](const DiskPair &p, double time, double &x, double &y, double &strain) {
+    const Weights w = dense_weights(time / step);
+    x = y = 0.0;
+    for (int s = 0; s < 3; s++) {
+      const Motion &a = stages[s].velocities[p.i], &b = stages[s].velocities[p.j];
+      x += step * w[s] * (b.x - a.x);
+      y += step * w[s] * (b.y - a.y);
+    }
+    strain = strain_after(time, step);
+  };
+  disks->find_changes(now, state.rate, step, moved, changes);
+  gather(changes);
+  disks->find_exits(now, state.rate, stages[0].thetas, stages[2].thetas, NODES[2] * step, step, changes);
+  const auto off = [&](double time) {
+    double sum = 0.0;
+    for (const auto &change : changes) {
+      const double late = std::max(0.0, time - change.time);
+      sum += SPREAD * change.speed * late * (change.steepness > 0.0 ? std::min(1.0, 0.5 * change.steepness * late) : 1.0);
+    }
+    return sum;
+  };
+  double low = 0.0, high = step;
+  if (off(step) > allowed * step) {
+    for (int n = 0; n < 60; n++) {
+      const double middle = 0.5 * (low + high);
+      (off(middle) > allowed * std::max(middle, SLACK * step) ? high : low) = middle;
+    }
+  }
+  plan.changes.clear();
+  for (const auto &change : changes)
+    if (change.time < high) plan.changes.push_back(change);
+  return high;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::gather(std::vector<DiskDrag::Change> &changes) const
+{
+  int size = static_cast<int>(changes.size() * sizeof(DiskDrag::Change)), ranks;
+  MPI_Comm_size(world, &ranks);
+  std::vector<int> sizes(ranks), starts(ranks, 0);
+  MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, world);
+  for (int n = 1; n < ranks; n++) starts[n] = starts[n - 1] + sizes[n - 1];
+  std::vector<DiskDrag::Change> all((starts.back() + sizes.back()) / sizeof(DiskDrag::Change));
+  MPI_Allgatherv(changes.data(), size, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, world);
+  changes.clear();
+  for (const auto &change : all) {    // where newton is off, two ranks see a pair between them
+    const auto same = [&](const DiskDrag::Change &other) {
+      return (change.first == other.first && change.second == other.second) ||
+          (change.first == other.second && change.second == other.first);
+    };
+    if (std::none_of(changes.begin(), changes.end(), same)) changes.push_back(change);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   pairs that come to touch in a step must be in the neighbor list, which is made anew in time
+------------------------------------------------------------------------- */
+
+void FixOverdamped::keep_neighbors()
+{
+  double farthest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) farthest = std::max(farthest, hypot(plan.moved[i].x, plan.moved[i].y));
+  MPI_Allreduce(MPI_IN_PLACE, &farthest, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (neighbor->ago == 0) approached = 0.0;
+  approached += 2.0 * farthest + fabs(plan.strain) * neighbor->cutneighmax;
+  if (approached > 0.5 * neighbor->skin) next_reneighbor = update->ntimestep + 1;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixOverdamped::move_disks()
+{
+  const double ylo = domain->boxlo[1];
+  double **const x = atom->x;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Motion &m = plan.moved[i], &u = plan.ahead[i], &v = now[i];
+    x[i][1] += m.y;
+    x[i][0] += m.x + plan.strain * (x[i][1] - ylo);
+    now[i] = {v.x + TRUST * (u.x + plan.strain * u.y - v.x), v.y + TRUST * (u.y - v.y),
+              v.spin + TRUST * (u.spin - v.spin)};
+  }
+  for (const auto &change : plan.changes) disks->expect(change);
+  state.work += plan.work;
+  state.dissipated += plan.dissipated;
+  state.step = plan.next_step;
+}

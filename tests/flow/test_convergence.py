@@ -1,0 +1,64 @@
+"""Flow of disks against an integrator that locates every opening and closing of a contact: tolerance means error."""
+
+import numpy as np
+import pytest
+from exact_flow import ExactFlow
+
+import jamlab
+
+LAWS = {
+    "contact": ({}, jamlab.ContactDamping()),
+    "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
+    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
+}
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(16, 1e-2, 3)
+
+
+def errors(run, exact):
+    """Of the stress in each row, over the largest stress."""
+    stress = exact[:, 0] + exact[:, 1]
+    return np.abs(run.stress - stress) / np.abs(stress).max()
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("rate", [1.0, 0.1])
+def test_errors_stay_below_the_tolerance(packing, law, rate):
+    """Contacts open, close and rub on the way: drag then acts in part."""
+    how, damping = LAWS[law]
+    exact = ExactFlow(packing, rate, **how, tolerance=1e-8)
+    rows = exact.rows(0.1, 25)
+    assert len(exact.events) > 8
+    if rate == 0.1 and law != "stokes":
+        assert "rubbing" in {state for _, state in exact.events}
+    for tolerance in (1e-2, 1e-3, 1e-5):
+        run = jamlab.shear(packing, rate, 0.1, damping, rows=25, tolerance=tolerance)
+        off = errors(run, rows)
+        assert np.sum(off > 10 * tolerance) <= 1 and np.median(off) < tolerance
+        assert run.imbalance < tolerance
+    assert run.contacts == pytest.approx(rows[:, 2], abs=0)
+    assert run.pressure == pytest.approx(rows[:, 3], rel=1e-4)
+    assert run.normal_stress_difference == pytest.approx(rows[:, 4], abs=1e-4 * np.abs(rows[:, 4]).max())
+
+
+def test_a_step_never_depends_on_how_rows_are_spaced(packing):
+    coarse, fine = (jamlab.shear(packing, 0.1, 0.1, rows=rows, tolerance=1e-6) for rows in (2, 50))
+    assert fine.stress[::25] == pytest.approx(coarse.stress, rel=1e-5)
+    assert fine.work[-1] == pytest.approx(coarse.work[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [None, jamlab.ContactDamping(alpha=0.5), jamlab.StokesDrag()])
+@pytest.mark.parametrize(("length", "stiffness"), [(1e-6, 1.0), (1e6, 1e-9), (3.7, 1e9)])
+def test_units_mean_nothing(packing, damping, length, stiffness):
+    other = packing.with_state(
+        positions=length * packing.positions,
+        box=length * packing.box,
+        diameters=length * packing.diameters,
+        params={"k": stiffness},
+    )
+    one, two = (jamlab.shear(p, 0.1, 0.05, damping, rows=5) for p in (packing, other))
+    assert two.stress / stiffness == pytest.approx(one.stress, rel=1e-8)
+    assert two.steps == one.steps and two.packing.positions / length == pytest.approx(one.packing.positions, abs=1e-8)

@@ -1,0 +1,112 @@
+"""Flow as people drive it: the other way, to and fro, in parts, stopped; and what is refused of a flowing state."""
+
+import numpy as np
+import pytest
+
+import jamlab
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(n=32, pressure=1e-2, seed=1)
+
+
+@pytest.fixture(scope="module")
+def flowing(packing):
+    return jamlab.shear(packing, 0.05, 0.1, rows=5).packing
+
+
+def mirrored(packing):
+    """x to -x: shear one way is shear the other way of the mirror image."""
+    flipped = np.array([-1.0, 1.0])
+    box = packing.box * [[1.0, 1.0], [-1.0, 1.0]]
+    return packing.with_state(positions=packing.positions * flipped + [packing.box[0, 0], 0.0], box=box)
+
+
+def test_a_negative_rate_is_the_mirror_image(packing):
+    one = jamlab.shear(packing, 0.1, 0.1, rows=10, tolerance=1e-6)
+    other = jamlab.shear(mirrored(packing), -0.1, 0.1, rows=10, tolerance=1e-6)
+    assert other.strain == pytest.approx(-one.strain) and other.finished
+    assert other.stress == pytest.approx(-one.stress, rel=1e-6)
+    assert other.work == pytest.approx(one.work, rel=1e-6)
+    assert other.pressure == pytest.approx(one.pressure, rel=1e-6)
+
+
+def test_parts_of_a_protocol_are_one_run(packing, tmp_path):
+    parts = [(0.1, 0.04), (-0.1, 0.02), (0.01, 0.01)]
+    run = jamlab.shear(packing, parts, rows=14, tolerance=1e-5)
+    assert run.strain == pytest.approx(np.cumsum([0, *[0.005] * 8, *[-0.005] * 4, *[0.005] * 2]), abs=1e-12)
+    assert run.path[-1] == pytest.approx(0.07) and run.finished and run.parts.tolist() == [list(p) for p in parts]
+    assert run.time[-1] == pytest.approx(0.4 + 0.2 + 1.0)
+    first = jamlab.shear(packing, 0.1, 0.04, rows=8, tolerance=1e-5)
+    assert run.stress[:9] == pytest.approx(first.stress, rel=1e-6)
+    assert [p.provenance["flow_strain"] for p in run.frames] == pytest.approx([0, 0.04, 0.02, 0.03], abs=1e-9)
+    assert run.imbalance < 1e-5 and "rates=0.1, -0.1, 0.01" in repr(run)
+    path = tmp_path / "run.h5"
+    jamlab.shear(packing, parts, rows=14, tolerance=1e-5, out=path)
+    read = jamlab.read_flow(path)
+    assert read.parts.tolist() == run.parts.tolist() and read.stress == pytest.approx(run.stress, rel=1e-6)
+    again = jamlab.shear(packing, parts, rows=14, tolerance=1e-5, out=path)
+    assert np.array_equal(again.stress, read.stress)
+
+
+def test_steady_averages_are_those_of_the_last_part(packing):
+    run = jamlab.shear(packing, [(1.0, 0.5), (-1.0, 1.5)], rows=100)
+    mean = run.steady(discard=0.5)
+    assert (mean.value < 0 and run.peak is None) or run.peak.strain <= 0.5
+    kept = run.path >= 1.0 - 1e-9
+    assert mean.value == pytest.approx(np.diff(run.work[kept][[0, -1]])[0] / np.diff(run.strain[kept][[0, -1]])[0])
+
+
+def test_a_flow_is_stopped_and_relaxes(flowing):
+    found = jamlab.relax_stress(flowing, 0, 300.0)
+    assert found.strain == pytest.approx(0.0, abs=0) and found.time[0] == 0.0
+    assert found.viscous_stress[-1] == pytest.approx(0.0, abs=1e-3 * abs(found.stress[0]))
+    assert found.energy[-1] < found.energy[0] and found.imbalance < 1e-2
+    assert "stress = " in found.reached and "G =" not in repr(found)
+    with pytest.raises(jamlab.InputError, match="there is no modulus without a step of strain"):
+        found.modulus  # noqa: B018
+    assert found.plot().get_ylabel()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda p: jamlab.creep(p, 1e-4, 10.0),
+        lambda p: jamlab.oscillate(p, 1.0, 1e-3),
+        lambda p: jamlab.relax_stress(p, 1e-4, 10.0),
+    ],
+)
+def test_answers_of_what_is_not_at_rest_are_refused(flowing, answer):
+    with pytest.raises(jamlab.ConvergenceError, match=r"not at rest: .* jamlab.relaxed\(packing\), or, to stop a flow"):
+        answer(flowing)
+
+
+def test_the_modulus_of_a_flowing_state_is_that_of_its_minimum(flowing):
+    with pytest.raises(jamlab.ConvergenceError):
+        jamlab.complex_modulus(flowing, [1.0])
+    rest = jamlab.relaxed(flowing)
+    assert jamlab.complex_modulus(rest, [1.0]).storage[0] > 0
+
+
+def test_a_flow_has_a_fixed_box():
+    """`relaxed` of a shear-stabilized packing shears the stress of a flow away."""
+    packing = jamlab.pack(32, 1e-2, 1, ensemble="shear-stabilized")
+    run = jamlab.shear(packing, 0.1, 0.3, rows=3)
+    rest = jamlab.relaxed(run.packing)
+    assert run.packing.ensemble == "fixed-box" and rest.box == pytest.approx(run.packing.box)
+
+
+def test_the_loss_of_droplets_is_the_work_of_a_cycle():
+    droplets = list(jamlab.compress(jamlab.jam("dp", 6, 1), to=0.92, step=0.03))[-1]
+    found = jamlab.oscillate(droplets, 0.1, 0.1, cycles=2, background=1e-2)
+    work = np.diff(found.work[:: found.points])
+    assert np.pi * 0.1**2 * found.cycle_harmonics[:, 0].imag == pytest.approx(work, rel=1e-12)
+
+
+def test_a_packing_of_other_sizes_goes_on_from_its_file(tmp_path):
+    """Units of the engine round sizes, and a run was taken for another one."""
+    packing = jamlab.pack(n=32, pressure=1e-2, seed=3)
+    packing = packing.select(~jamlab.contacts(packing).rattlers)
+    half, rest = (jamlab.shear(packing, 0.1, 0.02 * k, rows=2 * k, out=tmp_path / "r.h5") for k in (1, 2))
+    assert np.array_equal(rest.stress[:3], half.stress) and np.array_equal(rest.packing.diameters, packing.diameters)

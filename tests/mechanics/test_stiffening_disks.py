@@ -1,0 +1,198 @@
+"""Disks whose energy grows as a power above 2 of their overlap: Hertz' elastic spheres, 5/2, and others."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.campaign.file import CampaignTable
+from jamlab.campaign.states import make_states
+from jamlab.campaign.tasks import batches
+from jamlab.engine.deck_defaults import deck, defaults
+from jamlab.engine.disk_fire import fire_disks
+from jamlab.flow.overdamped_session import OverdampedSession
+from jamlab.mechanics.energy_terms import energy_terms
+from jamlab.mechanics.stiffness import stress
+from jamlab.packing.force_laws import DiskLaw
+from jamlab.packing.law_parameters import OPTIONAL
+from jamlab.protocols.random_start import random_disks
+from tests.support.deck_runs import run
+
+EXPONENTS = (2.0, 2.5, 3.3)
+
+
+def crowd(law="eps", exponent=2.5, n=24, seed=3):
+    """Random disks of two sizes that overlap, in a box that leans."""
+    rng = np.random.default_rng(seed)
+    box = np.array([[4.6, 0.0], [1.1, 4.2]])
+    diameters = np.where(np.arange(n) % 2, 0.9, 1.25)
+    params = {law: 1.7, "exponent": exponent}
+    return jamlab.Packing("sp", box, rng.random((n, 2)) @ box, params, law, diameters)
+
+
+def plain_loops(packing):
+    """Energy, forces and stress by loops over pairs and images."""
+    exponent, eps = packing.params["exponent"], packing.units == "eps"
+    energy, forces, moment = 0.0, np.zeros((packing.n, 2)), np.zeros((2, 2))
+    for i in range(packing.n):
+        for j in range(packing.n):
+            for a in (-1, 0, 1):
+                for b in (-1, 0, 1):
+                    r = packing.positions[j] + np.array([a, b]) @ packing.box - packing.positions[i]
+                    distance, s = np.sqrt(r @ r), (packing.diameters[i] + packing.diameters[j]) / 2
+                    if (i == j and a == 0 == b) or distance >= s:
+                        continue
+                    strength = packing.params["eps"] if eps else packing.params["k"] * s**2
+                    push = strength * (1 - distance / s) ** (exponent - 1) / s
+                    energy += strength / exponent * (1 - distance / s) ** exponent / 2
+                    forces[i] -= push * r / distance
+                    moment += push * np.outer(r, r) / distance / 2
+    return energy, forces, moment / packing.area
+
+
+@pytest.mark.parametrize("law", ["eps", "k"])
+@pytest.mark.parametrize("exponent", EXPONENTS)
+def test_energy_forces_and_stress_of_lammps_are_those_of_plain_loops_and_of_the_terms(law, exponent):
+    packing = crowd(law, exponent)
+    positions = packing.positions - np.floor(packing.positions @ np.linalg.inv(packing.box)) @ packing.box
+    packing = packing.with_state(positions=positions)
+    energy, forces, pushed = plain_loops(packing)
+    found = jamlab.evaluate(packing)
+    assert found.energy == pytest.approx(energy, rel=1e-12)
+    assert np.abs(found.forces - forces).max() < 1e-12 and np.abs(found.stress - pushed).max() < 1e-12
+    (terms,) = energy_terms(packing)
+    assert terms.energy.sum() == pytest.approx(energy, rel=1e-12)
+    assert np.abs(stress(packing) - pushed).max() < 1e-12
+
+
+@pytest.mark.parametrize("exponent", EXPONENTS)
+def test_hessian_is_the_slope_of_the_forces(exponent):
+    packing, step = crowd("eps", exponent), 1e-6
+    matrix = jamlab.hessian(packing).toarray()
+    for k in range(0, 2 * packing.n, 5):
+        moved = np.zeros(2 * packing.n)
+        moved[k] = step
+        up, down = (
+            jamlab.evaluate(packing.with_state(positions=packing.positions + sign * moved.reshape(-1, 2))).forces
+            for sign in (1, -1)
+        )
+        assert np.abs((down - up).ravel() / (2 * step) - matrix[:, k]).max() < 2e-7 * np.abs(matrix).max() + 3e-6
+
+
+@pytest.mark.parametrize("exponent", [2.5, 3.0, 4.2])
+def test_fire_of_the_kernel_ends_at_a_minimum_of_the_law(exponent):
+    packing, _, left = fire_disks(random_disks(40, 1, phi=0.95, units="k", exponent=exponent), 1e-9, 100_000)
+    assert left < 1e-9 and jamlab.evaluate(packing).max_force == pytest.approx(left, abs=1e-14)
+
+
+@pytest.mark.parametrize("law", ["eps", "k"])
+def test_flowing_disks_repel_by_the_same_law(law):
+    packing = crowd(law, 2.5)
+    with OverdampedSession(packing, jamlab.ContactDamping(), 1e-4, 1e-2) as session:
+        state = session.drive("rate 1e-3", 1.0)
+    found = jamlab.evaluate(packing)
+    assert state.elastic_stress == pytest.approx(-found.stress[0, 1], rel=1e-12)
+    assert state.energy == pytest.approx(found.energy / packing.area, rel=1e-12)
+
+
+def test_small_oscillations_in_time_have_the_modulus_over_frequency():
+    packing = jamlab.pack(32, 1e-2, 2, exponent=2.5, ensemble="shear-stabilized")
+    linear = jamlab.complex_modulus(packing, [0.5])
+    run = jamlab.oscillate(packing, 0.5, 1e-6, cycles=3, background=0.0, tolerance=1e-5)
+    assert run.storage == pytest.approx(linear.storage[0], rel=1e-3)
+    assert run.loss == pytest.approx(linear.loss[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("ensemble", ["fixed-box", "shear-stabilized"])
+@pytest.mark.parametrize("exponent", [2.5, 3.0])
+def test_pressure_is_met_and_strain_gives_the_moduli_of_linear_response(exponent, ensemble):
+    packing = jamlab.pack(32, 1e-3, 1, exponent=exponent, ensemble=ensemble)
+    assert packing.converged and packing.params == {"k": 1.0, "exponent": exponent}
+    assert jamlab.measure(packing, ["pressure"])["pressure"] == pytest.approx(1e-3, rel=1e-6)
+    assert jamlab.shear_modulus(packing, "finite-strain") == pytest.approx(jamlab.shear_modulus(packing), rel=1e-6)
+    assert jamlab.bulk_modulus(packing, "finite-strain") == pytest.approx(jamlab.bulk_modulus(packing), rel=1e-6)
+
+
+def test_onset_is_isostatic_and_pressure_grows_as_the_power_3_2():
+    onset = jamlab.jam(n=32, seed=1, exponent=2.5)
+    found = jamlab.contacts(onset)
+    assert onset.converged and found.count == found.isostatic
+    states = list(jamlab.compress(onset, onset.phi + 0.01, 2e-3, by="phi", nearest=1e-3, per_decade=4))
+    above = np.array([p.phi for p in states]) - onset.phi
+    pressure = np.array([jamlab.measure(p, ["pressure"])["pressure"] for p in states])
+    assert all(p.converged for p in states)
+    slope = np.polyfit(np.log(above), np.log(pressure), 1)[0]
+    assert slope == pytest.approx(1.5, abs=0.15)
+
+
+def test_law_of_exponent_2_is_that_of_springs_bit_for_bit():
+    reach, distance = np.array([1.0, 0.83333]), np.array([0.97, 0.8])
+    for name in ("eps", "k"):
+        spring = DiskLaw(name, 1.3)
+        k = 1.3 / reach**2 if name == "eps" else np.full(2, 1.3)
+        energy, slope, stiffness = spring(reach, distance)
+        overlap = reach - distance
+        assert (energy == 0.5 * k * overlap**2).all() and (slope == -k * overlap).all() and (stiffness == k).all()
+        assert spring.linear_in_phi(0.02) == 0.02 / 1.3 and spring.springs
+
+
+def test_defaults_of_the_decks_and_of_packings_agree():
+    default, least, largest = OPTIONAL["sp"]["exponent"]
+    assert defaults("sp")["exponent"] == default and DiskLaw.of({"k": 1.0}).exponent == default
+    (line,) = (line for line in deck("sp.parameters").read_text().splitlines() if " exponent " in line)
+    assert f"[>= {least:g}, <= {largest:g}]" in line
+
+
+@pytest.mark.parametrize("suffix", ["h5", "data", "dump"])
+def test_files_keep_the_exponent(suffix, tmp_path):
+    packing, path = crowd("k", 2.5), str(tmp_path / f"crowd.{suffix}")
+    writers = {"h5": lambda: packing.write(path), "data": lambda: jamlab.write_data(path, packing)}
+    writers.get(suffix, lambda: jamlab.write_dump(path, [packing]))()
+    assert jamlab.read(path).params == packing.params
+
+
+def test_deck_minimises_the_law_that_a_data_file_says(tmp_path):
+    packing = crowd("eps", 2.5)
+    jamlab.write_data(str(tmp_path / "crowd.data"), packing)
+    run("in.sp.minimize", tmp_path, data="crowd.data", force=1e-9, minimizer="fire")
+    reached = jamlab.read(str(tmp_path / "sp.minimum.data"))
+    assert reached.params == packing.params and jamlab.evaluate(reached).max_force < 2e-9
+
+
+@pytest.mark.parametrize("exponent", [1.9, 11.0, np.nan, "2.5", True])
+def test_exponents_out_of_range_are_refused(exponent):
+    with pytest.raises(jamlab.JamlabError, match="exponent"):
+        jamlab.jam(n=8, exponent=exponent)
+
+
+def test_pressures_that_push_disks_through_each_other_are_refused():
+    with pytest.raises(jamlab.InputError, match=r"at most 0\.1643"):
+        jamlab.pack(8, 0.2, exponent=2.5)
+
+
+def sweep(**law):
+    table = {"name": "s", "model": "sp", "n": 8, "seeds": 1, "pressures": [1e-2]}
+    return CampaignTable(name="c", sweep=[table | law])
+
+
+def test_campaign_names_tasks_by_the_exponent_unless_it_is_2():
+    names = {value: next(batches(sweep(force_law={"exponent": value}))[0].names()) for value in (2, 2.5)}
+    assert names[2] == next(batches(sweep())[0].names()) != names[2.5]
+
+
+def test_campaign_makes_packings_of_the_exponent():
+    (task,) = batches(sweep(force_law={"exponent": 2.5}))[0].tasks()
+    assert make_states(task.parameters).packings[0].params == {"k": 1.0, "exponent": 2.5}
+
+
+def test_moduli_are_the_same_in_other_units():
+    packing = jamlab.pack(16, 1e-2, 1, exponent=2.5)
+    other = packing.with_state(
+        box=1e-3 * packing.box,
+        positions=1e-3 * packing.positions,
+        diameters=1e-3 * packing.diameters,
+        params={**packing.params, "k": 1e-5},
+    )
+    for method in ("linear-response", "finite-strain"):
+        wanted = 1e-5 * jamlab.shear_modulus(packing, method)
+        assert jamlab.shear_modulus(other, method) == pytest.approx(wanted, rel=1e-6)
+    assert jamlab.relaxed(other).converged

@@ -1,0 +1,82 @@
+"""Pressures and forces by shape: analytic outlines, rendered droplets with known forces, and what is refused."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.errors import InputError
+from jamlab.micrographs.droplet_mechanics import STEEPER, shape_forces
+
+pytest.importorskip("skimage")
+
+
+def stadium(radius, flat, count=4000):
+    """(k, 2) outline of two half circles and two flats, evenly spaced, and its points on the right flat."""
+    edge, half = 2 * flat + 2 * np.pi * radius, np.pi * radius
+    s = (np.arange(count) + 0.5) * edge / count
+    x, y = np.empty(count), np.empty(count)
+    right, left = s < flat, (s >= flat + half) & (s < 2 * flat + half)
+    top, bottom = (s >= flat) & (s < flat + half), s >= 2 * flat + half
+    x[right], y[right] = radius, s[right] - flat / 2
+    x[left], y[left] = -radius, flat / 2 - (s[left] - flat - half)
+    turn = (s[top] - flat) / radius
+    x[top], y[top] = radius * np.cos(turn), flat / 2 + radius * np.sin(turn)
+    turn = np.pi + (s[bottom] - 2 * flat - half) / radius
+    x[bottom], y[bottom] = radius * np.cos(turn), -flat / 2 + radius * np.sin(turn)
+    return np.column_stack([x, y]), np.where(right, 1, np.where(left, 2, -1))
+
+
+def test_flat_between_walls_has_pressure_and_force_of_laplace():
+    ring, beside = stadium(30.0, 20.0)
+    pressures, forces = shape_forces([ring], [beside], np.zeros((1, 2)), gap=0.0)
+    assert pressures.value[0] == pytest.approx(1 / 30, rel=1e-3)
+    np.testing.assert_allclose(forces.size * STEEPER, 20 / 30, rtol=0.01)
+    np.testing.assert_allclose(np.abs(forces.direction), [[1, 0], [1, 0]], atol=1e-3)
+    assert forces.residual[0] < 1e-3 and (forces.pairs == [[0, -1], [0, -1]]).all()
+
+
+def test_free_circle_has_pressure_and_no_force_and_scales():
+    ring, beside = stadium(30.0, 1e-9)
+    nothing = np.full_like(beside, -1)
+    for scale in (1.0, 3.0):
+        pressures, forces = shape_forces([scale * ring], [nothing], np.zeros((1, 2)), gap=1.0)
+        assert pressures.value[0] * scale == pytest.approx(1 / 30, rel=1e-6) and len(forces.size) == 0
+
+
+def test_hidden_wall_has_no_pressure():
+    ring, beside = stadium(30.0, 20.0)
+    pressures, forces = shape_forces([ring], [np.where(beside < 0, 3, beside)], np.zeros((1, 2)), gap=0.0)
+    assert np.isnan(pressures.value[0]) and len(forces.size) == 0 and np.isnan(forces.residual[0])
+
+
+def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense):
+    pixels = 400
+    found = jamlab.micrograph(
+        jamlab.synthetic_micrograph(dp_dense, pixels), dp_dense.box[0, 0] / pixels, periodic=True, contrast="bright"
+    )
+    apart = found.centres[:, None] - dp_dense.centroids
+    apart -= np.rint(apart @ np.linalg.inv(dp_dense.box)) @ dp_dense.box
+    own = np.hypot(apart[..., 0], apart[..., 1]).argmin(axis=1)
+    known, gamma = jamlab.contacts(dp_dense), dp_dense.params["gamma"]
+    true = {
+        tuple(sorted(pair)): size / gamma for pair, size in zip(known.pairs.tolist(), known.forces.size, strict=True)
+    }
+    forces = found.forces
+    seen = [
+        (true.get(tuple(sorted(own[pair].tolist())), 0.0), size, error)
+        for pair, size, error in zip(forces.pairs, forces.size, forces.error, strict=True)
+        if pair.min() >= 0 and np.isfinite(size)
+    ]
+    expected, size, error = np.array(seen).T
+    assert np.corrcoef(expected, size)[0, 1] > 0.8
+    assert (np.abs(size - expected) < 2 * error).mean() > 0.8
+    assert np.nanmedian(forces.residual) < 0.2
+
+
+def test_small_droplets_and_labels_are_refused(dp_dense):
+    small = jamlab.micrograph(jamlab.synthetic_micrograph(dp_dense, 120, film=1.0), periodic=True, contrast="bright")
+    with pytest.raises(InputError, match="forces need 30"):
+        _ = small.forces
+    y, x = np.mgrid[:100, :100]
+    with pytest.raises(InputError, match="no forces of droplets by labels"):
+        _ = jamlab.micrograph(labels=(np.hypot(x % 50 - 25, y % 50 - 25) < 20).astype(int)).pressures

@@ -1,0 +1,68 @@
+"""Drag laws say of themselves what others need to know."""
+
+import numpy as np
+import pytest
+
+import jamlab
+from jamlab.rheology.damping import law_of_record
+
+LAWS = (
+    jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, arms="contact"),
+    jamlab.ContactDamping(),
+    jamlab.StokesDrag(eta_f=0.5, tau=3.0),
+)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_a_record_is_read_back_as_the_same_law(law):
+    assert law_of_record(law.record()) == law and law.record()["law"] == type(law).__name__
+
+
+def test_linear_laws_keep_all_but_the_exponent():
+    assert LAWS[0].linear() == jamlab.ContactDamping(beta=0.3, tau=2.0, arms="contact")
+    assert LAWS[2].linear() is LAWS[2] and LAWS[2].alpha == 1.0
+
+
+def test_contrast_and_resistance():
+    assert [law.contrast for law in LAWS] == [0.3, 1.0, 1.0]
+    assert [law.at_contacts for law in LAWS] == [True, True, False]
+    assert LAWS[2].resists_shear and not jamlab.StokesDrag(eta_f=0.0).resists_shear and LAWS[0].resists_shear
+
+
+def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
+    packing = jamlab.pack(32, 1e-2, 1)
+    film = jamlab.ContactDamping(beta=0.5, tau=2.0, alpha=0.5)
+    found = jamlab.nonlinear_modulus(packing, [0.3], damping=film, strain=1e-3)
+    stress = 1e-3 * float(np.hypot(found.storage[0], found.loss[0]))
+    same = jamlab.nonlinear_modulus(packing, [0.3], damping=film, stress=stress)
+    assert same.tau == pytest.approx(found.tau, rel=1e-3) and same.loss == pytest.approx(found.loss, rel=1e-3)
+
+
+@pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])
+def test_two_amplitudes_or_none_are_refused(given):
+    with pytest.raises(jamlab.InputError, match="give alpha or damping, and stress or strain"):
+        jamlab.nonlinear_modulus(jamlab.pack(8, 1e-2, 1), [1.0], **given)
+
+
+@pytest.mark.parametrize("strain", [0.0, -1.0, np.nan])
+def test_strain_that_is_no_amplitude_is_refused(strain):
+    with pytest.raises(jamlab.InputError, match="strain"):
+        jamlab.nonlinear_modulus(jamlab.pack(8, 1e-2, 1), [1.0], 0.5, strain=strain)
+
+
+def test_time_of_a_film_is_measured_in_its_own_tau():
+    packing = jamlab.pack(32, 1e-2, 1)
+    slow, fast = (jamlab.ContactDamping(tau=tau, alpha=0.5) for tau in (2.0, 1.0))
+    found = jamlab.nonlinear_modulus(packing, [0.3], damping=slow, strain=1e-3)
+    same = jamlab.nonlinear_modulus(packing, [0.6], damping=fast, strain=1e-3)
+    assert found.storage == pytest.approx(same.storage, rel=1e-6) and found.tau == pytest.approx(same.tau, rel=1e-6)
+
+
+def test_prestress_by_position_still_works_with_a_warning():
+    packing = jamlab.pack(16, 1e-2, 1)
+    named = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), prestress=False, method="dense")
+    with pytest.warns(DeprecationWarning, match=r"give prestress=False, method='dense' by name"):
+        placed = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense")
+    assert placed.loss == named.loss
+    with pytest.warns(DeprecationWarning), pytest.raises(TypeError, match="positional"):
+        jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense", 3)

@@ -1,0 +1,267 @@
+"""Charts of cost against error: what counts as beaten, what it costs, what ships, what is measured anew."""
+
+import json
+import time
+from dataclasses import asdict, replace
+from itertools import combinations, islice
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from commands import call
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import jamlab
+from jamlab.rheology.reduced_model import SETTINGS
+from jamlab.studies.cost import droplet_vertices, onset_search, peer_descents
+from jamlab.studies.cost.chart import COLUMNS, Trial, defaults_off_the_front, write_charts
+from jamlab.studies.cost.curve_figure import curve_figure
+from jamlab.studies.cost.curve_points import Point, dominated, points_of, price
+from jamlab.studies.cost.ensemble_means import limit_of_size
+from jamlab.studies.cost.packing_fractions import covered
+from jamlab.studies.other_codes.compare import jolted_minimum
+from jamlab.studies.other_codes.lammps_peer import Lammps
+from jamlab.studies.registry import CHARTS, studies
+
+
+def point(method, seconds, error, panel="a", floor=0.0, **rest):
+    numbers = {"low": error, "high": error, "floor": floor, "packings": 20, "failed": 0, "default": False}
+    return Point(panel, method, "", seconds, error, **numbers | rest)
+
+
+def test_beaten_points_and_their_price():
+    """A staircase by hand: equal cost and larger error, equal error and larger cost, other panels, no number."""
+    points = [
+        point("fast", 1.0, 1e-2),
+        point("good", 10.0, 1e-6),
+        point("worse", 1.0, 2e-2),
+        point("slower", 20.0, 1e-6),
+        point("as fast as can be told", 11.0, 1e-6),
+        point("broken", np.nan, np.nan),
+        point("alone", 99.0, 1.0, panel="b"),
+        point("exact", 30.0, 0.0, panel="c", floor=1e-12),
+        point("below the floor", 30.0, 1e-13, panel="c", floor=1e-12),
+        point("cheap, but fails", 1.0, 1e-13, panel="c", floor=1e-12, failed=3),
+    ]
+    assert dominated(points).tolist() == [False, False, True, True, False, True, False, False, False, False]
+    assert [price(p, points) for p in points[:4]] == [1.0, 1.0, 1.0, 2.0]
+    assert price(points[7], points) == 1.0
+
+
+def test_what_the_reference_cannot_tell_is_not_ranked():
+    """Below a loose floor nothing is beaten, has a price or is called exact; it still beats what is worse."""
+    rows = [
+        ("p", "m", f"{k}", float(k), e, 1e-3, k == 4, "", False)
+        for k, e in ((1, 1e-1), (2, 5e-4), (3, 1e-2), (4, 8e-4))
+    ]
+    table = pd.DataFrame(rows, columns=COLUMNS)
+    loose = points_of(table, better=1.0)
+    assert [p.ranked for p in loose] == [True, False, True, False]
+    assert dominated(loose).tolist() == [False, False, True, False] and price(loose[3], loose) == 1.0
+    assert defaults_off_the_front(CHARTS, {"spectrum": loose}) == []
+    assert all(p.ranked for p in points_of(table)) and dominated(points_of(table)).any()
+    axes = curve_figure("title", "error", loose).axes[0]
+    assert "exact" not in [text.get_text() for text in axes.get_yticklabels()]
+    (strip,) = [patch for patch in axes.patches if patch.get_hatch()]
+    assert strip.get_y() + strip.get_height() == pytest.approx(1e-3)
+    marks = [(line.get_ydata()[0], line.get_alpha()) for line in axes.lines if line.get_markersize() == 7]
+    assert {y for y, alpha in marks if alpha != 1.0} == {5e-4, 8e-4}
+
+
+def test_limits_that_references_are_carried_to():
+    """Polygons err by 1/count^2, means by a power of N; scatter about that widens the error of their limit."""
+    coarse, fine = ({"pressure": 2.0 + 3.0 / n**2, "z": float(n)} for n in (32, 48))
+    limit = droplet_vertices._limit(coarse, fine, (32, 48))
+    assert limit["pressure"] == pytest.approx(2.0, abs=1e-12) and limit["z"] == 48.0
+    noise = np.array([-1.0, 1.0] * 50)
+    values = {n: 0.84 - 0.2 / n**0.7 + 0.002 * noise for n in (16, 32, 64, 128, 256, 1024)}
+    mean, error = limit_of_size(values)
+    assert mean == pytest.approx(0.84, abs=1e-5) and error < 0.001
+    moved = values | {256: values[256] + 0.002}
+    assert limit_of_size(moved)[1] > 2 * error
+
+
+def test_a_mean_is_known_as_its_least_known_difference():
+    """Steps that agree in all packings share the error of those that do not: the next packing may differ."""
+    off = {"0.1": [1e-2, -3e-2, 5e-2, 0.0], "0.01": [1e-8, 1e-8, 1e-8, 1e-8]}
+    rows = [("one", "m", s, 1.0, e, 1e-8, False, "", False) for s, errors in off.items() for e in errors]
+    means = [p for p in onset_search.points(pd.DataFrame(rows, columns=COLUMNS)) if p.panel != "one"]
+    assert [p.floor for p in means] == pytest.approx(2 * [np.std(off["0.1"], ddof=1) / 2])
+    assert [p.ranked for p in means] == [True, False] and means[0].error == pytest.approx(
+        np.hypot(7.5e-3, means[0].floor)
+    )
+
+
+def test_lammps_keeps_its_bound_of_steps():
+    """Its fire looks at the bound of iterations alone: 8192 disks once went on for a minute."""
+    start, _ = jolted_minimum(16, 1, 0.9)
+    for style in ("cg", "fire", "hftn"):
+        short, long = (Lammps(style).descent(start)(1e-12, steps) for steps in (3, 5000))
+        left = [jamlab.evaluate(start.with_state(positions=x)).max_force for x in (short, long)]
+        assert left[0] > 1e-6 and left[1] < 1e-11
+
+
+def test_means_and_bands_over_packings():
+    errors = [-1e-3, 2e-3, -3e-3, 4e-3, np.nan]
+    rows = [("p", "m", "1", 0.1 * k, e, 1e-9, False, "note" if k == 4 else "", False) for k, e in enumerate(errors)]
+    found = points_of(pd.DataFrame([*rows, ("p", "m", "2", 1.0, 0.0, 3e-9, True, "", False)], columns=COLUMNS))
+    assert [p.setting for p in found] == ["1", "2"]
+    assert (found[0].error, found[0].packings, found[0].failed) == (pytest.approx(2.5e-3), 4, 1)
+    assert found[0].low == pytest.approx(1.3e-3) and found[0].high == pytest.approx(3.7e-3)
+    assert found[0].seconds == pytest.approx(0.15) and found[0].note == "note" and found[0].floor == pytest.approx(1e-7)
+    assert found[1].exact and found[1].default and not found[0].exact
+
+
+def test_points_of_runs_that_were_cut_short_say_so():
+    notes = {"set-up": False, "after 1 s": True, "": False}
+    rows = [("p", "m", "1", 1.0, 1e-3, 0.0, False, note, cut) for note, cut in notes.items()]
+    (found,) = points_of(pd.DataFrame(rows, columns=COLUMNS))
+    assert (found.cut, found.note) == (1, "after 1 s")
+    axes = curve_figure("title", "error", [found, point("whole", 2.0, 1e-3, panel="p")]).axes[0]
+    assert [line.get_fillstyle() for line in axes.lines if line.get_marker() in "os"] == ["left", "full"]
+
+
+def test_random_points_find_the_area_of_one_disk():
+    p = jamlab.Packing("sp", 2 * np.eye(2), [[0.1, 0.1]], {"eps": 1.0}, diameters=[1.0])
+    assert covered(p, 40_000, 1) == pytest.approx(np.pi / 16, abs=4 * np.sqrt(0.2 * 0.8 / 40_000))
+
+
+def test_figure_breaks_its_axis_for_what_is_exact():
+    points = [point("m", 1.0, 1e-3, default=True), point("n", 2.0, 1e-17, floor=1e-12), point("o", 1.0, np.nan)]
+    axes = curve_figure("title", "error", points).axes[0]
+    names = {text.get_text(): y for y, text in zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)}
+    exact = names.pop("exact")
+    assert 0 < exact < min(names.values()) and "without a number: 1" in axes.get_title()
+    drawn = [y for line in axes.lines if line.get_marker() != "None" for y in line.get_ydata()]
+    assert exact in drawn and 1e-17 not in drawn
+    assert sum(line.get_markersize() == 16 for line in axes.lines) == 1
+    curve_figure("t", "e", [point("all exact", 1.0, 0.0), point("none", np.nan, np.nan, panel="b")])
+    assert "exact" not in [t.get_text() for t in curve_figure("t", "e", points[:1]).axes[0].get_yticklabels()]
+
+
+@pytest.mark.parametrize("name", ["other-codes", "disk-minimisers", "flow-in-time"])
+def test_labels_of_settings_lie_on_no_mark_and_on_no_other_label(name):
+    figure = curve_figure("title", "error", CHARTS[name].points())
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        marks = [axes.transData.transform(line.get_xydata()) for line in axes.lines if line.get_markersize() in (7, 9)]
+        near = 3.0 * figure.dpi / 72  # half of a mark
+        inside = [place for mark in marks for place in mark if any(box.padded(near).contains(*place) for box in boxes)]
+        assert boxes and not inside, axes.get_title()
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2)), axes.get_title()
+
+
+@pytest.mark.parametrize("name", CHARTS)
+def test_what_ships(name):
+    """Twenty packings, a default that gives numbers, and a reference better than what is compared with it."""
+    chart = CHARTS[name]
+    table = chart.table()
+    assert set(COLUMNS) <= set(table.rows.columns) and table.provenance["facts"]["title"] == chart.title
+    assert table.rows["task"].nunique() >= 20 and "unknown" not in table.made
+    assert table.tasks == set(chart.tasks()) and chart.plan(Path("none")).seconds == pytest.approx(table.seconds)
+    points = chart.points()
+    fewer = {"N = 1024": 5, "N = 8192": 3}  # in other codes, as the caption says
+    assert all(p.packings + p.failed >= fewer.get(p.panel, 15) for p in points)
+    assert all(p.packings and np.isfinite(p.error) for p in points if p.default)
+    assert all(p.low <= p.high and p.seconds > 0 for p in points if p.drawn)
+    assert bool(table.rows["cut"].any()) == (name == "other-codes")
+
+
+def test_one_packing_measured_anew_agrees_with_what_ships():
+    """Numbers do not hang on the machine: the same errors of the same packing; costs in the same order."""
+    chart = CHARTS["packing-fraction"]
+    before = chart.table().rows
+    before = before[(before["task"] == "1") & (before["panel"] == "φ = 0.86")].reset_index(drop=True)
+    now = pd.DataFrame(map(asdict, islice(chart.measure(1), len(before))))
+    assert now[["panel", "method", "setting"]].equals(before[["panel", "method", "setting"]])
+    np.testing.assert_allclose(now["error"], before["error"], rtol=1e-5, atol=1e-14)
+    cost = now[now["method"] == "random points"].groupby("setting")["seconds"].mean()
+    assert cost["100000"] > 10 * cost["1000"]
+
+
+def test_settings_of_the_reduced_model_are_those_that_are_given():
+    """A loose tolerance takes fewer shifts, and errs by more than the tight default."""
+    p = jamlab.pack(n=64, pressure=1e-2, seed=1)
+    omega = np.geomspace(1e-6, 1e2, 17)
+    exact = jamlab.complex_modulus(p, omega, method="dense")
+    ways = (replace(SETTINGS, tolerance=0.1, quiet=1, steps=1), SETTINGS)
+    found = [jamlab.complex_modulus(p, omega, method="reduced", settings=way) for way in ways]
+    loose, usual = (np.abs(s.loss / exact.loss - 1).max() for s in found)
+    assert usual < 1e-6 < loose
+
+
+def test_charts_from_shipped_data_and_their_command(tmp_path):
+    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "packing-fraction", "--out", "c", "--json")
+    said = json.loads(done.stdout)
+    error = {(p["panel"], p["method"]): p["error"] for p in said["topics"]["packing-fraction"]}
+    assert all(error[panel, "exact"] < 1e-13 for panel in ("φ = 0.86", "φ = 1", "φ = 1.2"))
+    assert error["φ = 1.2", "nominal"] > 0.1 > error["φ = 1.2", "pairs"] > 1e-6
+    page = (tmp_path / "c" / "speed-accuracy.html").read_text()
+    assert "data:image/png" in page and "http" not in page and "paper-pairs" in page
+    assert (tmp_path / "c" / "packing-fraction.png").read_bytes()[:4] == b"\x89PNG"
+    assert len(pd.read_csv(tmp_path / "c" / "speed-accuracy.csv")) == len(error) + 9
+    done = call(tmp_path, "chart", "speed-accuracy", "--topic", "weather", "--out", "d")
+    assert done.exit_code == 1 and "weather" in done.stderr and "spectrum" in done.stderr
+    assert not (tmp_path / "d").exists()
+
+
+def test_one_plan_lists_all_charts_and_maps(tmp_path):
+    done = call(tmp_path, "chart", "all", "--plan", "--out", "c")
+    assert done.exit_code == 0, done.stderr
+    names = {name for name, study in studies().items() if study.kind in ("topic", "map")}
+    assert len(names) == 38 and names <= {line.split()[0] for line in done.stdout.splitlines() if line.strip()}
+
+
+def test_measuring_goes_on_where_it_stopped(tmp_path):
+    """The plan counts what is left; what is there is drawn and not measured again."""
+    done = []
+
+    def measure(seed):
+        done.append(seed)
+        return [Trial("p", "m", f"{k}", 10.0**k, 10.0**-k) for k in (1, 2)]
+
+    chart = replace(CHARTS["spectrum"], measure=measure, seeds=range(1, 4))
+    assert chart.plan(tmp_path).left == 3
+    replace(chart, seeds=[2]).run(tmp_path)
+    assert chart.plan(tmp_path).left == 2 and done == [2, 2]  # the first one twice, to load libraries
+    told = []
+    found = write_charts(
+        tmp_path, {"spectrum": chart}, measure=True, progress=lambda share, text: told.append((round(share, 2), text))
+    )["spectrum"]
+    assert told == [(0.0, "spectrum: packing 1 of 3"), (0.67, "spectrum: packing 3 of 3"), (0.0, "spectrum")]
+    assert done[2:] == [1, 1, 3]
+    assert [(p.setting, p.seconds, p.packings) for p in found] == [("1", 10.0, 3), ("2", 100.0, 3)]
+    assert [p.error for p in found] == pytest.approx([0.1, 0.01])
+
+
+def test_a_slow_code_is_cut_short_and_stands_for_tighter_tolerances(monkeypatch):
+    """A code that comes nearer by a tenth each step, of a fifth of a millisecond: 25 ms let it meet 1e-4, not 1e-8."""
+    start, minimum = jolted_minimum(16, 1, 0.9)
+    given = []
+
+    def prepare(packing):
+        def run(force, steps):
+            given.append(steps)
+            taken = min(steps, int(np.log(5 * force) / np.log(0.9)))
+            end = time.process_time() + 2e-4 * taken
+            while time.process_time() < end:
+                pass
+            return minimum.positions + 0.9**taken * (start.positions - minimum.positions)
+
+        return run
+
+    monkeypatch.setattr(peer_descents, "_LIMIT", 0.025)
+    met, cut, same = peer_descents._runs(prepare, start)
+    assert not (met.note or met.cut) and cut.cut and "0.025 s" in cut.note and same is cut
+    assert 0.0125 < cut.seconds < 0.05 and 60 < given[-1] <= 125
+    assert np.abs(cut.positions - minimum.positions).max() < np.abs(met.positions - minimum.positions).max()
+
+
+def test_defaults_off_the_front_are_named_with_their_price():
+    rows = [replace(point("m", 1.0, 1.0), default=True), point("better", 0.5, 0.5)]
+    assert [row[:2] + row[4:5] for row in defaults_off_the_front(CHARTS, {"spectrum": rows})] == [
+        ["spectrum: a", "m", "2.0"]
+    ]
+    assert defaults_off_the_front(CHARTS, {"spectrum": rows[:1]}) == []

@@ -1,0 +1,142 @@
+"""Other codes on the same disks: agreement, absent peers, recipes."""
+
+import numpy as np
+import pytest
+from commands import call
+
+import jamlab
+from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
+from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
+from jamlab.studies.other_codes.lammps_peer import Lammps
+from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison, write_recipe
+from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters, plain_point
+from jamlab.studies.table import measure_table
+
+
+class Absent(Peer):
+    name, package, method = "absent", "a-package-that-nobody-has", "none"
+
+    def evaluate(self, packing):
+        raise AssertionError("an absent peer was asked")
+
+    descent = evaluate
+
+
+class Wrong(Lammps):
+    """A code whose springs are a millionth too stiff."""
+
+    def evaluate(self, packing):
+        return super().evaluate(packing.with_state(params={"eps": 1 + 1e-6}))
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return compare(32, 2, peers=[Lammps("cg"), Lammps("fire"), Wrong("cg"), Absent()])
+
+
+def test_same_coordinates_give_the_same_forces(rows):
+    """jamlab against all pairs in numpy; LAMMPS' expression style against jamlab: three ways to the same digits."""
+    for row in rows[:3]:
+        assert max(row.energy, row.forces, row.stress, row.pressure) < 1e-12
+    assert rows[3].energy == pytest.approx(1e-6, rel=1e-3)
+
+
+def test_same_basin_gives_the_same_minimum(rows):
+    for row in rows[:3]:
+        assert row.max_force < 2e-12 and row.minimum < 1e-12
+        assert row.z == 0.0 and abs(row.g) < 1e-7
+        assert 0 < row.warm and 0 < row.cold and row.warm_ratio == pytest.approx(row.warm / rows[0].warm)
+
+
+def test_absent_peer_is_reported(rows):
+    row = rows[-1]
+    assert row.energy is None and row.warm is None
+    assert row.note == "not installed: pip install 'jamlab[peers]'"
+    assert "-" in comparison_tables(rows, [], 32, 0.88)[0].rows[-1]
+
+
+@pytest.mark.slow
+def test_a_code_apart_runs_in_a_process_of_its_own(monkeypatch):
+    peer = Lammps("cg")
+    peer.apart = True
+    monkeypatch.setattr(Lammps, "descent", Absent.descent)  # here, and not there
+    _, row = compare(16, 2, peers=[peer])
+    assert row.energy < 1e-12 and row.max_force < 2e-12
+
+
+class Itself(Analyst):
+    """jamlab's own numbers, the modulus a thousandth too high."""
+
+    name, package = "itself", "jamlab"
+
+    def measure(self, packing):
+        return {name: find(packing) * (1.001 if name == "shear modulus" else 1) for name, find in HERE.items()}
+
+
+class NotThere(Itself):
+    package = Absent.package
+
+
+def test_libraries_of_analysis_see_the_backbone():
+    _, minimum = jolted_minimum(16, 1, 0.9)
+    *rows, absent = compare_analysis(minimum, analysts=[Itself(), NotThere()])
+    found = {row.quantity: row.difference for row in rows}
+    assert set(found) == set(HERE)
+    assert found.pop("shear modulus") == pytest.approx(1e-3) and not any(found.values())
+    assert absent == AnalysisRow("itself", note="not installed: pip install 'jamlab[peers]'")
+
+
+def test_the_study_shows_what_its_table_holds(rows, tmp_path):
+    """Rows that went through a file give the same tables; the page of `jamlab compare` has them too."""
+    study = Comparison(sizes=(32,))
+    analysis = [AnalysisRow("itself", "1.0", "energy", 1e-3), AnalysisRow("not there", note="not installed")]
+    plain = [{"n": 32, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
+    table = measure_table(study.file(tmp_path), study.columns, {"N = 32": lambda: plain}, study.facts)
+    assert [t.rows for t in study.show(table).tables] == [t.rows for t in comparison_tables(rows, analysis, 32, 0.88)]
+    write_comparison(tmp_path / "out", rows, analysis, 32, 0.88)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        *("comparison.csv", "analysis.csv", "comparison.json", "index.html")
+    }
+    assert "not installed" in (tmp_path / "out" / "index.html").read_text()
+
+
+def test_numpy_disks_at_an_analytic_point():
+    """Two disks of diameter 1 and 0.6 apart by 0.5 across the boundary: U = eps/2 (1 - 0.5/0.8)^2."""
+    p = jamlab.Packing("sp", 4 * np.eye(2), [[0.1, 1.0], [3.6, 1.0]], {"eps": 2.0}, diameters=[1.0, 0.6])
+    point = plain_point(p)
+    overlap = 1 - 0.5 / 0.8
+    assert point.energy == pytest.approx(overlap**2, rel=1e-14)
+    assert point.forces[0] == pytest.approx([2 * overlap / 0.8, 0.0], rel=1e-13)
+    assert point.stress[0, 0] == pytest.approx(2 * overlap / 0.8 * 0.5 / 16, rel=1e-13)
+
+
+def test_packings_that_no_peer_takes(random_disks):
+    with pytest.raises(jamlab.InputError, match="'k'"):
+        mean_diameters(random_disks(units="k"))
+    with pytest.raises(jamlab.InputError, match="tilt"):
+        mean_diameters(random_disks(tilt=0.1))
+    with pytest.raises(jamlab.ConvergenceError, match="raise phi"):
+        jolted_minimum(8, 1, 0.3)
+
+
+def test_recipe_holds_what_its_script_reads(tmp_path):
+    name = "hoomd"
+    start, _ = jolted_minimum(16, 1, 0.9)
+    said = write_recipe(name, tmp_path, start)
+    assert f"{name}_check.py" in said
+    data = np.load(tmp_path / "packing.npz")
+    script = (tmp_path / f"{name}_check.py").read_text()
+    compile(script, name, "exec")
+    assert all(f'data["{key}"]' in script for key in ("positions", "species", "s", "sides", "eps", "energy", "forces"))
+    diameters = np.diag(data["s"])[data["species"]]
+    again = jamlab.Packing("sp", np.diag(data["sides"]), data["positions"], {"eps": 1.0}, diameters=diameters)
+    assert plain_point(again).energy == pytest.approx(float(data["energy"]), rel=1e-12)
+    with pytest.raises(jamlab.InputError, match="hoomd"):
+        write_recipe("nobody", tmp_path, start)
+
+
+def test_command_line(tmp_path):
+    done = call(tmp_path, "compare", "--recipe", "hoomd", "--out", "h", "--n", "16")
+    assert done.exit_code == 0 and "conda" in done.stdout, done.stderr
+    done = call(tmp_path, "compare", "--phi", "0.2", "--n", "8", "--json")
+    assert done.exit_code == 1 and "raise phi" in done.stderr and not done.stdout

@@ -1,0 +1,28 @@
+"""Time and memory against size: exponents of made-up costs, and one part measured."""
+
+import pandas as pd
+import pytest
+
+from jamlab.studies.cost.size_scaling import PARTS, STUDY, exponent_of, measure_part, memory_at
+from jamlab.studies.table import MeasuredTable
+
+
+def test_a_power_law_is_found_again():
+    n = [64, 256, 1024]
+    exponent, at_one = exponent_of(n, [2e-6 * k**1.5 for k in n])
+    assert exponent == pytest.approx(1.5) and at_one * (10**6) ** exponent == pytest.approx(2e3)
+    assert memory_at(10**6, n, [1000 + 7 * k for k in n]) == pytest.approx(7_001_000)
+
+
+def test_what_follows_for_a_million_disks_is_shown():
+    rows = [{"part": "disks: contacts", "n": n, "seconds": 1e-6 * n, "bytes": 10**8 + 1000 * n} for n in (1024, 4096)]
+    session = {"date": "today", "commit": "abc", "versions": {}}
+    shown = STUDY.show(MeasuredTable(pd.DataFrame(rows), {"sessions": [session]}))
+    assert shown.tables[0].rows[0][2:] == ["1.00", "1e+06", "1 s", "1.1 GB"]
+    assert {task.partition(", N")[0] for task in STUDY.tasks()} == set(PARTS)
+
+
+@pytest.mark.slow
+def test_a_part_is_measured_in_a_process_of_its_own():
+    (found,) = measure_part("droplets: 10 forces", 32)
+    assert found["n"] == 32 and 0 < found["seconds"] < 1 and 2e7 < found["bytes"] < 2e9

@@ -1,0 +1,404 @@
+"""Stability maps: a cell of each on both sides of its boundary, and wrong states that no check may let through."""
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import jamlab
+from jamlab.flow.overdamped_session import LARGEST_TOLERANCE, LEAST_TOLERANCE
+from jamlab.flow.shear import LARGEST_RATE
+from jamlab.studies.failure import disk_minimisers, disk_packings, dynamics, elastic_moduli, spectra
+from jamlab.studies.failure.map import (
+    Axis,
+    Map,
+    counts,
+    default_distance,
+    failure_figure,
+    log_axis,
+    shares,
+    summary,
+    tick_text,
+    write_maps,
+)
+from jamlab.studies.failure.verdict import SILENT, Trial, attempt, balanced, judge_descent, judged, worst_of
+from jamlab.studies.registry import MAPS
+
+CELLS = {  # map: x, y, verdict, on one side of the boundary and on the other
+    "fire-timestep": [(0.1, 1.0, "converged"), (20.0, 1.0, "blew up")],
+    "fire-dmax": [(0.1, 16, "converged"), (1e-8, 8, "stalled")],
+    "overdamped": [(0.2, 1.0, "converged"), (2.0, 1.0, "blew up")],
+    "gradients-rattlers": [(20_000, 4, "converged"), (10, 4, "stalled")],
+    "large-n": [(1e-12, 16, "converged")],
+    "pressure": [(1e-2, 12, "converged"), (0.5, 12, "refused")],
+    "pressure-sheared": [(1e-2, 12, "converged"), (3e-9, 12, "refused")],
+    "polydisperse": [(2.0, 0.5, "converged"), (11.0, 0.5, "refused")],
+    "onset": [(1e-12, 4, "converged"), (1e-6, 4, "refused")],
+    "sweep-step": [(0.02, 0.85, "converged")],
+    "strain": [(1e-8, 1e-2, "converged")],
+    "moved": [(1e-10, 1e-2, "converged"), (1e-2, 1e-2, "refused")],
+    "spectrum-frequency": [(1e-30, 1e-2, "converged"), (1e30, 1e-2, "converged")],
+    "spectrum-sliding": [(1e-16, 1.0, "converged"), (1e12, 1.0, "stalled")],
+    "droplet-elasticity": [(0.4, 300.0, "converged"), (300.0, 1.0, "refused")],
+    "droplet-rims": [(0.25, 6, "converged"), (1.5, 6, "refused")],
+    "droplet-density": [(0.88, 2.0, "converged")],
+    "droplet-timestep": [(0.05, 30.0, "converged"), (10.0, 30.0, "blew up")],
+    "droplet-shapes": [(0.6, "concave corners", "converged"), (0.6, "clockwise", "refused")],
+    "flow-tolerance": [(1e-2, 0.1, "converged"), (0.3, 0.1, "refused")],
+    "flow-background": [(1e-4, 0.1, "converged"), (1e-4, 2e3, "refused")],
+    "flow-power": [(0.5, 0.1, "converged"), (0.34, 0.1, "refused")],
+    "flow-droplets": [(1e-2, 10.0, "converged"), (0.3, 1.0, "refused")],
+    "oscillation": [(1e-6, 1.0, "converged"), (0.02, 1.0, "another basin")],
+    "quasistatic-step": [(0.05, 1e-2, "converged")],
+}
+
+
+def test_every_map_has_a_cell():
+    assert CELLS.keys() == MAPS.keys()
+
+
+@pytest.mark.parametrize(("name", "cell"), [(name, cell) for name, cells in CELLS.items() for cell in cells])
+def test_a_cell(name, cell):
+    x, y, verdict = cell
+    trial = MAPS[name].try_once(x, y)
+    assert trial.verdict == verdict, trial.note
+    assert trial.excess <= 1
+
+
+# wrong numbers, which every check must see ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return jamlab.pack(8, 1e-2, 1)
+
+
+@pytest.fixture(scope="module")
+def run(packing):
+    return jamlab.shear(packing, 0.1, 0.01, rows=2)
+
+
+def test_a_claim_that_fails_its_check_is_silent():
+    assert (
+        judged(Trial("converged", "", 2.0, 1.0)).verdict
+        == SILENT
+        == judged(Trial("another basin", "", 2.0, 1.0)).verdict
+    )
+    assert judged(Trial("converged", "", float("nan"), 1.0)).verdict == SILENT  # no number is no proof
+    assert judged(Trial("converged", "", 1.0, 1.0)).verdict == "converged"
+    assert judged(Trial("stalled", "", 2.0, 1.0)).verdict == "stalled"  # it said so
+    wrong, fine = Trial("converged", "a", 3.0, 1.0), Trial("converged", "b", 1e9, 1e10)
+    assert worst_of(fine, wrong, fine) is wrong
+    unknown = Trial("converged", "c", float("nan"), 1.0)
+    assert worst_of(wrong, unknown) is unknown
+    with pytest.raises(ValueError, match="several verdicts"):  # else the check that comes out worse decides
+        worst_of(fine, Trial("another basin"))
+
+
+def test_forces_that_do_not_balance_are_seen(packing):
+    assert judged(balanced("converged", packing, 1e-12)).verdict == "converged"
+    moved = packing.with_state(positions=packing.positions + 1e-10 * np.sin(packing.positions))
+    assert judged(balanced("converged", moved, 1e-12)).verdict == SILENT
+
+
+def test_a_wrong_modulus_is_seen(packing):
+    g = jamlab.shear_modulus(packing)
+    assert judged(disk_packings.modulus_trial(packing, g)).verdict == "converged"
+    assert judged(disk_packings.modulus_trial(packing, 1.001 * g)).verdict == SILENT
+
+
+@pytest.mark.parametrize(
+    ("check", "entry"),
+    [
+        (dynamics.energy_trial, "energy"),
+        (dynamics.elastic_trial, "elastic_stress"),
+        (dynamics.viscous_trial, "viscous_stress"),
+    ],
+)
+def test_wrong_numbers_of_a_flow_are_seen(run, check, entry):
+    assert judged(check(run)).verdict == "converged"
+    wrong = getattr(run, entry).copy()
+    wrong[-1] += 0.3 * np.abs(run.stress).max()
+    assert judged(check(replace(run, **{entry: wrong}))).verdict == SILENT
+
+
+def test_flow_without_balance_of_energy_is_not_called_converged(run, monkeypatch):
+    assert dynamics.try_shear(run.frames[0], 0.1).verdict == "converged"
+    lost = 1.1 * run.dissipated
+    monkeypatch.setattr(dynamics, "shear", lambda *given, **how: replace(run, dissipated=lost))
+    assert dynamics.try_shear(run.frames[0], 0.1).verdict == "stalled"
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-4, 0.1])
+@pytest.mark.parametrize(("off", "verdict"), [(0.005, "converged"), (0.02, "another basin")])
+def test_another_path_is_the_same_at_every_tolerance(run, monkeypatch, tolerance, off, verdict):
+    """1 % of the largest stress, from steps finer than any in the map."""
+    assert min(MAPS["flow-tolerance"].x.values) > LEAST_TOLERANCE
+    moved = replace(run, stress=run.stress + off * np.abs(run.stress).max() * (run.strain == run.strain[-1]))
+    monkeypatch.setattr(
+        dynamics, "shear", lambda *given, tolerance, **how: run if tolerance == LEAST_TOLERANCE else moved
+    )
+    assert dynamics.try_tolerance((run.frames[0], 0.1), tolerance).verdict == verdict
+
+
+def test_quasistatic_steps_are_compared_with_finer_ones_than_any_in_the_map(packing, monkeypatch):
+    assert min(MAPS["quasistatic-step"].x.values) > dynamics._FINEST_STEP
+    run = jamlab.shear(packing, 0.0, 0.01, step=5e-3)
+    moved = replace(run, energy=1.00001 * run.energy)
+    loose = [replace(run, energy=np.append(run.energy[:-1], left * run.energy[0])) for left in (1e-16, 1e-18)]
+    for here, there, verdict in (
+        (run, run, "converged"),
+        (moved, run, "another basin"),
+        (loose[0], loose[1], "converged"),
+        (loose[0], run, "another basin"),
+    ):
+        finest = {dynamics._FINEST_STEP: there}
+        monkeypatch.setattr(dynamics, "_quasistatic", lambda p, step, here=here, known=finest: known.get(step, here))
+        assert dynamics.try_quasistatic(packing, 0.05).verdict == verdict
+
+
+def test_a_wrong_spectrum_is_seen(monkeypatch):
+    start = spectra.prepare(2, 1e-2)
+    right = spectra.complex_modulus
+
+    def off(*given, **how):
+        s = right(*given, **how)
+        return replace(s, loss=1.001 * s.loss)
+
+    assert attempt(partial(spectra.try_spectrum, start, 1.0, 1.0)).verdict == "converged"
+    monkeypatch.setattr(spectra, "complex_modulus", off)
+    assert attempt(partial(spectra.try_spectrum, start, 1.0, 1.0)).verdict == SILENT
+
+
+def test_a_minimiser_that_lies_is_seen(monkeypatch):
+    """`relax` that stops early and calls it converged."""
+    jolted = disk_minimisers.jolt_minimum(8, 1.0)
+
+    def lies(session, tolerance):
+        found = jamlab.protocols.relaxation.relax(session, 1e-6)
+        return replace(found, evaluation=replace(found.evaluation, max_force=0.1 * tolerance), converged=True)
+
+    monkeypatch.setattr(disk_minimisers, "relax", lies)
+    assert attempt(partial(disk_minimisers.try_tolerance, jolted, 1e-12)).verdict == SILENT
+
+
+def test_verdicts_of_minimisations():
+    assert judge_descent(1e-13, 1e-12, 1.0, 1.1, 1.0) == "converged"
+    assert judge_descent(1e-11, 1e-12, 1.0, 1.1, 1.0) == "stalled"
+    assert judge_descent(1e-13, 1e-12, 0.9, 1.1, 1.0) == "another basin"
+    assert judge_descent(np.nan, 1e-12, 1.0, 1.1, 1.0) == "blew up" == judge_descent(1.0, 1e-12, 50.0, 1.1, 1.0)
+
+
+# limits of theory ----------------------------------------------------------------------------------------------------
+
+
+def test_overdamped_steps_on_both_sides_of_their_limit():
+    """2 over the largest eigenvalue of the Hessian: 10 % below converges, 10 % above does not."""
+    jolted = disk_minimisers.jolt_minimum(16, 0.95, 1)
+    limit = MAPS["overdamped"].limit(jolted)
+    assert disk_minimisers.try_overdamped_steps(jolted, 0.9 * limit, 5000).verdict == "converged"
+    assert disk_minimisers.try_overdamped_steps(jolted, 1.1 * limit, 1000).verdict in ("stalled", "blew up")
+
+
+def test_contacts_change_at_the_strain_that_linear_response_foretells():
+    packing = elastic_moduli.at_pressure(1e-2, 1)
+    strain = 2 * elastic_moduli.opening_strain(packing)  # half of it either way
+    assert elastic_moduli.same_contacts(packing, 0.9 * strain)
+    assert not elastic_moduli.same_contacts(packing, 1.1 * strain)
+    assert elastic_moduli.opening_strain(packing, affine=True) <= 0.5 * strain
+
+
+def test_a_free_droplet_collapses_at_the_limit():
+    limit = MAPS["droplet-elasticity"].limit((None, 300.0))
+    p = {"gamma": 0.99 * limit, "ka": 300.0, "a0": np.array([(24 / 29) ** 2])}
+    assert jamlab.packing.free_droplet.free_polygon_area(np.array([12]), p) > 0
+    with pytest.raises(jamlab.InputError, match="shrinks a free droplet"):
+        jamlab.packing.free_droplet.free_polygon_area(np.array([12]), {**p, "gamma": 1.01 * limit})
+
+
+# tables and pictures -------------------------------------------------------------------------------------------------
+
+
+def synthetic():
+    """A map whose runs fail beyond x = 50 y, by half the seeds from 5 y on."""
+
+    def run(start, x):
+        y, seed = start
+        if x > 1e3:
+            raise jamlab.InputError(f"x = {x:g}: too large")
+        return Trial("stalled" if x > (5 if seed % 2 else 50) * y else "converged", "note", 0.5, 1.0)
+
+    x, y = log_axis("x", 1e-2, 1e4, 1.0, count=13), Axis("y", (0.1, 1.0, 10.0), 1.0)
+    return Map("t", "title", x, y, 4, lambda y, seed: (y, seed), run, "m", "c", lambda start: 30 * start[0], "limit")
+
+
+def measured(chart):
+    return pd.DataFrame([{"task": f"{y:g}", "took": 0.1, **row} for y in chart.y.values for row in chart.rows(y)])
+
+
+def test_shares_limit_and_distance_of_the_default():
+    chart = synthetic()
+    table = measured(chart)
+    converged = shares(chart, table, "converged")
+    assert converged.shape == (3, 13) and set(np.unique(converged)) == {0.0, 0.5, 1.0}
+    assert shares(chart, table, "refused")[:, -1].tolist() == [1, 1, 1]
+    assert np.allclose(table["limit"].unique(), [3, 30, 300])
+    distance = default_distance(chart, table)
+    assert 5 <= distance.far <= 50 and distance.where == "y = 1"
+    assert "below the boundary" in str(distance)
+    assert np.isinf(default_distance(chart, table.assign(stalled=0, refused=0)).far)
+    assert (
+        default_distance(replace(chart, x=replace(chart.x, default=None), y=replace(chart.y, default=None)), table)
+        is None
+    )
+
+
+def test_a_default_between_two_rows_is_as_near_as_the_nearer_boundary():
+    """Not that of the nearest row, y = 1; the limit, 30 y, is that at the default, as it is drawn."""
+    chart = synthetic()
+    table = measured(chart)
+    between = replace(chart, x=replace(chart.x, default=0.3), y=replace(chart.y, default=0.5))
+    distance = default_distance(between, table)
+    assert distance.where == "y = 0.1" and 0.5 <= distance.boundary <= 5
+    assert distance.limit == pytest.approx(15) and "a factor 50 below the limit drawn, 15" in str(distance)
+    assert default_distance(replace(between, y=replace(chart.y, default=None)), table).limit == pytest.approx(3)
+    droplets = default_distance(MAPS["droplet-timestep"], MAPS["droplet-timestep"].table().rows)
+    assert droplets.far < 1.1 and droplets.limit == pytest.approx(0.107, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("failed", "boundary", "apart"),
+    [
+        ([0, 0.5, 0, 0, 0, 0], None, 1),  # one of two seeds: what lies beyond works
+        ([0, 1, 1, 0, 0, 0], None, 2),
+        ([0, 0.5, 0, 0, 0, 1], 10**1.5, 1),
+        ([1, 0, 0, 0, 0.5, 1], 10.0, 0),
+        ([1, 1, 0, 0, 0, 0], 10**-1.5, 0),
+        ([0.5, 0, 0, 1, 0, 0], 1.0, 1),  # the default itself fails
+    ],
+)
+def test_a_boundary_is_where_failure_lasts(failed, boundary, apart):
+    values = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)
+    chart = replace(synthetic(), x=Axis("x", values, 1.0), y=Axis("y", (1.0,)))
+    rows = [
+        {"x": x, "y": 1.0, "runs": 2, "stalled": 2 * share, "limit": np.nan}
+        for x, share in zip(values, failed, strict=True)
+    ]
+    table = pd.DataFrame(rows).assign(refused=0, silent=0, **{"blew up": 0})
+    distance = default_distance(chart, table)
+    assert distance.boundary == pytest.approx(np.nan if boundary is None else boundary, nan_ok=True)
+    assert distance.scattered == apart
+    said = {0: "", 1: "; 1 cell fails although values beyond it work"}
+    assert str(distance).endswith(said.get(apart, "; 2 cells fail although values beyond them work"))
+
+
+def test_the_default_of_flow_lies_below_its_boundary():
+    """One of two runs stalled at a smaller tolerance, all that are smaller still work."""
+    distance = default_distance(MAPS["flow-tolerance"], MAPS["flow-tolerance"].table().rows)
+    assert distance.default < 0.1 < distance.boundary and distance.scattered == 1
+
+
+def test_a_summary_tells_of_the_worst_run():
+    trials = [Trial("converged", "fine", 0.5, 1.0), Trial(SILENT, "wrong", 3.0, 1.0), Trial("refused", "no")]
+    found = summary(trials)
+    assert (found["runs"], found[SILENT], found["worst"], found["note"]) == (3, 1, 3.0, "wrong")
+
+
+def test_errors_that_are_not_of_jamlab_pass_through():
+    with pytest.raises(ZeroDivisionError):
+        attempt(lambda: 1 / 0)
+
+
+def test_a_figure_of_a_map():
+    chart = synthetic()
+    table = measured(chart)
+    axes = failure_figure(chart, table[::-1]).axes[0]  # rows may come in any order, as after an interruption
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["0.1", "1", "10"]
+    assert [tick_text(v) for v in (1e-5, 3e-4, 1960.0, 0.25, "name")] == [
+        "$10^{-5}$",
+        "$3\\cdot10^{-4}$",
+        "1960",
+        "0.25",
+        "name",
+    ]
+    limit, *defaults = axes.get_lines()
+    assert limit.get_label() == "limit" and len(defaults) == 2
+    np.testing.assert_allclose(limit.get_xdata(), chart.x.places(np.array([3.0, 30.0, 300.0])))
+
+
+def test_what_ships_is_complete_and_holds_no_silent_wrong_number():
+    runs = 0
+    for name, chart in MAPS.items():
+        table = MAPS[name].table()
+        assert len(table.rows) == len(chart.x.values) * len(chart.y.values) >= 144, name
+        assert table.rows[SILENT].sum() == 0, name
+        assert (table.rows["runs"] == table.provenance["facts"]["seeds"]).all(), name
+        assert not np.isnan(shares(chart, table.rows, "converged")).any(), name
+        runs += int(table.rows["runs"].sum())
+    assert runs >= 5000
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/explanation/accuracy.md"])
+def test_counts_in_the_documentation(page):
+    text = " ".join((Path(__file__).parents[2] / page).read_text(encoding="utf-8").split())
+    tables = {name: MAPS[name].table().rows for name in MAPS}
+    runs = sum(int(table["runs"].sum()) for table in tables.values())
+    known, unknown = 0, 0
+    for name, table in tables.items():
+        elsewhere = int(table["another basin"].sum())
+        if MAPS[name].elsewhere.startswith("contacts change"):  # which `shear_modulus` and hand-overs see
+            known += elsewhere
+        else:
+            unknown += elsewhere
+    assert f"{runs:,} runs".replace(",", " ") in text and f" {unknown:,} ended ".replace(",", " ") in text
+    if "docs" in page:
+        assert f"In {known} more contacts changed, which jamlab knows" in text
+        flow = tables["flow-tolerance"]
+        parted = flow["another basin"].sum()
+        compared = flow["converged"].sum() + parted  # the others were refused, or stalled
+        assert f"{parted} of the {compared} runs whose energy balances end more than 1 %" in text
+        notes = flow.loc[flow["another basin"] > 0, "note"]
+        assert "up to 7 %" in text and max(float(note.split()[0]) for note in notes) == 0.07
+
+
+def test_starts_up_to_what_is_taken():
+    """Tolerances and rates beyond what `shear` takes are all that is refused."""
+    flow = MAPS["flow-tolerance"].table().rows
+    beyond = (flow["x"] > LARGEST_TOLERANCE) | (flow["y"] > LARGEST_RATE)
+    assert ((flow["refused"] > 0) == beyond).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y"), [pytest.param("moved", 1e-15, 0.05, marks=pytest.mark.slow), ("gradients-rattlers", 10.0, 2)]
+)
+def test_a_cell_measured_anew_is_that_of_the_shipped_table(name, x, y):
+    chart = replace(MAPS[name], x=replace(MAPS[name].x, values=(x,)))
+    (now,) = chart.rows(y)
+    shipped = MAPS[name].table().rows
+    (before,) = shipped[np.isclose(shipped["x"], x, atol=0) & np.isclose(shipped["y"], y)].to_dict("records")
+    for key in ("runs", "converged", "stalled", "refused"):
+        assert now[key] == before[key]
+    assert now["limit"] == pytest.approx(before["limit"], rel=1e-4)
+
+
+def test_a_page_of_shipped_maps(tmp_path):
+    moved = {"moved": MAPS["moved"]}
+    found = write_maps(tmp_path, moved)
+    assert counts(moved, found)[0][:3] == ["moved", "144", "864"]
+    page = (tmp_path / "stability.html").read_text()
+    assert "data:image/png" in page and "shipped with jamlab" in page and (tmp_path / "moved.png").exists()
+    assert pd.read_csv(tmp_path / "stability.csv")["map"].unique().tolist() == ["moved"]
+    assert MAPS["moved"].plan(tmp_path).left == 12
+
+
+@pytest.mark.slow
+def test_a_map_is_measured_and_goes_on(tmp_path):
+    moved = MAPS["moved"]
+    small = {"moved": replace(moved, y=replace(moved.y, values=(1e-2, 0.05)), seeds=2)}
+    said = []
+    for _ in range(2):
+        write_maps(tmp_path, small, measure=True, progress=lambda share, text: said.append(text))
+    assert said == ["moved: row 1 of 2", "moved: row 2 of 2", "moved", "moved"]

@@ -1,0 +1,106 @@
+"""Studies by name: what ships, what users add, plan, run and draw; and names that are taken."""
+
+import json
+
+import pytest
+from commands import call
+
+import jamlab
+from jamlab.studies import gallery
+from jamlab.studies.registry import CHARTS, MAPS, OWN, add_studies, studies
+
+OWN_STUDY = """
+from dataclasses import dataclass
+from functools import partial
+
+from matplotlib.figure import Figure
+
+from jamlab.studies.study import Shown, TableStudy
+
+
+def square(n):
+    return [{"n": n, "square": n**2}]
+
+
+@dataclass(frozen=True)
+class Squares(TableStudy):
+    columns = ("n", "square")
+
+    def tasks(self):
+        return {f"{n}": partial(square, n) for n in (1, 2, 3)}
+
+    def show(self, table):
+        figure = Figure()
+        figure.subplots().plot(table.rows["n"], table.rows["square"])
+        return Shown(figure, "Squares of numbers.", rows=table.rows)
+
+
+STUDY = Squares("squares", "Squares of a few numbers")
+"""
+
+
+def test_a_study_of_ones_own_is_listed_planned_run_and_drawn(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "squares.py").write_text(OWN_STUDY)
+    done = call(tmp_path, "study", "add", "mine/squares.py")
+    assert done.exit_code == 0 and (tmp_path / OWN).read_text() == "mine/squares.py\n"
+    assert json.loads(call(tmp_path, "study", "list", "--kind", "study", "--json").stdout) == {
+        "squares": {"kind": "study", "title": "Squares of a few numbers"}
+    }
+    plan = ("study", "plan", "squares", "--out", "results", "--json")
+    assert json.loads(call(tmp_path, *plan).stdout)["plan"] == [["squares", "3", "unknown"]]
+    assert "squares: task 2 of 3" in call(tmp_path, "study", "run", "squares", "--out", "results").stderr
+    assert json.loads(call(tmp_path, *plan).stdout) == {"plan": [["squares", "0", "0"]], "seconds": 0.0}
+    done = call(tmp_path, "study", "draw", "squares", "--from", "results", "--out", "drawn", "--json")
+    assert json.loads(done.stdout)["captions"] == {"squares": "Squares of numbers."}
+    assert {p.name for p in (tmp_path / "drawn").iterdir()} == {f"squares.{e}" for e in ("png", "pdf", "csv")} | {
+        "studies.html"
+    }
+    refused = call(tmp_path, "study", "draw", "squares", "--from", "results", "--out", "results")
+    assert refused.exit_code == 1 and "must not lie among results" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("STUDY = 1", "defines no study"),
+        ("1 / 0", "cannot be imported: ZeroDivisionError"),
+        (OWN_STUDY.replace('"squares"', '"moved"'), "the name 'moved' is taken"),
+        (None, "is no Python file"),
+    ],
+)
+def test_what_is_no_study_is_refused_and_not_listed(tmp_path, text, said):
+    file = tmp_path / "own.py"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(jamlab.InputError, match=said):
+        add_studies(file, tmp_path)
+    assert not (tmp_path / OWN).exists()
+
+
+def test_all_that_ships_is_one_list(tmp_path):
+    known = studies(tmp_path)
+    assert {*CHARTS, *MAPS, *gallery.FIGURES, "comparison", "size-scaling", "droplet-calibration"} == set(known)
+    assert all(study.title and name == study.name for name, study in known.items())
+    done = call(tmp_path, "study", "plan", "weather")
+    assert done.exit_code == 1 and "weather" in done.stderr and "boromand-6" in done.stderr
+    assert call(tmp_path, "study", "draw", "size-scaling").exit_code == 1  # ships no table
+
+
+def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path):
+    plan = studies()["dynamics-collapse"].plan(tmp_path)
+    assert plan.left > 100 and plan.seconds > 600
+    done = call(tmp_path, "study", "draw", "baumgarten-5", "moved", "--out", "d")
+    assert done.exit_code == 0, done.stderr
+    assert (tmp_path / "d" / "baumgarten-5.csv").exists() and (tmp_path / "d" / "moved.png").exists()
+    with pytest.raises(jamlab.InputError, match="give the folder"):
+        studies()["droplet-calibration"].draw()
+
+
+def test_packings_of_a_campaign_are_added_to_tables(full, tmp_path):
+    for commit in ("one", "two"):
+        done = call(tmp_path, "study", "add", full.file, "--out", "tables", "--commit", commit)
+        assert done.exit_code == 0, done.stderr
+    record = json.loads((tmp_path / "tables" / "reference.json").read_text())
+    assert [run["commit"] for run in record["runs"]] == ["one", "two"]
+    assert record["runs"][0]["rows"] == record["runs"][1]["rows"]
