@@ -62,8 +62,8 @@ def scene(
         tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
         model: "auto", "sp" or "dp".
         step: of rho in the sweeps.
-        exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the choice
-            are those of harmonic disks.
+        exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
+            choice are those of harmonic disks.
 
     Raises:
         InputError: see `jamlab.estimates.model_choice.choose`.
@@ -77,8 +77,8 @@ def scene(
     began = time.perf_counter()
     if exponent not in (None, 2) and model != "sp":
         raise InputError(
-            f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets have no "
-            "exponent; choose disks yourself, model='sp'"
+            f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
+            "have no exponent; choose disks yourself, model='sp'"
         )
     choice = choose(rho, tolerance, n, model=model)
     law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
