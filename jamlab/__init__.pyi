@@ -2,6 +2,8 @@ __version__: str
 
 from .campaign.campaign import Campaign as Campaign
 from .campaign.campaign import open_campaign as open_campaign
+from .engine.box_border import Border as Border
+from .engine.disk_fire import FireSettings as FireSettings
 from .engine.session import Evaluation as Evaluation
 from .engine.session import Session as Session
 from .engine.session import evaluate as evaluate
@@ -84,6 +86,7 @@ from .protocols.droplets_from_disks import to_polygons as to_polygons
 from .protocols.moduli import bulk_modulus as bulk_modulus
 from .protocols.moduli import shear_modulus as shear_modulus
 from .protocols.onset import jam as jam
+from .protocols.solver_settings import SolverSettings as SolverSettings
 from .protocols.target_pressure import pack as pack
 from .rheology.complex_modulus import ComplexModulus as ComplexModulus
 from .rheology.complex_modulus import complex_modulus as complex_modulus
@@ -100,6 +103,7 @@ from .rheology.mode_motion import mode_motion as mode_motion
 from .rheology.nonlinear_drag import NonlinearModulus as NonlinearModulus
 from .rheology.nonlinear_drag import equivalent_time as equivalent_time
 from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
+from .rheology.reduced_model import KrylovSettings as KrylovSettings
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .statistics.published_points import read_points as read_points

@@ -28,46 +28,7 @@ from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.force_laws import disk_law
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
-
-
-@dataclass(frozen=True)
-class BorderSettings:
-    """Numbers of the method; those of the shift mean what they do in `NewtonSettings`.
-
-    Attributes:
-        steps: factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less.
-        reach: longest move of a coordinate in one step, mean particle size.
-        longest_strain: of the box in one step.
-        first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
-        searches: lengths tried along one step at most.
-        slack: part of the slope at its start that may be left at the end of a step, uphill.
-        fallen: factor of the largest force that is good enough by itself: slopes lose their digits first.
-        good, poor: lengths of a step above which the shift shrinks and below which it grows.
-        shrink, grow: factors of the shift.
-        softest: least curvature over the largest that a strain is divided by.
-        digits: of unbalanced stress over pressure, at the end.
-        rounding: of a stress, over the stiffness of a contact.
-    """
-
-    steps: int = 40
-    reach: float = 0.1
-    longest_strain: float = 0.02
-    first_shift: float = 1e-4
-    least_shift: float = 1e-10
-    last_shift: float = 1e3
-    searches: int = 6
-    slack: float = 0.5
-    fallen: float = 0.2
-    good: float = 0.75
-    poor: float = 0.25
-    shrink: float = 0.2
-    grow: float = 5.0
-    softest: float = 1e-9
-    digits: float = 1e-12
-    rounding: float = 3e-16
-
-
-BORDER = BorderSettings()
+from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSettings
 
 
 @dataclass(frozen=True)
@@ -92,7 +53,14 @@ class Model:
         return cls(k.uu, coupling, strains + border.pressure * packing.area * np.outer(trace, trace))
 
 
-def descend_with_box(session: Session, border: Border, tolerance: float, *, steps: int = BORDER.steps) -> int:
+def descend_with_box(
+    session: Session,
+    border: Border,
+    tolerance: float,
+    *,
+    steps: int | None = None,
+    settings: SolverSettings = SOLVERS,
+) -> int:
     """Take Levenberg-Marquardt steps over sites and box until forces and stress are balanced.
 
     The length of a step follows from the slope of the enthalpy along it, F u - g e, at its start and end, whose mean is
@@ -102,48 +70,50 @@ def descend_with_box(session: Session, border: Border, tolerance: float, *, step
         session: is left in the best state reached.
         border: strains that the box may take.
         tolerance: on the largest force.
-        steps: factorisations at most.
+        steps: factorisations at most; default `settings.border.steps`.
+        settings: numbers of the solvers.
 
     Returns:
         The number of steps accepted.
     """
+    numbers = settings.border
     packing, state = session.packing(), session.evaluate()
-    solver, shift, taken = positive_solver(), BORDER.first_shift, 0
+    solver, shift, taken = positive_solver(), numbers.first_shift, 0
     model: Model | None = None
     size = mean_size(packing)
-    for _ in range(steps):
-        noise = stress_noise(packing, state.pressure)
+    for _ in range(numbers.steps if steps is None else steps):
+        noise = stress_noise(packing, state.pressure, numbers)
         at_rest, excess = state.max_force <= tolerance, border.excess(state.stress)
-        if (at_rest and excess <= noise) or shift > BORDER.last_shift:
+        if (at_rest and excess <= noise) or shift > numbers.last_shift:
             break
         gradient = border.gradient(state.stress, packing.area)
         try:
             model = model or Model.of(packing, border, state)
-            u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift)
+            u, e, shift = _step(solver, model, state.forces.ravel(), gradient, shift, settings)
         except (InputError, ConvergenceError):  # nothing touches, or outlines of polygons cross
             break
-        limits = ((BORDER.reach * size, np.abs(u).max()), (BORDER.longest_strain, np.abs(e).max()))
+        limits = ((numbers.reach * size, np.abs(u).max()), (numbers.longest_strain, np.abs(e).max()))
         longest = min(
             [1.0, *(most / moved for most, moved in limits if moved > 0)]
         )  # of loose disks the box alone moves
         step = Step(longest * u.reshape(-1, 2), longest * e)
-        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force)
+        found, length = _search(session, border, packing, step, step.slope(state, gradient), state.max_force, numbers)
         if found is not None:
             (packing, state), model = found, None
             taken += 1
-        elif at_rest and excess <= BORDER.grow * noise:
+        elif at_rest and excess <= numbers.grow * noise:
             break
-        if longest * length > BORDER.good:
-            shift = max(BORDER.shrink * shift, BORDER.least_shift)
-        elif longest * length < BORDER.poor:
-            shift *= BORDER.grow
+        if longest * length > numbers.good:
+            shift = max(numbers.shrink * shift, numbers.least_shift)
+        elif longest * length < numbers.poor:
+            shift *= numbers.grow
     session.load(packing)
     return taken
 
 
-def stress_noise(packing: Packing, pressure: float) -> float:
+def stress_noise(packing: Packing, pressure: float, settings: BorderSettings = SOLVERS.border) -> float:
     """Unbalanced stress below which a packing counts as balanced: 1e-12 of the pressure, or what rounding leaves."""
-    return max(BORDER.digits * pressure, BORDER.rounding * disk_law(packing).typical_stiffness(mean_size(packing)))
+    return max(settings.digits * pressure, settings.rounding * disk_law(packing).typical_stiffness(mean_size(packing)))
 
 
 @dataclass(frozen=True)
@@ -159,11 +129,17 @@ class Step:
 
 
 def _search(
-    session: Session, border: Border, packing: Packing, step: Step, slope: float, max_force: float
+    session: Session,
+    border: Border,
+    packing: Packing,
+    step: Step,
+    slope: float,
+    max_force: float,
+    settings: BorderSettings,
 ) -> tuple[tuple[Packing, Evaluation] | None, float]:
     """A state along the step where the slope has not turned far uphill, None if none is lower, and its part of it."""
     length, best, reached = 1.0, None, 0.0
-    for _ in range(BORDER.searches if slope > 0 else 0):
+    for _ in range(settings.searches if slope > 0 else 0):
         try:
             moved = border.move(packing, length * step.u, length * step.e)
             session.load(moved)
@@ -172,23 +148,23 @@ def _search(
             continue
         trial = session.evaluate()
         after = step.slope(trial, border.gradient(trial.stress, moved.area))
-        if slope + after > 0 or trial.max_force < BORDER.fallen * max_force:
+        if slope + after > 0 or trial.max_force < settings.fallen * max_force:
             best, reached = (moved, trial), length
-        if after >= -BORDER.slack * slope:
+        if after >= -settings.slack * slope:
             break
         length *= slope / (slope - after)
     return best, reached
 
 
 def _step(
-    solver: PositiveSolver, model: Model, forces: Array, gradient: Array, shift: float
+    solver: PositiveSolver, model: Model, forces: Array, gradient: Array, shift: float, settings: SolverSettings
 ) -> tuple[Array, Array, float]:
     """Displacements and strains of one step, and the shift with which the Hessian of the sites is positive."""
-    shift = factorise(model.sites, shift, solver)
+    shift = factorise(model.sites, shift, solver, settings.newton.definite)
     solution = solver.solve(np.column_stack([forces, model.coupling]))
     free, follow = solution[:, 0], solution[:, 1:]
     held = 0.5 * shift * model.sites.shape[0] * np.eye(len(gradient))
     values, vectors = np.linalg.eigh(model.strains + held - model.coupling.T @ follow)
-    values = np.maximum(np.abs(values), BORDER.softest * np.abs(values).max())
+    values = np.maximum(np.abs(values), settings.border.softest * np.abs(values).max())
     e = vectors @ ((vectors.T @ (-gradient - model.coupling.T @ free)) / values)
     return free - follow @ e, e, shift

@@ -4,8 +4,6 @@ Compressed in a fixed square box, a small packing keeps a shear stress and may b
 negative. At a minimum over both shears of the box as well, G is positive in every direction.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from jamlab.arrays import Array
@@ -21,43 +19,7 @@ from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax
-
-
-@dataclass(frozen=True)
-class BoxShearSettings:
-    """Numbers of the method, for droplets; what each costs: `tests/protocols/benchmark_solver_settings.py`.
-
-    Measured on a shear-stabilized sweep of disks (N = 32): halved or doubled, `stress_tolerance`, `steps`,
-    `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
-    factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
-    more. A larger `good` or `poor` loses states.
-
-    Attributes:
-        stress_tolerance: residual shear stress over pressure at the end.
-        steps: of the box at most.
-        longest_strain: in one step: linear response of the sites holds no further.
-        reach: first trust radius over the compressive strain p/B, in which overlaps close.
-        good, poor: parts of the fall foretold above which the radius grows and below which it shrinks.
-        grow, shrink: factors of the radius.
-        refused: factor of the length of a step that led uphill: the next radius.
-        softest: least curvature over the largest that a step is divided by.
-        first_curvature: of droplets that rest on corners, over eps per area: secants correct it.
-    """
-
-    stress_tolerance: float = 1e-8
-    steps: int = 60
-    longest_strain: float = 0.02
-    reach: float = 0.3
-    good: float = 0.5
-    poor: float = 0.25
-    grow: float = 2.5
-    shrink: float = 0.5
-    refused: float = 0.25
-    softest: float = 1e-12
-    first_curvature: float = 0.2
-
-
-BOX_SHEAR = BoxShearSettings()
+from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSettings
 
 
 def minimizer(ensemble: str) -> Minimizer:
@@ -80,7 +42,12 @@ def shear_stress(state: Evaluation) -> float:
 
 
 def relax_with_box_shear(
-    session: Session, tolerance: float | None = None, *, near: bool = False, least_pressure: float = 0.0
+    session: Session,
+    tolerance: float | None = None,
+    *,
+    near: bool = False,
+    least_pressure: float = 0.0,
+    settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy over positions and over both shears of the box, at fixed area.
 
@@ -95,6 +62,7 @@ def relax_with_box_shear(
         tolerance: see `relax`.
         near: see `relax`.
         least_pressure: see `relax`.
+        settings: numbers of the solvers.
 
     Returns:
         The state reached; `converged` also means a residual shear stress below 1e-11 of the pressure or what rounding
@@ -103,17 +71,26 @@ def relax_with_box_shear(
     """
     if session.model == "sp":
         force = force_tolerance("sp") if tolerance is None else tolerance
-        return relax_disks_and_box(session, Border(SHEARS), force, near=near, least_pressure=least_pressure)
-    return _shear_droplets(session, tolerance, near, least_pressure)
+        return relax_disks_and_box(
+            session, Border(SHEARS), force, near=near, least_pressure=least_pressure, settings=settings
+        )
+    return _shear_droplets(session, tolerance, near, least_pressure, settings)
 
 
-def _shear_droplets(session: Session, tolerance: float | None, near: bool, least_pressure: float) -> Relaxed:
-    found = relax(session, tolerance, near=near, least_pressure=least_pressure)
+def _shear_droplets(
+    session: Session, tolerance: float | None, near: bool, least_pressure: float, settings: SolverSettings
+) -> Relaxed:
+    numbers = settings.box_shear
+    found = relax(session, tolerance, near=near, least_pressure=least_pressure, settings=settings)
     radius = curvature = None
     last = np.inf
-    for _ in range(BOX_SHEAR.steps):
+    for _ in range(numbers.steps):
         state, packing = found.evaluation, session.packing()
-        if _settled(state, packing, last) or not found.converged or state.pressure < least_pressure:
+        if (
+            _settled(state, packing, last, numbers.stress_tolerance)
+            or not found.converged
+            or state.pressure < least_pressure
+        ):
             return found
         tensor = _tensor(packing)
         if tensor is not None:
@@ -122,37 +99,37 @@ def _shear_droplets(session: Session, tolerance: float | None, near: bool, least
         elif contacts(packing).rattlers.all():
             return found  # nothing is held, so there is no stress to relax
         elif curvature is None:
-            stiffness = BOX_SHEAR.first_curvature * packing.params["eps"]
+            stiffness = numbers.first_curvature * packing.params["eps"]
             curvature = stiffness * np.eye(2)
         work = shear_work(state)
         if radius is None:
-            radius = BOX_SHEAR.reach * state.pressure / stiffness
-        step, length = _step(work, curvature, radius)
+            radius = numbers.reach * state.pressure / stiffness
+        step, length = _step(work, curvature, radius, numbers)
         session.load(follow_box(packing, np.einsum("a,aij->ij", step, PURE_SHEARS), tensor))
-        trial = relax(session, tolerance, near=True, least_pressure=least_pressure)
+        trial = relax(session, tolerance, near=True, least_pressure=least_pressure, settings=settings)
         gained = 0.5 * (work + shear_work(trial.evaluation)) @ step
         predicted = work @ step - 0.5 * step @ curvature @ step
-        curvature = _secant(curvature, step, work - shear_work(trial.evaluation))
+        curvature = _secant(curvature, step, work - shear_work(trial.evaluation), numbers.softest)
         if trial.evaluation.pressure < least_pressure:
             return trial
         last = shear_stress(state)
         if trial.converged and (gained > 0 or trial.evaluation.energy < state.energy):
             found = trial
-            if gained > BOX_SHEAR.good * predicted:
-                radius *= BOX_SHEAR.grow
-            elif gained < BOX_SHEAR.poor * predicted:
-                radius *= BOX_SHEAR.shrink
+            if gained > numbers.good * predicted:
+                radius *= numbers.grow
+            elif gained < numbers.poor * predicted:
+                radius *= numbers.shrink
         else:
             session.load(packing)
-            radius = BOX_SHEAR.refused * min(radius, length)
+            radius = numbers.refused * min(radius, length)
     return Relaxed(session.evaluate(), found.tolerance, False, found.newton_steps)
 
 
-def _settled(state: Evaluation, packing: Packing, last: float) -> bool:
+def _settled(state: Evaluation, packing: Packing, last: float, stress_tolerance: float) -> bool:
     """Whether no shear stress is left, or what is left falls no further in the noise of forces that end at 1e-10."""
     stress = shear_stress(state)
     noise = state.max_force / mean_size(packing)
-    return stress <= BOX_SHEAR.stress_tolerance * state.pressure or last <= stress <= noise
+    return stress <= stress_tolerance * state.pressure or last <= stress <= noise
 
 
 def _tensor(packing: Packing) -> ElasticTensor | None:
@@ -168,19 +145,19 @@ def shear_work(state: Evaluation) -> Array:
     return np.asarray(np.einsum("aij,ij->a", PURE_SHEARS, state.stress))
 
 
-def _step(work: Array, curvature: Array, radius: float) -> tuple[Array, float]:
+def _step(work: Array, curvature: Array, radius: float, numbers: BoxShearSettings) -> tuple[Array, float]:
     """(2,) Newton step within the trust radius, and the length it would have without."""
     values, vectors = np.linalg.eigh(curvature)
-    step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), BOX_SHEAR.softest * np.abs(values).max()))
+    step = vectors @ ((vectors.T @ work) / np.maximum(np.abs(values), numbers.softest * np.abs(values).max()))
     length = float(np.hypot(*step))
-    return step * min(1.0, min(radius, BOX_SHEAR.longest_strain) / length), length
+    return step * min(1.0, min(radius, numbers.longest_strain) / length), length
 
 
-def _secant(curvature: Array, step: Array, fall: Array) -> Array:
+def _secant(curvature: Array, step: Array, fall: Array, softest: float) -> Array:
     """Curvature that explains the fall of the stress along the step: symmetric update of rank one."""
     missed = fall - curvature @ step
     along = missed @ step
-    if abs(along) <= BOX_SHEAR.softest * np.hypot(*missed) * np.hypot(*step):
+    if abs(along) <= softest * np.hypot(*missed) * np.hypot(*step):
         return curvature
     return np.asarray(curvature + np.outer(missed, missed) / along)
 

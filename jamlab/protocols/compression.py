@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
+from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
@@ -35,7 +35,14 @@ MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of 
 
 @checked
 def bisect_confluence(
-    below: Packing, above: Packing, error: float, *, by: str = "rho", tolerance: float | None = None, ranks: int = 1
+    below: Packing,
+    above: Packing,
+    error: float,
+    *,
+    by: str = "rho",
+    tolerance: float | None = None,
+    ranks: int = 1,
+    settings: SolverSettings = SOLVERS,
 ) -> Iterator[Packing]:
     """Halve the gap between a packing with z < 6 and one with z >= 6 until it is smaller than an error.
 
@@ -47,7 +54,7 @@ def bisect_confluence(
         below: from a sweep, with z < 6.
         above: a later state of it, with z >= 6.
         error: of rho*, or of phi* with `by`.
-        by, tolerance, ranks: see `compress`.
+        by, tolerance, ranks, settings: see `compress`.
 
     Yields:
         One Packing per halving.
@@ -64,7 +71,7 @@ def bisect_confluence(
         )
     while high - low > error:
         middle = 0.5 * (low + high)
-        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks)
+        (packing,) = compress(below, middle, high - low, by=by, tolerance=tolerance, ranks=ranks, settings=settings)
         reached = _fraction(packing, by)
         yield packing
         if not (packing.converged and packing.on_target and low < reached < high):
@@ -83,32 +90,6 @@ MOST_STATES = 1_000_000  # of a sweep: weeks of computing for any packing
 LARGEST_TOLERANCE = 1e-3  # contact forces of disks are 2e-2 eps over length at rho = 0.89, and less below
 
 
-@dataclass(frozen=True)
-class SweepSettings:
-    """Numbers of a sweep.
-
-    Attributes:
-        secant_steps: at most, to a true packing fraction.
-        met: distance from a state's packing fraction over that to the state before.
-        met_last: distance of the last state from its packing fraction.
-        least_slope: of rho against phi for a secant; below, the packing has jumped to another basin.
-        shortest: step in phi, when following a basin.
-        loose: pressure over force tolerance below which a pressure is not worth predicting.
-        easy: part of the error allowed below which the next step may be twice as long.
-    """
-
-    secant_steps: int = 15
-    met: float = 0.01
-    met_last: float = 1e-6
-    least_slope: float = 0.1
-    shortest: float = 1e-7
-    loose: float = 1e3
-    easy: float = 0.3
-
-
-SWEEP = SweepSettings()
-
-
 @checked
 def compress(
     packing: Packing,
@@ -121,6 +102,7 @@ def compress(
     error: float | None = None,
     tolerance: float | None = None,
     ranks: int = 1,
+    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
 ) -> Iterator[Packing]:
     """Compress or decompress a packing by steps, each to an energy minimum.
@@ -142,6 +124,7 @@ def compress(
             `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
             droplets; from 1e-15 to 1e-3.
         ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
+        settings: numbers of the solvers and of the sweep.
         progress: called after each state with the share of the work that is done, and in words.
 
     Yields:
@@ -173,7 +156,7 @@ def compress(
     value = packing_fraction(packing) if by == "rho" else packing.phi
     targets = grid(value, to, step, nearest, per_decade)
     force = force_tolerance(packing.model) if tolerance is None else tolerance
-    return _sweep(packing, targets, by, error, force, ranks, progress)
+    return _sweep(packing, targets, by, error, force, ranks, settings, progress)
 
 
 def grid(start: float, to: float, step: float, nearest: float | None = None, per_decade: int | None = None) -> Array:
@@ -200,12 +183,13 @@ def _sweep(
     error: float | None,
     force: float,
     ranks: int,
+    settings: SolverSettings,
     progress: Progress | None,
 ) -> Iterator[Packing]:
     def measure(state: Packing) -> float:
         return packing_fraction(state) if by == "rho" else state.phi
 
-    scales = natural_scales(packing)
+    numbers, scales = settings.sweep, natural_scales(packing)
     packing = scales.to_natural(packing)
     value, slope = measure(packing), 1.0
     relax_state = minimizer(packing.ensemble)
@@ -213,22 +197,22 @@ def _sweep(
     with Session(packing, ranks=ranks) as session:
         for target in targets:
             began = time.perf_counter()
-            tolerance = min(SWEEP.met * abs(target - before), SWEEP.met_last if target == targets[-1] else 1.0)
+            tolerance = min(numbers.met * abs(target - before), numbers.met_last if target == targets[-1] else 1.0)
             step_error = 0.0
             # the true packing fraction answers to the nominal one almost linearly: one or two secant steps
-            for _ in range(SWEEP.secant_steps):
+            for _ in range(numbers.secant_steps):
                 phi = packing.phi + (target - value) / slope
                 if error is None:
                     session.load(at_phi(packing, phi))
-                    found = relax_state(session, force)
+                    found = relax_state(session, force, settings=settings)
                 else:
-                    found, missed = _follow(session, packing, phi, error, force)
+                    found, missed = _follow(session, packing, phi, error, force, settings)
                     step_error = max(step_error, missed)
                 state = session.packing()
                 reached = measure(state)
                 if abs(reached - target) <= tolerance:
                     break
-                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > SWEEP.least_slope:
+                if state.phi != packing.phi and (reached - value) / (state.phi - packing.phi) > numbers.least_slope:
                     slope = (reached - value) / (state.phi - packing.phi)
                 packing, value = state, reached
             entries = {} if error is None else {"step_error": step_error}
@@ -246,9 +230,11 @@ def _sweep(
             yield scales.from_natural(packing)
 
 
-def _follow(session: Session, packing: Packing, phi: float, error: float, force: float) -> tuple[Relaxed, float]:
+def _follow(
+    session: Session, packing: Packing, phi: float, error: float, force: float, settings: SolverSettings
+) -> tuple[Relaxed, float]:
     """Go to phi by steps in which linear response predicts the pressure to a relative error; also returns that."""
-    relax_state = minimizer(packing.ensemble)
+    numbers, relax_state = settings.sweep, minimizer(packing.ensemble)
     largest, length = 0.0, abs(phi - packing.phi)
     while True:
         pressure = 0.5 * float(np.trace(stress(packing)))
@@ -256,17 +242,17 @@ def _follow(session: Session, packing: Packing, phi: float, error: float, force:
         following = packing.phi + np.sign(phi - packing.phi) * length
         predicted = _predict_pressure(packing, pressure, following)
         session.load(follow(packing, following))
-        found = relax_state(session, force, near=True)
+        found = relax_state(session, force, near=True, settings=settings)
         met = found.evaluation.pressure
-        missed = abs(met - predicted) / max(abs(met), abs(predicted), SWEEP.loose * force)
-        if (missed > error or not found.converged) and length > SWEEP.shortest:
+        missed = abs(met - predicted) / max(abs(met), abs(predicted), numbers.loose * force)
+        if (missed > error or not found.converged) and length > numbers.shortest:
             length *= 0.5
             continue
         largest = max(largest, missed)
         packing = session.packing()
         if abs(packing.phi - phi) <= 1e-12:
             return found, largest
-        length *= 2.0 if missed < SWEEP.easy * error else 1.0
+        length *= 2.0 if missed < numbers.easy * error else 1.0
 
 
 def _predict_pressure(packing: Packing, pressure: float, phi: float) -> float:

@@ -4,8 +4,6 @@ References: D. W. Marquardt, J. SIAM 11, 431 (1963); trust-region rules of Noced
 algorithm 4.1.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 
@@ -13,47 +11,12 @@ from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import hessian
+from jamlab.protocols.solver_settings import SOLVERS, NewtonSettings
 
 
-@dataclass(frozen=True)
-class NewtonSettings:
-    """Numbers of the method.
-
-    Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
-    `near_steps` (11 % more of the first, or 22 % more of the second), `first_shift` (a third more of both either way)
-    and a larger `good` (18 and 43 % more): `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        steps: at most.
-        near_steps: at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
-        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
-        first_shift: added to the Hessian's diagonal at first.
-        least_shift: keeps rattlers and translations, which have no stiffness, from running away.
-        last_shift: with more than this, steps are too short to get anywhere.
-        accepted: part of the energy foretold that a step must gain.
-        good, poor: parts above which the shift shrinks and below which it grows, Nocedal & Wright.
-        shrink, grow: factors of the shift; fast down, so that the end is quadratic.
-        definite: factor of the shift until the shifted Hessian is positive definite.
-    """
-
-    steps: int = 150
-    near_steps: int = 40
-    reach: float = 0.05
-    first_shift: float = 1e-3
-    least_shift: float = 1e-10
-    last_shift: float = 1e6
-    accepted: float = 1e-3
-    good: float = 0.75
-    poor: float = 0.25
-    shrink: float = 0.2
-    grow: float = 5.0
-    definite: float = 4.0
-
-
-NEWTON = NewtonSettings()
-
-
-def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.steps) -> int:
+def descend_by_newton(
+    session: Session, tolerance: float, steps: int | None = None, *, settings: NewtonSettings = SOLVERS.newton
+) -> int:
     """Take Levenberg-Marquardt steps until the tolerance is met.
 
     A step is judged by the energy it gains. Energies have no digits left here, so the gain is the work of the force
@@ -64,31 +27,32 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.st
     Args:
         session: is left in the best state reached.
         tolerance: on the largest force.
-        steps: at most.
+        steps: at most; default `settings.steps`.
+        settings: numbers of the method.
 
     Returns:
         The number of steps accepted.
     """
     packing = session.packing()
     _, forces = session.forces_at(packing.positions)
-    shift = NEWTON.first_shift
+    shift = settings.first_shift
     matrix: sparse.csc_array | None = None
     solver, taken = positive_solver(), 0
-    for _ in range(steps):
-        if np.hypot(*forces.T).max() <= tolerance or shift > NEWTON.last_shift:
+    for _ in range(settings.steps if steps is None else steps):
+        if np.hypot(*forces.T).max() <= tolerance or shift > settings.last_shift:
             break
         try:
             matrix = hessian(packing) if matrix is None else matrix
-            shift = factorise(matrix, shift, solver)
+            shift = factorise(matrix, shift, solver, settings.definite)
         except (InputError, ConvergenceError):  # outlines of two polygons cross: no minimum that way
             break
         step = solver.solve(forces.ravel())
-        step *= min(1.0, NEWTON.reach / float(np.abs(step).max()))
+        step *= min(1.0, settings.reach / float(np.abs(step).max()))
         predicted = forces.ravel() @ step - 0.5 * step @ (matrix @ step)
         positions = packing.positions + step.reshape(-1, 2)
         _, trial = session.forces_at(positions)
         gained = 0.5 * (forces + trial).ravel() @ step / predicted if predicted > 0 else -1.0
-        if gained > NEWTON.accepted:
+        if gained > settings.accepted:
             try:
                 packing = packing.with_state(positions=positions)
             except InputError:  # a polygon crosses itself
@@ -96,21 +60,22 @@ def descend_by_newton(session: Session, tolerance: float, steps: int = NEWTON.st
             else:
                 forces, matrix = trial, None
                 taken += 1
-        if gained > NEWTON.good:
-            shift = max(NEWTON.shrink * shift, NEWTON.least_shift)
-        elif gained < NEWTON.poor:
-            shift *= NEWTON.grow
+        if gained > settings.good:
+            shift = max(settings.shrink * shift, settings.least_shift)
+        elif gained < settings.poor:
+            shift *= settings.grow
     session.set_positions(packing.positions)
     return taken
 
 
-def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) -> float:
+def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver, definite: float) -> float:
     """Factorise matrix + shift, the shift raised until all eigenvalues are positive.
 
     Args:
         matrix: (n, n) symmetric.
         shift: least one.
         solver: holds the factors afterwards.
+        definite: factor of the shift until all are.
 
     Returns:
         The shift used.
@@ -125,5 +90,5 @@ def factorise(matrix: sparse.csc_array, shift: float, solver: PositiveSolver) ->
             solver.factorise(matrix + shift * identity)
             return shift
         except ConvergenceError:
-            shift *= NEWTON.definite
+            shift *= definite
     raise ConvergenceError(f"the Hessian cannot be factorised with any shift up to {highest:.2g}: is it finite?")

@@ -13,41 +13,8 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
+from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
-
-
-@dataclass(frozen=True)
-class OnsetSettings:
-    """Numbers of the search that `lammps_inputs/onset.parameters` does not share with the decks.
-
-    Halved or doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no
-    state, over five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
-        loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
-            F^2 delta^2/(2 eps).
-        loose_energy: contact energy over u_contact that forces left in loose disks may hold.
-        bearing: largest force over pressure and mean size below which contacts carry a load.
-        decompressions: at most.
-        jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
-        least_root: part of sqrt(U) that remains at least in one decompression.
-        stride: factor of a decompression that did not converge: come from elsewhere.
-        falls: jammed states at most that come loose on the way down; a box that shears may repeat itself for ever.
-    """
-
-    search_tolerance: float = 1e-6
-    loose_tolerance: float = 5e-8
-    loose_energy: float = 0.01
-    bearing: float = 0.01
-    decompressions: int = 80
-    jump: float = 0.1
-    least_root: float = 0.03
-    stride: float = 0.7
-    falls: int = 8
-
-
-ONSET = OnsetSettings()
 
 
 @dataclass(frozen=True)
@@ -62,12 +29,10 @@ class SearchState:
     def phi(self) -> float:
         return self.packing.phi
 
-    @property
-    def bears_load(self) -> bool:
+    def bears_load(self, bearing: float) -> bool:
         """Whether contact forces, of order pressure times particle size, stand far above the force imbalance."""
-        return self.found.evaluation.max_force < ONSET.bearing * self.found.evaluation.pressure * mean_size(
-            self.packing
-        )
+        state = self.found.evaluation
+        return state.max_force < bearing * state.pressure * mean_size(self.packing)
 
     @property
     def has_backbone(self) -> bool:
@@ -87,13 +52,14 @@ class OnsetSearch:
     relax_state: Minimizer
     tolerance: float
     work: OnsetWork
+    settings: SolverSettings
 
     def by_paper(self, packing: Packing, increment: float) -> SearchState:
         """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
         direction = 1.0
         while True:
             self.session.load(at_phi(packing, packing.phi + direction * increment))
-            state = self._measure(relax(self.session, self.tolerance))
+            state = self._measure(relax(self.session, self.tolerance, settings=self.settings))
             if self._at_onset(state):
                 return state
             turn = -1.0 if state.energy > self.protocol["u_contact"] else 1.0
@@ -131,7 +97,7 @@ class OnsetSearch:
                 # it fell apart in one go and found a denser basin: compress that one
                 falls += 1
                 packing, jammed, step = end.packing, None, self.protocol["step_fine"]
-            if falls > ONSET.falls:
+            if falls > self.settings.onset.falls:
                 raise ConvergenceError(
                     f"no jamming onset near phi = {packing.phi:.8f}: {falls} jammed states came loose on the way down "
                     "to it; try another seed or a smaller step"
@@ -163,11 +129,11 @@ class OnsetSearch:
         gap = 0.5 * (jammed.phi - lowest)
         fallen: SearchState | None = None  # not jammed; compressed from below it may have jammed later than it unjams
         stride = 1.0
-        for _ in range(ONSET.decompressions):
+        for _ in range(self.settings.onset.decompressions):
             root = root_energy(jammed.packing, jammed.energy)
-            wanted = jammed.phi - gap * (1 - max(aim / root, ONSET.least_root))
+            wanted = jammed.phi - gap * (1 - max(aim / root, self.settings.onset.least_root))
             if fallen is not None:
-                if jammed.phi - fallen.phi < ONSET.jump * gap:
+                if jammed.phi - fallen.phi < self.settings.onset.jump * gap:
                     return fallen
                 wanted = max(wanted, 0.5 * (fallen.phi + jammed.phi))
             state = self._follow(jammed.packing, jammed.phi - stride * (jammed.phi - wanted))
@@ -181,7 +147,7 @@ class OnsetSearch:
             elif state.energy < self.protocol["u_contact"] or not state.has_backbone:
                 fallen = state
             else:
-                stride *= ONSET.stride  # did not converge: come from elsewhere
+                stride *= self.settings.onset.stride  # did not converge: come from elsewhere
         raise ConvergenceError(
             f"no jamming onset near phi = {jammed.phi:.8f}: the contact energy per site, {jammed.energy:.2g}, does not "
             f"come down to {self.protocol['u_contact']:g} .. {self.protocol['u_jammed']:g}; try another seed or a "
@@ -190,26 +156,30 @@ class OnsetSearch:
 
     def _settle(self, start: Packing, phi: float) -> SearchState:
         self.session.load(at_phi(start, phi))
-        tolerance = self.tolerance if start.model == "sp" else max(self.tolerance, ONSET.search_tolerance)
+        tolerance = self.tolerance if start.model == "sp" else max(self.tolerance, self.settings.onset.search_tolerance)
         if not self.session.springs:  # softer and softer, loose disks need ever longer to part altogether
-            tolerance = max(tolerance, disk_law(start).force_at(ONSET.loose_energy * self.protocol["u_contact"]))
-        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"])
+            tolerance = max(
+                tolerance, disk_law(start).force_at(self.settings.onset.loose_energy * self.protocol["u_contact"])
+            )
+        found = settle(self.session, tolerance, loose=self.protocol["u_jammed"], settings=self.settings)
         return self._measure(Relaxed(found, tolerance, found.max_force <= tolerance, 0))
 
     def _follow(self, start: Packing, phi: float) -> SearchState:
         """The minimum that linear response leads to; a loose state is not relaxed to the end."""
         self.session.load(follow(start, phi))
         if start.model == "dp" and self.relax_state is relax:
-            found = settle(self.session, ONSET.loose_tolerance)
+            found = settle(self.session, self.settings.onset.loose_tolerance, settings=self.settings)
             if found.contact_energy < self.protocol["u_contact"] * self.session.size:
-                return self._measure(Relaxed(found, ONSET.loose_tolerance, False, 0))
+                return self._measure(Relaxed(found, self.settings.onset.loose_tolerance, False, 0))
         return self._relax(start, near=True)
 
     def _relax(self, start: Packing, near: bool = False) -> SearchState:
         """A minimum of the ensemble; droplets that shear until they bear no load are not sheared any further."""
         sheared = start.model == "dp" and self.relax_state is not relax
-        least = self.tolerance / (ONSET.bearing * mean_size(start)) if sheared else 0.0
-        return self._measure(self.relax_state(self.session, self.tolerance, near=near, least_pressure=least))
+        least = self.tolerance / (self.settings.onset.bearing * mean_size(start)) if sheared else 0.0
+        return self._measure(
+            self.relax_state(self.session, self.tolerance, near=near, least_pressure=least, settings=self.settings)
+        )
 
     def _measure(self, found: Relaxed) -> SearchState:
         reached = self.session.packing()
@@ -217,7 +187,11 @@ class OnsetSearch:
         return SearchState(reached, found, found.evaluation.contact_energy / len(reached.positions))
 
     def _jammed(self, state: SearchState) -> bool:
-        return state.energy > self.protocol["u_jammed"] and state.bears_load and state.has_backbone
+        return (
+            state.energy > self.protocol["u_jammed"]
+            and state.bears_load(self.settings.onset.bearing)
+            and state.has_backbone
+        )
 
     def _at_onset(self, state: SearchState) -> bool:
         in_window = self.protocol["u_contact"] <= state.energy <= self.protocol["u_jammed"]

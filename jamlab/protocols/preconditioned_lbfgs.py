@@ -9,55 +9,17 @@ step, (F0 + F1) . s/2, stands for the fall of the energy.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsv
 
 from jamlab.arrays import Array
+from jamlab.protocols.solver_settings import SOLVERS, LbfgsSettings
 
 Forces = Callable[[Array], tuple[float, Array]]
 Solve = Callable[[Array], Array]
 Preconditioner = Callable[[Array, float], Solve]
 Enough = Callable[[float], bool]
-
-
-@dataclass(frozen=True)
-class LbfgsSettings:
-    """Numbers of the method.
-
-    Halved or doubled, they lose no state and change force evaluations by 6 % and factorisations by 20 % at most, except
-    for `refresh` (72 % more or 38 % fewer factorisations), `least_shift` doubled (38 % more of them), and `longer` = 1,
-    with which steps cannot grow (4 times the evaluations): `tests/protocols/benchmark_solver_settings.py`.
-
-    Attributes:
-        steps: at most.
-        refresh: steps that one factorisation serves; all of them are remembered.
-        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
-        longer: times the longest move of the step before that a step is tried with at most: full steps mostly miss
-            while contacts open and close, and every miss costs an evaluation.
-        trials: force evaluations in one line search.
-        energy_digits: relative change of the energy below which it is rounding.
-        sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
-        curved: least cosine between a step and the change of the force along it for the pair to be remembered.
-        shift: added to the Hessian's diagonal over the largest force: far from balance long steps miss, and the Hessian
-            has negative modes down to some ten times that.
-        least_shift: with less, steps along soft modes are longer than the quadratic model holds.
-    """
-
-    steps: int = 5000
-    refresh: int = 40
-    reach: float = 0.05
-    longer: float = 2.0
-    trials: int = 8
-    energy_digits: float = 1e-13
-    sufficient: float = 1e-4
-    curved: float = 1e-10
-    shift: float = 2.0
-    least_shift: float = 3e-4
-
-
-LBFGS = LbfgsSettings()
 
 
 def descend_by_lbfgs(
@@ -68,6 +30,7 @@ def descend_by_lbfgs(
     tolerance: float,
     steps: int,
     enough: Enough | None = None,
+    settings: LbfgsSettings = SOLVERS.lbfgs,
 ) -> tuple[Array, bool]:
     """Minimise an energy by its forces.
 
@@ -79,6 +42,7 @@ def descend_by_lbfgs(
         tolerance: on the largest force.
         steps: at most.
         enough: largest force -> whether to stop; asked at each step.
+        settings: numbers of the method.
 
     Returns:
         (n, 2) positions, and whether the tolerance was met.
@@ -86,33 +50,33 @@ def descend_by_lbfgs(
     shape = start.shape
     x = start.ravel()
     energy, force = _flat(forces_at, x, shape)
-    age, longest = LBFGS.refresh, LBFGS.reach
+    age, longest = settings.refresh, settings.reach
     for _ in range(steps):
         largest = float(np.hypot(*force.reshape(shape).T).max())
         if largest <= tolerance or (enough is not None and enough(largest)):
             return x.reshape(shape), largest <= tolerance
-        if age == LBFGS.refresh:
-            shift = max(LBFGS.shift * largest, LBFGS.least_shift)
-            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape), shift)), 0
+        if age == settings.refresh:
+            shift = max(settings.shift * largest, settings.least_shift)
+            pairs, age = _Pairs(x.size, preconditioner(x.reshape(shape), shift), settings.refresh), 0
         age += 1
         step = pairs.inverse_times(force)
         if step @ force <= 0:
             pairs.clear()
             step = pairs.inverse_times(force)
-        found = _search_line(forces_at, x, shape, energy, force, step, longest)
+        found = _search_line(forces_at, x, shape, energy, force, step, longest, settings)
         if found is None:
             if age == 1:  # not even a fresh Hessian shows the way down
                 break
-            age = LBFGS.refresh
+            age = settings.refresh
             continue
         moved, new_energy, new_force = found
         change, bend = moved - x, force - new_force
-        longest = min(LBFGS.reach, LBFGS.longer * float(np.abs(change).max()))
+        longest = min(settings.reach, settings.longer * float(np.abs(change).max()))
         curvature = float(change @ bend)
-        if curvature > LBFGS.curved * np.linalg.norm(change) * np.linalg.norm(bend):
+        if curvature > settings.curved * np.linalg.norm(change) * np.linalg.norm(bend):
             pairs.add(change, bend)
         elif age > 1:
-            age = LBFGS.refresh  # the model is wrong here: factorise anew
+            age = settings.refresh  # the model is wrong here: factorise anew
         x, energy, force = moved, new_energy, new_force
     return x.reshape(shape), False
 
@@ -129,10 +93,10 @@ class _Pairs:
     S^T Y and D its diagonal, R a = S^T F, r = H (F - Y a), R^T c = D a - Y^T r, and the step is r + S c.
     """
 
-    def __init__(self, size: int, solve: Solve) -> None:
+    def __init__(self, size: int, solve: Solve, most: int) -> None:
         self._solve, self._count = solve, 0
-        self._s, self._y = np.empty((LBFGS.refresh, size)), np.empty((LBFGS.refresh, size))
-        self._r = np.zeros((LBFGS.refresh, LBFGS.refresh), order="F")
+        self._s, self._y = np.empty((most, size)), np.empty((most, size))
+        self._r = np.zeros((most, most), order="F")
 
     def clear(self) -> None:
         self._count = 0
@@ -162,19 +126,20 @@ def _search_line(
     force: Array,
     step: Array,
     longest: float,
+    settings: LbfgsSettings,
 ) -> tuple[Array, float, Array] | None:
     """Go along `step`, at most so far, until the energy falls enough; None if it does not."""
     slope = float(force @ step)
     length = min(1.0, longest / float(np.abs(step).max()))
-    noise = LBFGS.energy_digits * abs(energy)
-    for _ in range(LBFGS.trials):
+    noise = settings.energy_digits * abs(energy)
+    for _ in range(settings.trials):
         moved = x + length * step
         new_energy, new_force = _flat(forces_at, moved, shape)
         new_slope = float(new_force @ step)
         fall = energy - new_energy
         if abs(fall) <= noise:
             fall = 0.5 * length * (slope + new_slope)
-        if fall > LBFGS.sufficient * length * slope:
+        if fall > settings.sufficient * length * slope:
             return moved, new_energy, new_force
         # secant on the force along the step
         length *= min(0.5, max(0.1, slope / (slope - new_slope))) if new_slope < slope else 0.5

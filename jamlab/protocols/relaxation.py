@@ -23,47 +23,10 @@ from jamlab.geometry.vertex_contacts import vertex_contacts
 from jamlab.mechanics.positive_solver import positive_solver
 from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.force_laws import disk_law
-from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
-from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
+from jamlab.protocols.newton import descend_by_newton, factorise
+from jamlab.protocols.preconditioned_lbfgs import descend_by_lbfgs
+from jamlab.protocols.solver_settings import SOLVERS, RelaxationSettings, SolverSettings
 
-
-@dataclass(frozen=True)
-class RelaxationSettings:
-    """Which method takes over from which; `tests/protocols/benchmark_solver_settings.py` shows what each number costs.
-
-    Noise is the largest force over the pressure.
-
-    Attributes:
-        rounds: starts with first-order steps; another follows when Newton steps leave their basin.
-        many_disks: from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the
-            one step length of any other method short.
-        newton_noise: at which Newton steps take over there; started earlier they stall.
-        first_noise: of the first of several stages, each ten times better: a packing that comes loose is known early.
-        stages: at most.
-        jump: a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target.
-        cg_steps: at most, in one call.
-        fire_stretch: FIRE steps after which it starts anew.
-        fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
-        settle_steps: L-BFGS steps when it only matters whether a packing jams.
-        softest: contacts, over the strength of the law: FIRE steps grow no longer where disks that stiffen are softer.
-        loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
-    """
-
-    rounds: int = 3
-    many_disks: int = 1000
-    newton_noise: float = 1e-7
-    first_noise: float = 1e-2
-    stages: int = 12
-    jump: float = 0.5
-    cg_steps: int = 20_000
-    fire_stretch: int = 3000
-    fire_steps_droplets: int = 300
-    settle_steps: int = 1500
-    softest: float = 1e-3
-    loose_force: float = 2e-5
-
-
-SETTINGS = RelaxationSettings()
 LEAST_TOLERANCE = 1e-15  # forces of order 1 hold no smaller differences
 
 
@@ -88,7 +51,13 @@ class Minimizer(Protocol):
     """What `relax` and `relax_with_box_shear` have in common."""
 
     def __call__(
-        self, session: Session, tolerance: float | None = None, *, near: bool = False, least_pressure: float = 0.0
+        self,
+        session: Session,
+        tolerance: float | None = None,
+        *,
+        near: bool = False,
+        least_pressure: float = 0.0,
+        settings: SolverSettings = SOLVERS,
     ) -> Relaxed:
         """Minimise the packing in a session, see `relax`."""
 
@@ -111,19 +80,22 @@ def check_tolerance(tolerance: float | None, highest: float) -> None:
         raise InputError(f"tolerance = {tolerance:g}: rounding leaves larger forces, use {LEAST_TOLERANCE:g} or more")
 
 
-def settle(session: Session, tolerance: float, *, loose: float = 0.0) -> Evaluation:
+def settle(session: Session, tolerance: float, *, loose: float = 0.0, settings: SolverSettings = SOLVERS) -> Evaluation:
     """A bounded effort: enough to tell a jammed packing from a loose one, whose last digits cost most.
 
     Args:
         session: is left in the state reached.
         tolerance: on the largest force.
         loose: DP: give up a packing whose contact energy per vertex is below this when forces are nearly gone.
+        settings: numbers of the solvers.
     """
     if session.model == "sp":
-        return _descend_disks(session, tolerance, 0, 0.0)
-    state = _descend_preconditioned(session, tolerance, SETTINGS.settle_steps, loose * session.size)
-    if state.max_force > tolerance and not _loose(session, state.max_force, loose * session.size):
-        descend_by_newton(session, tolerance)
+        return _descend_disks(session, tolerance, 0, 0.0, settings.relaxation)
+    state = _descend_preconditioned(
+        session, tolerance, settings.relaxation.settle_steps, settings, loose * session.size
+    )
+    if state.max_force > tolerance and not _loose(session, state.max_force, loose * session.size, settings.relaxation):
+        descend_by_newton(session, tolerance, settings=settings.newton)
         state = session.evaluate()
     return state
 
@@ -134,6 +106,7 @@ def relax(
     *,
     near: bool = False,
     least_pressure: float = 0.0,
+    settings: SolverSettings = SOLVERS,
 ) -> Relaxed:
     """Minimise the energy of the packing in a session, at fixed box.
 
@@ -143,6 +116,7 @@ def relax(
         near: the state is a good guess of the minimum: try Newton steps before anything else.
         least_pressure: SP: give up a packing whose pressure falls below this on the way; the last digits of one that
             just loses its contacts cost most.
+        settings: numbers of the solvers.
 
     Returns:
         The state reached; `converged` is False if no round met the tolerance.
@@ -151,32 +125,32 @@ def relax(
         tolerance = force_tolerance(session.model)
     newton_steps = 0
     if near:
-        newton_steps = descend_by_newton(session, tolerance, NEWTON.near_steps)
+        newton_steps = descend_by_newton(session, tolerance, settings.newton.near_steps, settings=settings.newton)
         state = session.evaluate()
         if state.max_force <= tolerance:
             return Relaxed(state, tolerance, True, newton_steps)
-    for round_ in range(SETTINGS.rounds):
+    for round_ in range(settings.relaxation.rounds):
         if session.model == "sp":
-            state = _descend_disks(session, tolerance, round_, least_pressure)
+            state = _descend_disks(session, tolerance, round_, least_pressure, settings.relaxation)
             if state.pressure < least_pressure:
                 return Relaxed(state, tolerance, state.max_force <= tolerance, newton_steps)
         else:
             if round_:
-                descend_by_fire(session, tolerance)
-            state = _descend_preconditioned(session, tolerance, LBFGS.steps)
+                descend_by_fire(session, tolerance, settings.relaxation)
+            state = _descend_preconditioned(session, tolerance, settings.lbfgs.steps, settings)
         if state.max_force > tolerance:
-            newton_steps += descend_by_newton(session, tolerance)
+            newton_steps += descend_by_newton(session, tolerance, settings=settings.newton)
             state = session.evaluate()
         if state.max_force <= tolerance:
             break
     return Relaxed(state, tolerance, state.max_force <= tolerance and not _entangled(session), newton_steps)
 
 
-def descend_by_fire(session: Session, tolerance: float) -> None:
+def descend_by_fire(session: Session, tolerance: float, settings: RelaxationSettings = SOLVERS.relaxation) -> None:
     """FIRE over droplets; back to the start if one folded over itself or flew apart, where LAMMPS stops."""
     before = session.packing()
     try:
-        session.minimize(tolerance, style="fire", steps=SETTINGS.fire_steps_droplets)
+        session.minimize(tolerance, style="fire", steps=settings.fire_steps_droplets)
     except EngineError:  # lost atoms, or an edge of many times its length: what is built anew has neither
         session.load(before, anew=True)
     undo_if_folded(session, before.positions)
@@ -193,18 +167,20 @@ def _entangled(session: Session) -> bool:
     return False
 
 
-def _descend_disks(session: Session, tolerance: float, round_: int, least_pressure: float) -> Evaluation:
-    if session.size >= SETTINGS.many_disks or not session.springs:  # CG crawls where barely touching disks are soft
-        noise = SETTINGS.newton_noise * 0.1**round_
-        return quench(session, noise, floor=max(least_pressure, tolerance / noise))
+def _descend_disks(
+    session: Session, tolerance: float, round_: int, least_pressure: float, settings: RelaxationSettings
+) -> Evaluation:
+    if session.size >= settings.many_disks or not session.springs:  # CG crawls where barely touching disks are soft
+        noise = settings.newton_noise * 0.1**round_
+        return quench(session, noise, floor=max(least_pressure, tolerance / noise), settings=settings)
     style = "cg" if round_ % 2 == 0 else "fire"
     if not least_pressure:
-        return session.minimize(tolerance, style=style, steps=SETTINGS.cg_steps)
+        return session.minimize(tolerance, style=style, steps=settings.cg_steps)
     state = session.evaluate()
-    for noise in SETTINGS.first_noise * 0.1 ** np.arange(SETTINGS.stages):
+    for noise in settings.first_noise * 0.1 ** np.arange(settings.stages):
         target = max(noise * state.pressure, tolerance)
         if state.max_force > target:
-            state = session.minimize(target, style=style, steps=SETTINGS.cg_steps)
+            state = session.minimize(target, style=style, steps=settings.cg_steps)
         if state.pressure < least_pressure or state.max_force <= tolerance:
             break
     return state
@@ -218,6 +194,7 @@ def quench(
     steps: int = 100_000,
     border: Border | None = None,
     fire: FireSettings | None = None,
+    settings: RelaxationSettings = SOLVERS.relaxation,
 ) -> Evaluation:
     """FIRE steps down to forces of `noise` times the pressure: enough to know the pressure of disks.
 
@@ -228,34 +205,37 @@ def quench(
         steps: at most, in each of a few stages.
         border: strains that the box may take, down to the same noise in their stress; by default none.
         fire: numbers of the method, default those of `minimize.fire`.
+        settings: numbers of the stages.
     """
     state = session.evaluate()
-    for _ in range(SETTINGS.stages):  # the pressure, and with it the target, falls on the way
+    for _ in range(settings.stages):  # the pressure, and with it the target, falls on the way
         target = noise * max(state.pressure, floor)
         if state.max_force <= target and (border is None or border.excess(state.stress) <= target):
             break
         before = state.pressure
-        numbers = fire if session.springs else _longer_steps(session, fire or fire_settings(), before)
+        numbers = fire if session.springs else _longer_steps(session, fire or fire_settings(), before, settings.softest)
         state = session.minimize(
-            target, style="fire", steps=steps, stretch=SETTINGS.fire_stretch, border=border, fire=numbers
+            target, style="fire", steps=steps, stretch=settings.fire_stretch, border=border, fire=numbers
         )
-        if state.max_force > target and state.pressure > SETTINGS.jump * before:
+        if state.max_force > target and state.pressure > settings.jump * before:
             break
     return state
 
 
-def _longer_steps(session: Session, fire: FireSettings, pressure: float) -> FireSettings:
+def _longer_steps(session: Session, fire: FireSettings, pressure: float, softest: float) -> FireSettings:
     """Numbers of FIRE in the time of contacts that are soft, as those of disks are that stiffen with their overlap."""
-    stiffness = max(disk_law(session.packing()).stiffness_at(pressure), SETTINGS.softest)
+    stiffness = max(disk_law(session.packing()).stiffness_at(pressure), softest)
     return replace(fire, timestep=fire.timestep * max(1.0, stiffness**-0.5))
 
 
-def _descend_preconditioned(session: Session, target: float, steps: int, loose: float = 0.0) -> Evaluation:
+def _descend_preconditioned(
+    session: Session, target: float, steps: int, settings: SolverSettings, loose: float = 0.0
+) -> Evaluation:
     packing = session.packing()
     solver = positive_solver()
 
     def preconditioner(positions: Array, shift: float) -> Callable[[Array], Array]:
-        factorise(hessian(packing.with_state(positions=positions)), shift, solver)
+        factorise(hessian(packing.with_state(positions=positions)), shift, solver, settings.newton.definite)
         return solver.solve
 
     try:
@@ -265,7 +245,8 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
             preconditioner,
             tolerance=target,
             steps=steps,
-            enough=lambda largest_force: _loose(session, largest_force, loose),
+            enough=lambda largest_force: _loose(session, largest_force, loose, settings.relaxation),
+            settings=settings.lbfgs,
         )
         session.set_positions(positions)
         undo_if_folded(session, packing.positions)
@@ -274,9 +255,9 @@ def _descend_preconditioned(session: Session, target: float, steps: int, loose: 
     return session.evaluate()
 
 
-def _loose(session: Session, largest_force: float, contact_energy: float) -> bool:
+def _loose(session: Session, largest_force: float, contact_energy: float, settings: RelaxationSettings) -> bool:
     """Whether contacts are gone, and forces too small to press droplets together again that have just lost touch."""
-    return largest_force < SETTINGS.loose_force and session.contact_energy() < contact_energy
+    return largest_force < settings.loose_force and session.contact_energy() < contact_energy
 
 
 def undo_if_folded(session: Session, before: Array) -> None:

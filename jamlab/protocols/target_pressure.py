@@ -1,7 +1,6 @@
 """Pack disks at a target pressure, in the law and units of Baumgarten & Tighe."""
 
 import time
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,27 +19,11 @@ from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, quench
+from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
 LEAST_NOISE = 1e-4  # force tolerance over pressure at most: z and G have few digits else
-
-
-@dataclass(frozen=True)
-class PressureSettings:
-    """Numbers of the search that `lammps_inputs/pressure.parameters` does not share with the deck.
-
-    Attributes:
-        ladder: force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the
-            next is tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2,
-            phi of 50 packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +-
-            1e-4; two levels more change it by 2e-5 +- 2e-5.
-    """
-
-    ladder: tuple[tuple[float, float], ...] = ((3e-2, 2.0), (1e-2, 0.5))
-
-
-PRESSURE = PressureSettings()
 
 
 @checked
@@ -54,6 +37,7 @@ def pack(
     tolerance: float | None = None,
     ratio: float | None = None,
     large: float = 0.5,
+    settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: float,
 ) -> Packing:
@@ -73,6 +57,7 @@ def pack(
             1e-4 of the pressure.
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
         large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
+        settings: numbers of the solvers and of the search.
         progress: called after each minimisation, with nan for the share of the work, and in words.
         parameters: of the force law, values that replace those of `sp.parameters`.
 
@@ -107,8 +92,8 @@ def pack(
     start = random_disks(n, seed, phi=search["phi_jammed"] + 2 * overlap, units="k", **sizes, **parameters)
     start = start.with_state(ensemble=ensemble)
     with Session(start, ranks=ranks) as session:
-        _walk(session, pressure, search, progress)
-        found = relax_disks_and_box(session, Border(strains, pressure), force)
+        _walk(session, pressure, search, settings, progress)
+        found = relax_disks_and_box(session, Border(strains, pressure), force, settings=settings)
         packing = session.packing()
     if progress is not None:
         progress(1.0, f"packing fraction {packing.phi:.4f}")
@@ -135,7 +120,13 @@ def _check_force(pressure: float, tolerance: float | None) -> float:
     return force
 
 
-def _walk(session: Session, pressure: float, search: dict[str, float], progress: Progress | None) -> None:
+def _walk(
+    session: Session,
+    pressure: float,
+    search: dict[str, float],
+    settings: SolverSettings,
+    progress: Progress | None,
+) -> None:
     """Quench and decompress until the pressure is near the target, known better and better on the way."""
     law = disk_law(session.packing())
     target = law.linear_in_phi(pressure)  # secants are taken of what is linear in phi
@@ -143,14 +134,14 @@ def _walk(session: Session, pressure: float, search: dict[str, float], progress:
     loose = search["loose"] * pressure
     before: tuple[float, float] | None = None
     for _ in range(int(search["tries"])):
-        noise, wanted = PRESSURE.ladder[level]
-        state = quench(session, noise, floor=loose)
+        noise, wanted = settings.pressure.ladder[level]
+        state = quench(session, noise, floor=loose, settings=settings.relaxation)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
             progress(float("nan"), f"packing fraction {packing.phi:.4f}")
         if abs(np.log(max(reached, loose) / pressure)) <= wanted:
             level += 1
-            if level == len(PRESSURE.ladder):
+            if level == len(settings.pressure.ladder):
                 return
             continue
         if reached < loose:  # too far down, or it found a denser basin: up again by growing steps

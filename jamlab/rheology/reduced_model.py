@@ -36,6 +36,12 @@ class KrylovSettings:
         sketch: rows of the random projection by which residuals are compared; lengths err by sqrt(2/sketch), 3 %.
         dependent: part of a new vector outside the space that is still a direction, not the rounding of ten thousand
             products.
+
+    Example:
+        >>> p = jamlab.pack(n=16, pressure=1e-2, seed=1)
+        >>> often = jamlab.KrylovSettings(tolerance=1e-11, quiet=3)
+        >>> jamlab.complex_modulus(p, [0.01, 1.0], method="reduced", settings=often).method
+        'reduced'
     """
 
     steps: int = 5

@@ -14,47 +14,39 @@ import pytest
 
 import jamlab
 from jamlab.engine.session import Session
-from jamlab.protocols import (
-    border_newton,
-    box_relaxation,
-    box_shear,
-    compression,
-    newton,
-    onset_search,
-    preconditioned_lbfgs,
-    relaxation,
-)
-from jamlab.protocols import target_pressure as pressure
+from jamlab.protocols import border_newton, newton, relaxation
 
-MODULES = {  # settings, the modules that read them, and the packings they matter for
-    "NEWTON": ((newton, relaxation), ("droplets", "stabilized", "large")),
-    "LBFGS": ((preconditioned_lbfgs, relaxation), ("droplets",)),
-    "SETTINGS": ((relaxation,), ("disks", "droplets", "large")),
-    "BOX_SHEAR": ((box_shear,), ("sheared droplets",)),
-    "BORDER": ((border_newton,), ("stabilized", "pressed")),
-    "BOX_RELAXATION": ((box_relaxation,), ("stabilized", "pressed")),
-    "ONSET": ((onset_search,), ("disks", "droplets")),
-    "SWEEP": ((compression,), ("disks", "followed")),
-    "PRESSURE": ((pressure,), ("large", "pressed")),
+KINDS = {  # settings -> the packings they matter for
+    "newton": ("droplets", "stabilized", "large"),
+    "lbfgs": ("droplets",),
+    "relaxation": ("disks", "droplets", "large"),
+    "box_shear": ("sheared droplets",),
+    "border": ("stabilized", "pressed"),
+    "box_relaxation": ("stabilized", "pressed"),
+    "onset": ("disks", "droplets"),
+    "sweep": ("disks", "followed"),
+    "pressure": ("large", "pressed"),
 }
 FACTORS = (0.5, 2.0)
 
 
-def _states(kind):
+def _states(kind, settings):
+    how = {"settings": settings}
     if kind == "disks":
-        return [p for seed in (1, 2, 3) for p in _sweep(jamlab.jam(n=64, seed=seed), to=0.92, step=0.01)]
+        return [p for seed in (1, 2, 3) for p in _sweep(jamlab.jam(n=64, seed=seed, **how), to=0.92, step=0.01, **how)]
     if kind == "droplets":
-        return [p for seed in (1, 2) for p in _sweep(jamlab.jam("dp", n=12, seed=seed), to=0.95, step=0.02)]
-    if kind == "stabilized":
-        onset = jamlab.jam(n=32, seed=1, ensemble="shear-stabilized")
-        return _sweep(onset, to=0.92, step=0.02)
+        onsets = [jamlab.jam("dp", n=12, seed=seed, **how) for seed in (1, 2)]
+        return [p for onset in onsets for p in _sweep(onset, to=0.95, step=0.02, **how)]
+    if kind in ("stabilized", "followed"):
+        onset = jamlab.jam(n=32, seed=1, ensemble="shear-stabilized", **how)
+        basin = {"to": 0.9, "error": 1e-3} if kind == "followed" else {"to": 0.92}
+        return _sweep(onset, step=0.02, **basin, **how)
     if kind == "sheared droplets":
-        return _sweep(jamlab.jam("dp", n=12, seed=1, ensemble="shear-stabilized"), to=0.9, step=0.02)
-    if kind == "followed":
-        return _sweep(jamlab.jam(n=32, seed=1, ensemble="shear-stabilized"), to=0.9, step=0.02, error=1e-3)
+        onset = jamlab.jam("dp", n=12, seed=1, ensemble="shear-stabilized", **how)
+        return _sweep(onset, to=0.9, step=0.02, **how)
     if kind == "pressed":
-        return [jamlab.pack(n=128, pressure=p, seed=s) for p in (1e-2, 1e-4) for s in (1, 2)]
-    return [jamlab.pack(n=1200, pressure=1e-3, seed=1)]
+        return [jamlab.pack(n=128, pressure=p, seed=s, **how) for p in (1e-2, 1e-4) for s in (1, 2)]
+    return [jamlab.pack(n=1200, pressure=1e-3, seed=1, **how)]
 
 
 def _sweep(onset, **how):
@@ -79,9 +71,9 @@ class Work:
             self.forces += session.steps() - before
             return state
 
-        def count_factors(matrix, shift, solver):
+        def count_factors(*arguments):
             self.factors += 1
-            return factorise(matrix, shift, solver)
+            return factorise(*arguments)
 
         def count_border(*arguments):
             self.factors += 1
@@ -94,46 +86,46 @@ class Work:
             monkeypatch.setattr(module, "factorise", count_factors)
 
 
-def _measure(kinds):
+def _measure(kinds, settings):
     """Force evaluations, factorisations, states at a minimum and where they should be, and runs that made none."""
     good = lost = 0
     with pytest.MonkeyPatch.context() as patch:
         work = Work(patch)
         for kind in kinds:
             try:
-                good += sum(p.converged and p.on_target for p in _states(kind))
+                good += sum(p.converged and p.on_target for p in _states(kind, settings))
             except jamlab.ConvergenceError:
                 lost += 1
         return work.forces, work.factors, good, lost
 
 
-def _variants(settings):
-    for field in fields(settings):
-        value = getattr(settings, field.name)
+def _variants(name):
+    """Every number of one solver halved and doubled: its name, the factor, and the settings of all solvers."""
+    usual = jamlab.SolverSettings()
+    numbers = getattr(usual, name)
+    for field in fields(numbers):
+        value = getattr(numbers, field.name)
         for factor in FACTORS:
             if isinstance(value, tuple):
-                yield field.name, factor, replace(settings, **{field.name: tuple((factor * a, b) for a, b in value)})
+                changed = tuple((factor * a, b) for a, b in value)
             else:
                 changed = factor * value if isinstance(value, float) else max(1, round(factor * value))
-                yield field.name, factor, replace(settings, **{field.name: changed})
+            yield field.name, factor, replace(usual, **{name: replace(numbers, **{field.name: changed})})
 
 
 @pytest.mark.benchmark
-@pytest.mark.parametrize("name", MODULES)
-def test_settings_halved_and_doubled(name, monkeypatch):
-    modules, kinds = MODULES[name]
-    forces, factors, states, lost = _measure(kinds)
+@pytest.mark.parametrize("name", KINDS)
+def test_settings_halved_and_doubled(name):
+    kinds, usual = KINDS[name], jamlab.SolverSettings()
+    forces, factors, states, lost = _measure(kinds, usual)
     rows = []
-    for field, factor, settings in _variants(getattr(modules[0], name)):
-        for module in modules:
-            monkeypatch.setattr(module, name, settings)
-        found = _measure(kinds)
+    for field, factor, settings in _variants(name):
+        found = _measure(kinds, settings)
         rows.append([field, factor, found[0] / forces, found[1] / max(factors, 1), found[2] - states, found[3]])
         print(
             "{}.{:22s} x {:<4g} forces {:5.2f}  factorisations {:5.2f}  states {:+d}  lost {}".format(name, *rows[-1])
         )
         if "JAMLAB_RESULTS" in os.environ:
             text = json.dumps({"default": [forces, factors, states], "rows": rows})
-            (Path(os.environ["JAMLAB_RESULTS"]) / f"settings-{name.lower()}.json").write_text(text)
-        monkeypatch.undo()
-    assert lost == 0 and states == sum(len(_states(kind)) for kind in kinds)
+            (Path(os.environ["JAMLAB_RESULTS"]) / f"settings-{name}.json").write_text(text)
+    assert lost == 0 and states == sum(len(_states(kind, usual)) for kind in kinds)

@@ -56,7 +56,9 @@ def test_step_solves_the_bordered_system(pushed):
     model, gradient = Model.of(packing, border, state), border.gradient(state.stress, packing.area)
     sites = model.sites.toarray()
     size = len(sites)
-    u, e, shift = border_newton._step(positive_solver(), model, state.forces.ravel(), gradient, 1e-2)
+    u, e, shift = border_newton._step(
+        positive_solver(), model, state.forces.ravel(), gradient, 1e-2, jamlab.SolverSettings()
+    )
     held = 0.5 * shift * size * np.eye(3)
     whole = np.block([[sites + shift * np.eye(size), model.coupling], [model.coupling.T, model.strains + held]])
     assert np.linalg.eigvalsh(whole)[0] > 0
@@ -72,7 +74,7 @@ def test_newton_steps_end_at_the_minimum(sp_jammed):
     with jamlab.Session(near) as session:
         taken = descend_with_box(session, border, 1e-13)
         state = session.evaluate()
-    assert 0 < taken < border_newton.BORDER.steps
+    assert 0 < taken < jamlab.SolverSettings().border.steps
     assert state.max_force <= 1e-13 and border.excess(state.stress) < 1e-14
 
 
@@ -124,7 +126,7 @@ def test_a_symmetric_box_leaves_its_saddle(seed):
 
 def test_a_saddle_that_is_not_left_is_no_minimum(monkeypatch):
     """No force and no shear stress, but a shear of the box that lowers the energy: once returned as converged."""
-    monkeypatch.setattr(box_relaxation, "_leave_saddle", lambda session, state: False)
+    monkeypatch.setattr(box_relaxation, "_leave_saddle", lambda *_: False)
     with pytest.raises(jamlab.ConvergenceError):
         jamlab.jam("sp", 8, 1, ensemble="shear-stabilized")
 

@@ -12,7 +12,8 @@ from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import random_disks
-from jamlab.protocols.relaxation import SETTINGS, force_tolerance, relax
+from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.protocols.solver_settings import SOLVERS
 from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
 from jamlab.studies.failure.verdict import Trial, balanced, judge_descent
 
@@ -188,7 +189,7 @@ MAPS = (
     Map(
         "gradients-rattlers",
         "Conjugate gradients alone: steps allowed against rattlers, N = 24",
-        log_axis("steps allowed", 10, SETTINGS.cg_steps * 2, SETTINGS.cg_steps),
+        log_axis("steps allowed", 10, SOLVERS.relaxation.cg_steps * 2, SOLVERS.relaxation.cg_steps),
         Axis("small disks, of 24", tuple(range(12)), logarithmic=False),
         6,
         loosen,

@@ -1,0 +1,314 @@
+"""Numbers of the solvers that make packings, each with its reason; `settings=` hands in others."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """Numbers of Newton steps at a fixed box, `descend_by_newton`.
+
+    Halved or doubled, they change force evaluations and factorisations by less than 5 % and lose no state, except for
+    `near_steps` (11 % more of the first, or 22 % more of the second), `first_shift` (a third more of both either way)
+    and a larger `good` (18 and 43 % more): `tests/protocols/benchmark_solver_settings.py`.
+
+    Attributes:
+        steps: at most.
+        near_steps: at most, from a guess near the minimum; beyond, first-order steps bring disks nearer for less.
+        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
+        first_shift: added to the Hessian's diagonal at first.
+        least_shift: keeps rattlers and translations, which have no stiffness, from running away.
+        last_shift: with more than this, steps are too short to get anywhere.
+        accepted: part of the energy foretold that a step must gain.
+        good, poor: parts above which the shift shrinks and below which it grows, Nocedal & Wright.
+        shrink, grow: factors of the shift; fast down, so that the end is quadratic.
+        definite: factor of the shift until the shifted Hessian is positive definite.
+    """
+
+    steps: int = 150
+    near_steps: int = 40
+    reach: float = 0.05
+    first_shift: float = 1e-3
+    least_shift: float = 1e-10
+    last_shift: float = 1e6
+    accepted: float = 1e-3
+    good: float = 0.75
+    poor: float = 0.25
+    shrink: float = 0.2
+    grow: float = 5.0
+    definite: float = 4.0
+
+
+@dataclass(frozen=True)
+class LbfgsSettings:
+    """Numbers of preconditioned L-BFGS for droplets, `descend_by_lbfgs`.
+
+    Halved or doubled, they lose no state and change force evaluations by 6 % and factorisations by 20 % at most, except
+    for `refresh` (72 % more or 38 % fewer factorisations), `least_shift` doubled (38 % more of them), and `longer` = 1,
+    with which steps cannot grow (4 times the evaluations): `tests/protocols/benchmark_solver_settings.py`.
+
+    Attributes:
+        steps: at most.
+        refresh: steps that one factorisation serves; all of them are remembered.
+        reach: longest move of a coordinate in one step, mean particle size; contacts beyond are not in the Hessian.
+        longer: times the longest move of the step before that a step is tried with at most: full steps mostly miss
+            while contacts open and close, and every miss costs an evaluation.
+        trials: force evaluations in one line search.
+        energy_digits: relative change of the energy below which it is rounding.
+        sufficient: part of the energy foretold by the slope that a step must gain (Armijo), Nocedal & Wright 3.1.
+        curved: least cosine between a step and the change of the force along it for the pair to be remembered.
+        shift: added to the Hessian's diagonal over the largest force: far from balance long steps miss, and the Hessian
+            has negative modes down to some ten times that.
+        least_shift: with less, steps along soft modes are longer than the quadratic model holds.
+    """
+
+    steps: int = 5000
+    refresh: int = 40
+    reach: float = 0.05
+    longer: float = 2.0
+    trials: int = 8
+    energy_digits: float = 1e-13
+    sufficient: float = 1e-4
+    curved: float = 1e-10
+    shift: float = 2.0
+    least_shift: float = 3e-4
+
+
+@dataclass(frozen=True)
+class RelaxationSettings:
+    """Which method takes over from which; `tests/protocols/benchmark_solver_settings.py` shows what each number costs.
+
+    Noise is the largest force over the pressure.
+
+    Attributes:
+        rounds: starts with first-order steps; another follows when Newton steps leave their basin.
+        many_disks: from here on FIRE goes on almost to the end, instead of conjugate gradients: local events keep the
+            one step length of any other method short.
+        newton_noise: at which Newton steps take over there; started earlier they stall.
+        first_noise: of the first of several stages, each ten times better: a packing that comes loose is known early.
+        stages: at most.
+        jump: a stage whose pressure falls by less than this factor was stopped by its steps, not by a new target.
+        cg_steps: at most, in one call.
+        fire_stretch: FIRE steps after which it starts anew.
+        fire_steps_droplets: FIRE steps between two rounds, droplets: away from where the last one stalled.
+        settle_steps: L-BFGS steps when it only matters whether a packing jams.
+        softest: contacts, over the strength of the law: FIRE steps grow no longer where disks that stiffen are softer.
+        loose_force: droplets: below, forces that are left cannot bring a packing to jam that has no contacts.
+    """
+
+    rounds: int = 3
+    many_disks: int = 1000
+    newton_noise: float = 1e-7
+    first_noise: float = 1e-2
+    stages: int = 12
+    jump: float = 0.5
+    cg_steps: int = 20_000
+    fire_stretch: int = 3000
+    fire_steps_droplets: int = 300
+    settle_steps: int = 1500
+    softest: float = 1e-3
+    loose_force: float = 2e-5
+
+
+@dataclass(frozen=True)
+class BorderSettings:
+    """Numbers of Newton steps over sites and box, `descend_with_box`; the shift is that of `NewtonSettings`.
+
+    Attributes:
+        steps: factorisations at most: near a minimum 4 to 20 do; first-order steps come nearer for less.
+        reach: longest move of a coordinate in one step, mean particle size.
+        longest_strain: of the box in one step.
+        first_shift, least_shift, last_shift: of the Hessian's diagonal; of the strains' times the number of sites.
+        searches: lengths tried along one step at most.
+        slack: part of the slope at its start that may be left at the end of a step, uphill.
+        fallen: factor of the largest force that is good enough by itself: slopes lose their digits first.
+        good, poor: lengths of a step above which the shift shrinks and below which it grows.
+        shrink, grow: factors of the shift.
+        softest: least curvature over the largest that a strain is divided by.
+        digits: of unbalanced stress over pressure, at the end.
+        rounding: of a stress, over the stiffness of a contact.
+    """
+
+    steps: int = 40
+    reach: float = 0.1
+    longest_strain: float = 0.02
+    first_shift: float = 1e-4
+    least_shift: float = 1e-10
+    last_shift: float = 1e3
+    searches: int = 6
+    slack: float = 0.5
+    fallen: float = 0.2
+    good: float = 0.75
+    poor: float = 0.25
+    shrink: float = 0.2
+    grow: float = 5.0
+    softest: float = 1e-9
+    digits: float = 1e-12
+    rounding: float = 3e-16
+
+
+@dataclass(frozen=True)
+class BoxRelaxationSettings:
+    """Numbers of the relaxation of disks with their box, `relax_disks_and_box`.
+
+    Attributes:
+        jammed: largest force over pressure at which a packing at fixed box shows whether anything holds the box.
+        noise: the same at which Newton steps take over; started at 1e-4 many fail.
+        finer: its factor where they fail.
+        rounds: at most; after one whose steps ran out, FIRE is livelier.
+        fire_only_disks: from here on FIRE alone meets a pressure: 40 Newton steps ended at 1e-10 with 32768 disks.
+        near: Newton steps from a guess of the minimum, before anything else.
+        leave: shear of a box that rests on a saddle, as symmetric packings of few disks do.
+        balanced: unbalanced stress at the end, over that of rounding or of 1e-12 of the pressure.
+        met: error of a pressure over the pressure that is good enough where FIRE has reached it by itself.
+    """
+
+    jammed: float = 1e-2
+    noise: float = 1e-6
+    finer: float = 0.1
+    rounds: int = 12
+    fire_only_disks: int = 10_000
+    near: int = 10
+    leave: float = 1e-3
+    balanced: float = 10.0
+    met: float = 1e-7
+
+
+@dataclass(frozen=True)
+class BoxShearSettings:
+    """Numbers of the shear of the box around droplets, `relax_with_box_shear`.
+
+    Measured on a shear-stabilized sweep of disks (N = 32): halved or doubled, `stress_tolerance`, `steps`,
+    `longest_strain`, `grow`, `softest`, a larger `reach` and a smaller `poor` change force evaluations and
+    factorisations by less than 10 %. A smaller `reach` or `good`, and `shrink` or `refused` either way, take 26 to 72 %
+    more. A larger `good` or `poor` loses states.
+
+    Attributes:
+        stress_tolerance: residual shear stress over pressure at the end.
+        steps: of the box at most.
+        longest_strain: in one step: linear response of the sites holds no further.
+        reach: first trust radius over the compressive strain p/B, in which overlaps close.
+        good, poor: parts of the fall foretold above which the radius grows and below which it shrinks.
+        grow, shrink: factors of the radius.
+        refused: factor of the length of a step that led uphill: the next radius.
+        softest: least curvature over the largest that a step is divided by.
+        first_curvature: of droplets that rest on corners, over eps per area: secants correct it.
+    """
+
+    stress_tolerance: float = 1e-8
+    steps: int = 60
+    longest_strain: float = 0.02
+    reach: float = 0.3
+    good: float = 0.5
+    poor: float = 0.25
+    grow: float = 2.5
+    shrink: float = 0.5
+    refused: float = 0.25
+    softest: float = 1e-12
+    first_curvature: float = 0.2
+
+
+@dataclass(frozen=True)
+class OnsetSettings:
+    """Numbers of the search for onset that `lammps_inputs/onset.parameters` does not share with the decks.
+
+    Halved or doubled, each changes force evaluations by less than 1 % and factorisations by at most 3 %, and loses no
+    state, over five sweeps of disks and droplets: `tests/protocols/benchmark_solver_settings.py`.
+
+    Attributes:
+        search_tolerance: on the largest force of droplets: enough to tell a state jammed by step_fine from a loose one.
+        loose_tolerance: the same for droplets near onset: forces that are left could not make up u_contact,
+            F^2 delta^2/(2 eps).
+        loose_energy: contact energy over u_contact that forces left in loose disks may hold.
+        bearing: largest force over pressure and mean size below which contacts carry a load.
+        decompressions: at most.
+        jump: contacts lost within this part of the way to the extrapolated onset are lost in one go.
+        least_root: part of sqrt(U) that remains at least in one decompression.
+        stride: factor of a decompression that did not converge: come from elsewhere.
+        falls: jammed states at most that come loose on the way down; a box that shears may repeat itself for ever.
+    """
+
+    search_tolerance: float = 1e-6
+    loose_tolerance: float = 5e-8
+    loose_energy: float = 0.01
+    bearing: float = 0.01
+    decompressions: int = 80
+    jump: float = 0.1
+    least_root: float = 0.03
+    stride: float = 0.7
+    falls: int = 8
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """Numbers of a sweep, `compress`.
+
+    Attributes:
+        secant_steps: at most, to a true packing fraction.
+        met: distance from a state's packing fraction over that to the state before.
+        met_last: distance of the last state from its packing fraction.
+        least_slope: of rho against phi for a secant; below, the packing has jumped to another basin.
+        shortest: step in phi, when following a basin.
+        loose: pressure over force tolerance below which a pressure is not worth predicting.
+        easy: part of the error allowed below which the next step may be twice as long.
+    """
+
+    secant_steps: int = 15
+    met: float = 0.01
+    met_last: float = 1e-6
+    least_slope: float = 0.1
+    shortest: float = 1e-7
+    loose: float = 1e3
+    easy: float = 0.3
+
+
+@dataclass(frozen=True)
+class PressureSettings:
+    """Numbers of the search for a pressure that `lammps_inputs/pressure.parameters` does not share with the deck.
+
+    Attributes:
+        ladder: force over pressure on the way to the target, and how near, |log(p/target)|, that must come before the
+            next is tried, or the box set free. The way changes the ensemble: by steps of p -> 0.6 p, relaxed to 1e-2,
+            phi of 50 packings (n = 512, p = 1e-4) ends higher by 6e-4 +- 2e-4, with one level less lower by 1.5e-4 +-
+            1e-4; two levels more change it by 2e-5 +- 2e-5.
+    """
+
+    ladder: tuple[tuple[float, float], ...] = ((3e-2, 2.0), (1e-2, 0.5))
+
+
+@dataclass(frozen=True)
+class SolverSettings:
+    """Numbers of all solvers that make packings, for the argument `settings`.
+
+    The defaults are measured: `tests/protocols/benchmark_solver_settings.py` halves and doubles each of them.
+
+    Attributes:
+        newton: Newton steps at a fixed box.
+        lbfgs: preconditioned L-BFGS, droplets.
+        relaxation: which method takes over from which.
+        border: Newton steps over sites and box.
+        box_relaxation: disks relaxed with their box.
+        box_shear: droplets relaxed with the shear of their box.
+        onset: search for jamming onset, `jam`.
+        sweep: states at packing fractions, `compress`.
+        pressure: search for a pressure, `pack`.
+
+    Example:
+        >>> from dataclasses import replace
+        >>> usual = jamlab.SolverSettings()
+        >>> few = replace(usual, newton=replace(usual.newton, steps=50))
+        >>> jamlab.jam(n=16, seed=1, settings=few).converged
+        True
+    """
+
+    newton: NewtonSettings = NewtonSettings()
+    lbfgs: LbfgsSettings = LbfgsSettings()
+    relaxation: RelaxationSettings = RelaxationSettings()
+    border: BorderSettings = BorderSettings()
+    box_relaxation: BoxRelaxationSettings = BoxRelaxationSettings()
+    box_shear: BoxShearSettings = BoxShearSettings()
+    onset: OnsetSettings = OnsetSettings()
+    sweep: SweepSettings = SweepSettings()
+    pressure: PressureSettings = PressureSettings()
+
+
+SOLVERS = SolverSettings()
