@@ -26,6 +26,7 @@ static constexpr double NODES[3] = {0.0, 0.5, 0.75};
 static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity before, that leads to a stage
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
+static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
 static constexpr double TRUST = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
                                             // no drag would grow from step to step
 static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
@@ -184,18 +185,22 @@ void FixOverdamped::plan_disks()
   const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
   double step = state.step > 0.0 ? state.step : FIRST * longest;
   double next;
+  bool rejected = false;
+  double off_before = HUGE_VAL;
   while (true) {
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
-    if (factor >= SAFETY) break;
+    if (factor >= SAFETY || (std::isfinite(off) && off > NOISE * off_before)) break;
+    off_before = off;
     if (step < STUCK * longest)
       error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
                  "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
                  state.strain, state.rate, step);
     step = next;
+    rejected = true;
   }
-  plan.next_step = std::max(next, std::min(state.step, longest) > step ? state.step : 0.0);
+  plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;
   plan.time = up_to_changes(step, allowed);
   plan.strain = strain_after(plan.time, step);
