@@ -97,7 +97,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     std::vector<double> thetas;
   } stages[3];
   struct Plan {     // the next step of disks: part `time` of a whole one
-    double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0;
+    double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0, longest = 0.0;
     Motions moved, ahead;
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;

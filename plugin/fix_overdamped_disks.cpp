@@ -32,7 +32,7 @@ static constexpr double TRUST = 0.9;        // in the velocities ahead, where th
 static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
 static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
-static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in a step
+static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
 static constexpr int MOST_COMBINATIONS = 81;    // of states that are tried
@@ -71,7 +71,7 @@ double FixOverdamped::all_speeds() const
 void FixOverdamped::start_disks()
 {
   disks->take(atom->nlocal, atom->nghost, 0.0);
-  disks->keep_gaps(state.step > 0.0 ? SETTLES / state.step : 0.0);
+  disks->keep_gaps(plan.longest > 0.0 ? SETTLES / plan.longest : 0.0);
   disks->let_go_of_loose(now);
   const double least = sums.speed > 0.0 ? tolerance * sums.speed / SPREAD : 0.0;
   DiskDrag::Revision revision = DiskDrag::CHANGED;
@@ -184,6 +184,7 @@ void FixOverdamped::plan_disks()
 {
   const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
   double step = state.step > 0.0 ? state.step : FIRST * longest;
+  plan.longest = longest;
   double next;
   bool rejected = false;
   double off_before = HUGE_VAL;
@@ -191,7 +192,11 @@ void FixOverdamped::plan_disks()
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
-    if (factor >= SAFETY || (std::isfinite(off) && off > NOISE * off_before)) break;
+    if (factor >= SAFETY) break;
+    if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
+      next = step;
+      break;
+    }
     off_before = off;
     if (step < STUCK * longest)
       error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
