@@ -88,6 +88,8 @@ class FixOverdamped : public Fix, private GhostExchange {
     double end = 0.0;          // of the present interval
     double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
+    double speed = 0.0;        // of all disks together
+    double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
   } state;
 
   using Weights = std::array<double, 3>;

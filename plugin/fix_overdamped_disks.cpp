@@ -71,9 +71,9 @@ double FixOverdamped::all_speeds() const
 void FixOverdamped::start_disks()
 {
   disks->take(atom->nlocal, atom->nghost, 0.0);
-  disks->keep_gaps(plan.longest > 0.0 ? SETTLES / plan.longest : 0.0);
+  disks->keep_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
   disks->let_go_of_loose(now);
-  const double least = sums.speed > 0.0 ? tolerance * sums.speed / SPREAD : 0.0;
+  const double least = tolerance * state.speed / SPREAD;
   DiskDrag::Revision revision = DiskDrag::CHANGED;
   while (revision == DiskDrag::CHANGED) {
     const DragSolver::Result result = find_velocities();
@@ -83,6 +83,7 @@ void FixOverdamped::start_disks()
   if (revision == DiskDrag::CYCLES) find_states();
   disks->forget_settled();
   add_up();
+  state.speed = sums.speed;
 }
 
 /* ----------------------------------------------------------------------
@@ -323,4 +324,5 @@ void FixOverdamped::move_disks()
   state.work += plan.work;
   state.dissipated += plan.dissipated;
   state.step = plan.next_step;
+  state.gap_time = plan.longest;
 }
