@@ -70,6 +70,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool droplets = false;
   std::unique_ptr<DragSolver> solver;
   DiskDrag *disks = nullptr;    // the solver, of disks
+  std::vector<DiskDrag::Edge> restored;    // from a restart file
   double length_unit = 1.0;     // mean diameter of disks
   double approached = 0.0;      // by two disks at most, since neighbors were found
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
