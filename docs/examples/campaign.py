@@ -55,7 +55,7 @@ def walk(folder: Path, workers: int | None = None, seeds: int = 6) -> None:
         print(f"{line.sweep:12s} n = {line.n:3d}: {line.left} of {line.tasks} tasks left, {line.seconds:.0f} s")
 
     # run it; kill it when you like, and call it again
-    done = campaign.run(workers, progress=lambda o: print(f"{o.state:9s} {o.line}, {o.seconds:.1f} s"))
+    done = campaign.run(workers, done=lambda o: print(f"{o.state:9s} {o.line}, {o.seconds:.1f} s"))
     print(f"{done.finished} tasks now, {campaign.status().finished} in all")
 
     # every state of every packing is a row

@@ -15,7 +15,7 @@ from rich.progress import Progress as Bars
 from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Json
-from jamlab.cli.progress import share_bar
+from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
 
@@ -287,8 +287,8 @@ def page(
         raise InputError(f"--out {out} is a folder: name the HTML file to write, and the tasks with --folder {out}")
     check_target(out, file)
     expect_output(out)
-    with share_bar(f"page of {campaign.name}") as bar:
-        write_campaign_page(campaign, out, lambda share, text: bar(text, share))
+    with progress_bar(f"page of {campaign.name}") as progress:
+        write_campaign_page(campaign, out, progress)
     print_note(f"wrote {out}; open it in a browser")
 
 

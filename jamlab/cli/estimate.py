@@ -6,7 +6,7 @@ import typer
 
 from jamlab.cli.console import print_json, print_note, print_table
 from jamlab.cli.options import Json, Seed
-from jamlab.cli.progress import share_bar
+from jamlab.cli.progress import progress_bar
 
 
 def estimate(
@@ -23,13 +23,13 @@ def estimate(
     from jamlab.estimates.estimate import estimate as run
     from jamlab.estimates.options import Why
 
-    with share_bar("estimate") as bar:
+    with progress_bar("estimate") as progress:
         made = run(
             *(quantity, rho, error),
             seed=seed,
             model=model,
             processes=processes,
-            progress=lambda share, text: bar(text, share),
+            progress=progress,
             dry_run=dry_run,
         )
     found: dict[str, Any] = {"packings": made.packings, "error": made.error}

@@ -8,7 +8,7 @@ import typer
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json
-from jamlab.cli.progress import count_bar
+from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
 
 
@@ -30,7 +30,7 @@ def explore(
     expect_output(out)
     packings = read_all(file)
     known = read_observables(file) if h5py.is_hdf5(file) else {}
-    with count_bar("states") as progress:
+    with progress_bar("states") as progress:
         write_page(out, packings, every=every, observables=known, progress=progress)
     states, size = len(packings[::every]), out.stat().st_size
     if as_json:

@@ -16,7 +16,7 @@ import typer
 from jamlab.cli.console import print_json, print_note, print_stage, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Alpha, Beta, EtaF, Frame, Json, Out, Stokes, Tau, drag_law
-from jamlab.cli.progress import share_bar
+from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file, check_target
 
@@ -220,7 +220,7 @@ def shear(
         if within is not None:
             require_time(cost, within)
         print_stage(f"about {cost['seconds'].sum():.2g} s")
-    with share_bar("shear") as progress:
+    with progress_bar("shear", resumed=True) as progress:
         how |= {"step": step, "rows": rows, "frames": frames}
         found = run(packing, rate, strain, law, out=options.out, progress=progress, **how)
     return found, [f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"]
@@ -263,7 +263,7 @@ def flow_curve(
             require_time(cost, within)
         seconds = cost["seconds"]
         print_stage(f"about {max(seconds.sum() / processes, seconds.max()):.2g} s")
-    with share_bar("flow curve") as progress:
+    with progress_bar("flow curve", resumed=True) as progress:
         how |= {"strain": strain, "discard": discard, "processes": processes}
         found = run(packing, rates, law, out=options.out, progress=progress, **how)
     try:
@@ -289,7 +289,7 @@ def oscillate(
     from jamlab.flow.oscillate import oscillate as run
 
     how = options.accuracy | {"cycles": cycles, "points": points, "out": options.out}
-    with share_bar("oscillate") as progress:
+    with progress_bar("oscillate", resumed=True) as progress:
         found = run(options.packing(), omega, amplitude, options.law(), progress=progress, **how)
     return found, [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
 
@@ -315,7 +315,7 @@ def relax_stress(
     from jamlab.flow.relax_stress import relax_stress as run
 
     how = options.accuracy | {"step_time": step_time, "out": options.out}
-    with share_bar("relax") as progress:
+    with progress_bar("relax", resumed=True) as progress:
         found = run(options.packing(), strain, duration, options.law(), progress=progress, **how)
     return found, [f"residual stress {found.residual:.5g}"]
 
@@ -335,6 +335,6 @@ def creep(
     from jamlab.flow.creep import creep as run
 
     how = options.accuracy | {"largest_strain": largest_strain, "out": options.out}
-    with share_bar("creep") as progress:
+    with progress_bar("creep", resumed=True) as progress:
         found = run(options.packing(), stress, duration, options.law(), progress=progress, **how)
     return found, [f"residual stress {found.residual:.5g}"]

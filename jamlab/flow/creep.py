@@ -11,12 +11,13 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
+from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
+from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ def creep(
         tolerance: see `shear`.
         background: see `shear`.
         out: see `shear`.
-        progress: called after each row.
+        progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, a fluid without viscosity, or a value out of range.
@@ -167,7 +168,7 @@ def creep(
         for state in flow.advance_log_spaced(duration):
             file.save(result)
             if progress is not None:
-                progress(f"time {state.time:.3g}, strain {state.strain:.3g}", state.time / duration)
+                progress(state.time / duration, f"time {state.time:.3g}, strain {state.strain:.3g}")
             if abs(state.strain) > largest_strain:
                 break
         found = result()

@@ -16,7 +16,6 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
     LIMIT,
-    Progress,
     describe_balance,
     describe_drag,
     energy_gap,
@@ -33,6 +32,7 @@ from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line, positive
 from jamlab.plotting.palette import COLOURS
+from jamlab.processes.progress import Progress
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.rheology.damping import ContactDamping, Damping
 from jamlab.statistics.herschel_bulkley import HerschelBulkley, herschel_bulkley
@@ -243,7 +243,7 @@ def flow_curve(
         tolerance, background: see `shear`.
         processes: rates side by side, each on one core.
         out: HDF5 file, see `jamlab.read_flow`; rates that it holds already are not run again.
-        progress: called with the share of all strain that is done.
+        progress: called with the share of all strain that is done, and in words.
         dry_run: run half a second at each rate alone, and give a pandas DataFrame of what all would take, to a factor
             of two: `rate`, ascending, `strain` and `seconds` of one core.
 
@@ -275,7 +275,7 @@ def flow_curve(
         if len(step) == 1:
             done[item[1]] = step[0]
             if progress is not None:
-                progress(f"rate {item[1]:g}", sum(done.values()) / len(done))
+                progress(sum(done.values()) / len(done), f"rate {item[1]:g}")
             return
         points[item[1]] = step
         file.save(lambda: _curve(packing, points, facts))
@@ -304,7 +304,7 @@ def _measure(item: _Item, report: Callable[..., None]) -> None:
         rows=rows,
         tolerance=tolerance,
         background=background,
-        progress=lambda _, share: report(share),
+        progress=lambda share, _: report(share),
     )
     report(steady_point(run, discard), run.packing)
 

@@ -6,7 +6,7 @@ so the gap between the three measures the errors of the steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -103,9 +103,6 @@ def finer_steps(tolerance: float) -> str:
 
 def _percent(imbalance: float) -> str:
     return f"{100 * imbalance:.2g} %" if imbalance > LEAST_SHOWN else f"better than {100 * LEAST_SHOWN:g} %"
-
-
-Progress = Callable[[str, float], None]  # what is done, and the share of all work that is done by then
 
 
 @dataclass(frozen=True, eq=False)

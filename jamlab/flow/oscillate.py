@@ -11,12 +11,13 @@ import numpy as np
 from jamlab.arrays import Array, Complex
 from jamlab.checks import check_choice, check_number, checked
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, say_balance
+from jamlab.flow.flow_run import FlowRun, check_at_rest, check_touching, say_balance
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import COLOURS
+from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
 if TYPE_CHECKING:
@@ -176,7 +177,7 @@ def oscillate(
         tolerance: see `shear`.
         background: see `shear`.
         out: see `shear`.
-        progress: called after each cycle.
+        progress: called after each cycle with the share of the work that is done, and in words.
 
     Raises:
         InputError: particles that do not touch, or a value out of range.
@@ -212,7 +213,7 @@ def oscillate(
             found.append(harmonics)
             file.save(result)
             if progress is not None:
-                progress(f"cycle {len(found)}", len(found) / cycles)
+                progress(len(found) / cycles, f"cycle {len(found)}")
         last = result()
     file.save(lambda: last, now=True)
     return last

@@ -18,7 +18,7 @@ from jamlab.arrays import Array
 from jamlab.checks import check_number, checked
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import LIMIT, Progress, describe_balance, energy_gap
+from jamlab.flow.flow_run import LIMIT, describe_balance, energy_gap
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import contacts
@@ -28,6 +28,7 @@ from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
 from jamlab.plotting.palette import BLACK, BLUE, RED
+from jamlab.processes.progress import Progress
 from jamlab.protocols.compression import LARGEST_TOLERANCE
 from jamlab.protocols.provenance import record
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, relax
@@ -304,7 +305,7 @@ def quasistatic_shear(
         every: strain between two packings that are kept; by default first and last are.
         tolerance: on the largest force, as in `compress`.
         out: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
-        progress: called after each step.
+        progress: called after each step with the share of the work that is done, and in words.
 
     Returns:
         All states. `converged` is False at those that missed the tolerance; the packing goes on from there.
@@ -341,7 +342,7 @@ def quasistatic_shear(
                 walk.keep()
             file.save(result)
             if progress is not None:
-                progress(f"strain {reached:.3g}", k / count)
+                progress(k / count, f"strain {reached:.3g}")
         found = result()
     file.save(lambda: found, now=True)
     return found

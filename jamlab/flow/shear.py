@@ -11,13 +11,13 @@ import numpy as np
 from jamlab.arrays import Array
 from jamlab.checks import check_number, checked, is_number
 from jamlab.errors import InputError
-from jamlab.flow.flow_run import Progress
 from jamlab.flow.overdamped_session import background_drag
 from jamlab.flow.quasistatic_shear import quasistatic_shear
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
 from jamlab.flow.shear_run import ShearRun
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
 TOLERANCE = 1e-2  # relative error of velocities in a step: the stress of steady flow is known to 2 % seldom enough
@@ -75,7 +75,7 @@ def shear(
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
         out: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
             run, go on from there.
-        progress: called after each row.
+        progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: a value out of range.
@@ -111,7 +111,7 @@ def shear(
                 strain_now = flow.advance(keep=bool(last) or (every > 0 and row % every == 0)).strain
                 file.save(result)
                 if progress is not None:
-                    progress(f"strain {strain_now:.3g}", min(1.0, flow.path / whole))
+                    progress(min(1.0, flow.path / whole), f"strain {strain_now:.3g}")
             begin += length
         found = result()
     file.save(lambda: found, now=True)

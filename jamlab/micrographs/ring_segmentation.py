@@ -121,7 +121,7 @@ def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
         return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing)
     finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
     noise = noise_level(grey)
-    contrast = float(np.subtract(*np.quantile(grey, [0.95, 0.05])))
+    contrast = float(np.subtract(*np.percentile(grey, [95, 5])))
     width = float(np.hypot(smoothing, width_of_filter(noise / max(contrast, 1e-12))))
     smooth = ndimage.gaussian_filter(grey, width, mode="nearest") if finer == 1 else grey
     if finer > 1:

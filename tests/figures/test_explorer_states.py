@@ -150,10 +150,10 @@ def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
     stored = jamlab.read(STATES / "disks.h5")
     sweep = [sheared(stored, 0.01 * k) for k in range(7)]
     done = []
-    jamlab.write_page(tmp_path / "page.html", iter(sweep), every=3, progress=lambda k, n: done.append((k, n)))
+    jamlab.write_page(tmp_path / "page.html", iter(sweep), every=3, progress=lambda *told: done.append(told))
     page = (tmp_path / "page.html").read_text()
     assert not re.search(r"\b(src|href)=|url\(|@import|//[a-z]+\.[a-z]", page.replace("http://www.w3.org/2000/svg", ""))
-    assert page.count('class="state">') == 3 and done == [(1, 3), (2, 3), (3, 3)]
+    assert page.count('class="state">') == 3 and done == [(k / 3, f"state {k} of 3") for k in (1, 2, 3)]
     content = head(page)
     assert content["along"]["name"] == "strain"
     start = stored.box[1, 0] / stored.box[1, 1]

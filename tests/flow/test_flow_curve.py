@@ -17,7 +17,7 @@ def curve(disks, tmp_path_factory):
     path = tmp_path_factory.mktemp("curve") / "curve.h5"
     shares = []
     how = {"strain": 1.0, "discard": 0.5, "out": path}
-    two = jamlab.flow_curve(disks, [0.03, 0.3], progress=lambda _, share: shares.append(share), **how)
+    two = jamlab.flow_curve(disks, [0.03, 0.3], progress=lambda share, _: shares.append(share), **how)
     three = jamlab.flow_curve(disks, [0.1, 0.3], **how)
     assert shares[-1] == pytest.approx(1.0) and shares == sorted(shares)
     return two, three, path

@@ -118,7 +118,7 @@ def test_shear_at_rate_0_is_quasistatic_and_goes_on_from_its_file(packing, run, 
     """Up to the step that an interrupted run had reached, and on to the same end."""
     file = tmp_path / "run.h5"
 
-    def stop(words, share):
+    def stop(share, words):
         if share > 0.6:
             raise KeyboardInterrupt
 
@@ -128,7 +128,7 @@ def test_shear_at_rate_0_is_quasistatic_and_goes_on_from_its_file(packing, run, 
     part = jamlab.read_flow(file)
     assert not part.finished and "interrupted at strain 0.016" in part.verdict
     seen = []
-    found = jamlab.shear(packing, 0, 0.024, step=2e-3, out=file, progress=lambda words, share: seen.append(share))
+    found = jamlab.shear(packing, 0, 0.024, step=2e-3, out=file, progress=lambda share, words: seen.append(share))
     assert min(seen) > 0.6 and found.finished
     assert found.stress == pytest.approx(run.stress, abs=1e-9)
     assert found.plastic_events == len(run.events) == len(jamlab.read_flow(file).events)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
 from typing import Any
@@ -23,6 +23,7 @@ from jamlab.errors import InputError
 from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, unit_labels
 from jamlab.figures.explorer.states import pack_state
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import FilePath, versions
 
@@ -73,8 +74,6 @@ def check_bytes(size: float, states: int, every: int) -> None:
     remedy = f"take every {fewer}th frame, every={fewer} or --every {fewer}" if states > 1 else "draw it as a figure"
     raise InputError(f"{total}, and a page holds {limit} at most: {remedy}")
 
-
-Progress = Callable[[int, int], None]
 
 SCRIPTS = (  # in the order in which they need each other
     "palette.js",
@@ -127,7 +126,7 @@ def write_page(
         every: take every k-th state, from the first on.
         observables: name -> (states,) numbers known already, as of `jamlab.read_observables`: rho, z, rattlers,
             pressure, g. Others are measured.
-        progress: called after each state with how many are done, and of how many.
+        progress: called after each state with the share of them that is done, and in words.
 
     Raises:
         InputError: no packing; packings that differ in model, units, number or sizes of particles; more than 20 000
@@ -191,7 +190,7 @@ def explorer_fragment(
         size += len(packed[-1])
         check_bytes(size / (k + 1), len(chosen), every)
         if progress is not None:
-            progress(k + 1, len(chosen))
+            progress((k + 1) / len(chosen), f"state {k + 1} of {len(chosen)}")
     return Markup(
         _PAGES.get_template("fragment.html").render(
             head=htmlsafe_json_dumps(_head(chosen, rows)),
