@@ -11,7 +11,7 @@ from jamlab.campaign.task_file import damage
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import write_dump
-from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.storage.atomic_file import atomic_file, check_target, make_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +87,13 @@ def check_parquet() -> None:
 
 
 def export(
-    campaign: Campaign, out: Path, form: str = "csv", tables: Sequence[str] = (), sweep: str | None = None
+    campaign: Campaign,
+    out: Path,
+    form: str = "csv",
+    tables: Sequence[str] = (),
+    sweep: str | None = None,
+    *,
+    replace: bool = True,
 ) -> list[Path]:
     """Write tables, or the frames of every task, into a folder.
 
@@ -97,6 +103,7 @@ def export(
         form: "csv", "parquet", or "dump": one LAMMPS text dump per task, for OVITO.
         tables: their names; by default all that have rows.
         sweep: export the tasks of this sweep only.
+        replace: whether files of the same names are replaced; if not, and one is there, none is written.
 
     Returns:
         Paths of the files written.
@@ -109,21 +116,26 @@ def export(
     if form == "parquet":
         check_parquet()
     if form == "dump":
-        return _write_dumps(campaign, out, sweep)
+        return _write_dumps(campaign, out, sweep, replace)
     frames = {name: campaign.table(name, sweep) for name in tables or TABLES}  # all of them, before a folder is made
-    written = []
-    for name, frame in frames.items():
-        if len(frame) or tables:
-            make_folder(out)
-            written.append(out / f"{name}.{form}")
-            export_table(frame, written[-1])
-    return written
+    written = {out / f"{name}.{form}": frame for name, frame in frames.items() if len(frame) or tables}
+    _make_room(out, list(written), replace)
+    for path, frame in written.items():
+        export_table(frame, path)
+    return list(written)
 
 
-def _write_dumps(campaign: Campaign, out: Path, sweep: str | None) -> list[Path]:
-    written = []
-    for name in sorted(campaign.finished(sweep)):
+def _write_dumps(campaign: Campaign, out: Path, sweep: str | None, replace: bool) -> list[Path]:
+    written = {out / f"{name}.dump": name for name in sorted(campaign.finished(sweep))}
+    _make_room(out, list(written), replace)
+    for path, name in written.items():
+        write_dump(path, campaign.packings(name))
+    return list(written)
+
+
+def _make_room(out: Path, files: list[Path], replace: bool) -> None:
+    """Make the folder if there is something to write, and refuse the first file that may not be written."""
+    if files:
         make_folder(out)
-        written.append(out / f"{name}.dump")
-        write_dump(written[-1], campaign.packings(name))
-    return written
+    for path in files:
+        check_target(path, replace=replace)

@@ -7,7 +7,7 @@ import typer
 
 from jamlab.cli.console import err_console
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Force, Json
 from jamlab.cli.packing_table import print_packings
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
@@ -45,6 +45,7 @@ def analyze(
     ] = None,
     model: Annotated[str, typer.Option(help="Model of that packing: dp (droplets) or sp (disks).")] = "dp",
     csv: Annotated[Path | None, typer.Option(help="Picture: CSV with a row per droplet.")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Measure every packing of a file: rho, z, pressure, moduli, shape factor; or the droplets of a micrograph."""
@@ -52,10 +53,12 @@ def analyze(
         if dark is not None:
             contrast = "dark" if dark else "bright"
         how = {"pixel": pixel, "film": film, "periodic": periodic, "contrast": contrast, "channel": channel}
+        _check_outputs(file, (overlay, csv, packing), force)
         _analyze_picture(file, labels, overlay, csv, as_json, how, (packing, model))
         return
     if file.is_dir() or file.suffix.lower() == ".csv":
         how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
+        _check_outputs(file, (overlay, csv), force)
         _analyze_tracks(file, overlay, csv, as_json, how if file.is_dir() else {})
         return
     if any(path is not None for path in (overlay, csv, labels, packing)):
@@ -67,6 +70,13 @@ def analyze(
     packings = read_all(file)
     _say_what_is_missing(file, packings[0])
     print_packings(packings, None, as_json)
+
+
+def _check_outputs(file: Path, outputs: tuple[Path | None, ...], replace: bool) -> None:
+    for path in outputs:
+        if path is not None:
+            check_target(path, file, replace=replace)
+            expect_output(path)
 
 
 def _analyze_picture(
@@ -82,10 +92,6 @@ def _analyze_picture(
     from jamlab.micrographs.micrograph import micrograph
 
     packing, model = wanted
-    for path in (overlay, csv, packing):
-        if path is not None:
-            check_target(path, file)
-            expect_output(path)
     found = micrograph(file, labels=labels, **how)
     if overlay is not None:
         found.draw(overlay)
@@ -100,10 +106,6 @@ def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json:
     from jamlab.cli.picture_table import print_tracks, write_droplets
     from jamlab.micrographs.tracks import follow
 
-    for path in (overlay, csv):
-        if path is not None:
-            check_target(path, file)
-            expect_output(path)
     tracks = follow(file, **how)
     if overlay is not None:
         figure: Any = tracks.plot().figure

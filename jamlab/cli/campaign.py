@@ -14,7 +14,7 @@ from rich.progress import Progress as Bars
 
 from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table
 from jamlab.cli.interruption import describe_kept, expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Force, Json
 from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
@@ -274,6 +274,7 @@ def page(
     file: Where,
     out: Annotated[Path, typer.Option("--out", "--to", help="HTML file to write.")] = Path("campaign.html"),
     folder: Annotated[Path | None, typer.Option(help="Folder of the tasks; default: beside the file.")] = None,
+    force: Force = False,
 ) -> None:
     """Write an interactive page of all sweeps.
 
@@ -285,7 +286,7 @@ def page(
     campaign = open_campaign(file, folder)
     if out.is_dir():
         raise InputError(f"--out {out} is a folder: name the HTML file to write, and the tasks with --folder {out}")
-    check_target(out, file)
+    check_target(out, file, replace=force)
     expect_output(out)
     with progress_bar(f"page of {campaign.name}") as progress:
         write_campaign_page(campaign, out, progress)
@@ -320,6 +321,7 @@ def export(
     table: Annotated[list[str] | None, typer.Option(help="Name of a table; can be repeated; default: all.")] = None,
     sweep: Annotated[str | None, typer.Option(help="Name of a sweep; default: all.")] = None,
     out: Folder = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write tables, or the frames of every task."""
@@ -327,7 +329,7 @@ def export(
     from jamlab.campaign.exchange import export as write
 
     expect_output(to)
-    written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep)]
+    written = [str(path) for path in write(open_campaign(file, out), to, form, table or (), sweep, replace=force)]
     if as_json:
         print_json({"written": written})
     else:

@@ -7,7 +7,7 @@ import typer
 
 from jamlab.cli.console import out_console, print_json
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Frame, Json, Seed, Stokes, Tau, drag_law
+from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
 from jamlab.cli.spectrum_table import print_spectra
 from jamlab.errors import InputError
 
@@ -34,6 +34,7 @@ def gstar(
     omega_max: Annotated[float, typer.Option(help="Highest angular frequency, 1/tau_1.")] = 1e2,
     points: Annotated[int, typer.Option(help="Number of frequencies, evenly spaced in log omega.")] = 41,
     out: Annotated[Path | None, typer.Option(help=".png, .pdf, .svg, .csv (omega, G', G'') or .h5 to write.")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Compute the complex shear modulus G*(omega) of disks or droplets, after Baumgarten & Tighe.
@@ -56,7 +57,7 @@ def gstar(
     if bool(files) == (n is not None or pressure is not None) or (n is None) != (pressure is None):
         raise InputError(f"n = {n}, pressure = {pressure}: give files, or --n and --pressure of a packing to make")
     if out is not None:
-        spectrum_output.check_output(out, files or [])
+        spectrum_output.check_output(out, files or [], replace=force)
         expect_output(out)
     law = drag_law(stokes, beta, alpha, tau, eta_f)
     packings = (

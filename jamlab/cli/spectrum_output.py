@@ -24,8 +24,8 @@ from jamlab.storage.atomic_file import atomic_file, check_target
 HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 
 
-def check_output(path: Path, sources: Sequence[Path] = ()) -> None:
-    """Check that a path has a known suffix, can be written and is none of the files that are read.
+def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
+    """Check that a path has a known suffix and can be written; a source never, another file only with `replace`.
 
     Raises:
         InputError: the suffix is neither that of a picture nor .csv or .h5.
@@ -36,7 +36,7 @@ def check_output(path: Path, sources: Sequence[Path] = ()) -> None:
             f"cannot tell what to write to {path}: end its name in {', '.join(PICTURES)} (picture), "
             ".csv (frequency, G' and G'') or .h5 (all numbers)"
         )
-    check_target(path, *sources)
+    check_target(path, *sources, replace=replace)
 
 
 def check_one_kind(path: Path, packings: Sequence[Packing]) -> None:

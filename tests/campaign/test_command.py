@@ -55,6 +55,17 @@ def test_a_page_goes_to_out_and_tasks_are_in_folder(tmp_path):
     done = call(tmp_path, "campaign", "page", "c.toml", "--out", "page.html", "--folder", "elsewhere")
     assert done.exit_code == 0, done.stderr
     assert "1 of 1" in (tmp_path / "page.html").read_text()
+    tables = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--table", "onset")
+    assert call(tmp_path, "campaign", *tables).exit_code == 0
+    for words, name in ((tables, "onset.csv"), (("page", "c.toml", "--out", "page.html"), "page.html")):
+        (there := next(tmp_path.rglob(name))).write_text("work of a week")
+        again = call(tmp_path, "campaign", *words)
+        assert again.exit_code == 1 and f"{name} exists: choose another name, or give --force" in again.stderr
+        assert there.read_text() == "work of a week"
+    frames = ("export", "c.toml", "--to", "tables", "--out", "elsewhere", "--format", "dump")
+    assert [call(tmp_path, "campaign", *frames, *force).exit_code for force in ((), (), ("--force",))] == [0, 1, 0]
+    assert call(tmp_path, "campaign", *tables, "--force").exit_code == 0
+    assert (tmp_path / "tables" / "onset.csv").read_text() != "work of a week"
     wrong = call(tmp_path, "campaign", "page", "c.toml", "--out", "elsewhere")
     assert wrong.exit_code == 1 and "name the HTML file to write, and the tasks with --folder elsewhere" in wrong.stderr
 

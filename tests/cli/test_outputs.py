@@ -38,6 +38,30 @@ def test_no_file_is_replaced_without_force(tmp_path, onset, words):
         assert there.read_bytes()[:14] != b"work of a week"
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".h5"])
+def test_no_spectrum_is_replaced_without_force(tmp_path, onset, suffix):
+    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "p.h5")
+    there = tmp_path / f"g{suffix}"
+    there.write_text("work of a week")
+    words = ("gstar", "p.h5", "--points", "3", "--out", there.name)
+    done = call(tmp_path, *words)
+    assert done.exit_code == 1 and f"{there.name} exists: choose another name, or give --force" in done.stderr
+    assert there.read_text() == "work of a week"
+    assert call(tmp_path, *words, "--force").exit_code == 0 and there.read_bytes()[:4] != b"work"
+
+
+@pytest.mark.parametrize("option", ["--csv", "--overlay", "--packing"])
+def test_nothing_that_was_made_of_a_picture_is_replaced_without_force(tmp_path, option):
+    (tmp_path / "photo.png").write_bytes(b"never read")
+    there = tmp_path / {"--csv": "d.csv", "--overlay": "o.png", "--packing": "p.h5"}[option]
+    there.write_text("work of a week")
+    done = call(tmp_path, "analyze", "photo.png", option, there.name)
+    assert done.exit_code == 1 and f"{there.name} exists: choose another name, or give --force" in done.stderr
+    assert there.read_text() == "work of a week"
+    done = call(tmp_path, "analyze", "photo.png", option, there.name, "--force")  # the picture is read now
+    assert done.exit_code == 1 and "exists" not in done.stderr
+
+
 def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset):
     kept = KeptStates(tmp_path / "sweep.h5")
     with pytest.raises(Interrupted), kept:
