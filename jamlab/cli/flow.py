@@ -205,8 +205,8 @@ def shear(
     options: FlowOptions,
     rate: Annotated[float, typer.Option(help="Rate of shear, 1/tau_1; 0: quasi-static.")],
     strain: Annotated[float, typer.Option(help="Strain at the end.")] = 1.0,
-    step: Annotated[float, typer.Option(help="Rate 0: strain between two minima.")] = 1e-4,
-    rows: Annotated[int, typer.Option(help="Rows of the result.")] = 200,
+    step: Annotated[float | None, typer.Option(help="Rate 0: strain between two minima; default 1e-4.")] = None,
+    rows: Annotated[int | None, typer.Option(help="Rows of the result, but at rate 0; default 200.")] = None,
     frames: Annotated[float | None, typer.Option(help="Strain between two packings that are kept.")] = None,
     within: Annotated[float | None, typer.Option(help="Refuse a run that will take longer, s.")] = None,
 ) -> "tuple[ShearRun, Sequence[str]]":
@@ -214,8 +214,10 @@ def shear(
     from jamlab.flow.flow_cost import cost_of_flow, require_time
     from jamlab.flow.shear import shear as run
 
-    packing, law, how = options.packing(), options.law(), options.accuracy
-    if rate > 0 and not options.out.exists():
+    packing, law, how = options.packing(), None, {}
+    if rate != 0:  # options of drag have no say in quasi-static shear
+        law, how = options.law(), options.accuracy
+    if rate > 0 and law is not None and not options.out.exists():
         cost = cost_of_flow(packing, [rate], law, strain=strain, **how)
         if within is not None:
             require_time(cost, within)

@@ -1,15 +1,18 @@
 """`jamlab gstar`: the complex shear modulus."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jamlab.cli.console import out_console, print_json
+from jamlab.cli.console import out_console, print_json, print_note, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
-from jamlab.cli.spectrum_table import print_spectra
 from jamlab.errors import InputError
+from jamlab.packing.hdf5 import NEGATIVE_G
+
+if TYPE_CHECKING:
+    from jamlab.rheology.mean_spectrum import Spectra
 
 MOST_POINTS = 100_000  # frequencies; a curve has no more features than a packing has modes
 
@@ -79,3 +82,16 @@ def gstar(
         print_spectra(f"{law}; {spectra.description}", spectra)
     if len(found) > 1:
         out_console.print(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean", soft_wrap=True)
+
+
+def print_spectra(name: str, spectra: "Spectra", every: int = 1) -> None:
+    """Print G*_xy(omega) at every `every`-th frequency, below its limits and the static G averaged over directions."""
+    names, rows = spectra.rows()
+    print_table(name, names, rows[::every])
+    print_note(
+        f"G_xy = {spectra.limit('g0'):.5g}: static, for shear along x of the box, as G*; "
+        f"G = {spectra.mean_g:.5g}: static, mean over directions"
+    )
+    if min(spectra.limit("g0"), spectra.mean_g) < 0:
+        print_note(f"G {NEGATIVE_G}")
+    print_note(f"eta0 = {spectra.limit('eta0'):.5g}, eta_inf = {spectra.limit('eta_inf'):.5g}")

@@ -10,11 +10,12 @@ from functools import partial
 from importlib import metadata
 from pathlib import Path
 
-from jamlab.engine.foreign_plugins import failing_libraries, foreign_folders
 from jamlab.engine.installation import (
     PLUGIN_STYLES,
     check_lammps,
     check_release,
+    failing_libraries,
+    foreign_folders,
     lammps_class,
     mpi_library,
     plugin_file,

@@ -21,6 +21,8 @@ from jamlab.processes.progress import Progress
 from jamlab.rheology.damping import ContactDamping, Damping
 
 TOLERANCE = 1e-2  # relative error of velocities in a step: the stress of steady flow is known to 2 % seldom enough
+ROWS = 200
+STEP = 1e-4  # of strain between two minima
 MOST_ROWS = 1_000_000
 LARGEST_STRAIN = 1e4
 LARGEST_RATE = 1e3  # 1/tau_1; disks pass through each other long before
@@ -33,10 +35,10 @@ def shear(
     strain: float | None = None,
     damping: Damping | None = None,
     *,
-    step: float = 1e-4,
-    rows: int = 200,
+    step: float | None = None,
+    rows: int | None = None,
     frames: float | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     background: float | None = None,
     out: str | Path | None = None,
     progress: Progress | None = None,
@@ -60,14 +62,14 @@ def shear(
             without sign.
         strain: by which to shear, default 1; of a protocol its parts say it.
         damping: `ContactDamping` (default, beta = 1), linear or a power law, or `StokesDrag`.
-        step: of strain, at rate 0.
-        rows: equal strains between the rows of the result; a few more where `frames` asks for it.
+        step: of strain, at rate 0 only; default 1e-4.
+        rows: equal strains between the rows of the result, default 200; a few more where `frames` asks for it.
         frames: strain between two packings that are kept; it must divide `strain`. By default first and last are.
-        tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1. Velocities jump where contacts
-            open and close, and steps end there; stresses over the largest one err by less than the tolerance, but
-            for the few rows that lie next to a jump. Where drag would push a contact open that closes without it, the
-            two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of droplets end at
-            no contact, and lose energy there: the result says how well energy is balanced.
+        tolerance: relative error of velocities that a step may make, from 1e-9 to 0.1, default 1e-2. Velocities jump
+            where contacts open and close, and steps end there; stresses over the largest one err by less than the
+            tolerance, but for the few rows that lie next to a jump. Where drag would push a contact open that closes
+            without it, the two disks rub: their gap stays zero, and as much of the drag acts as keeps it so. Steps of
+            droplets end at no contact, and lose energy there: the result says how well energy is balanced.
         background: drag of every particle against the affine flow beside contact damping, over k tau_1; 0: none.
             Contacts leave some motion without drag, as of a disk on one contact, and the law does not determine it:
             the background does. Its choice is part of the model: flows with 0 and 1e-5 take paths that differ by 9 % of
@@ -78,18 +80,23 @@ def shear(
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
-        InputError: a value out of range.
+        InputError: a value out of range, or one that this rate has no use for: `step` at a rate, or `damping`, `rows`,
+            `tolerance` and `background` at rate 0.
         ConvergenceError: the flow is too fast or drag too weak to be resolved; strain and remedy are named.
         StorageError: `out` cannot be written.
     """
+    parts = _parts(rate, strain)
+    if rate == 0:
+        _refuse_unused(rate, damping=damping, rows=rows, tolerance=tolerance, background=background)
+        _rows_per_frame(parts[0, 1], frames, 1)
+        length, step = float(parts[0, 1]), STEP if step is None else step
+        return quasistatic_shear(packing, length, step, every=frames, out=out, progress=progress)
+    _refuse_unused(rate, step=step)
     law = damping or ContactDamping()
     background = background_drag(packing, law, background)
-    parts = _parts(rate, strain)
+    rows, tolerance = ROWS if rows is None else rows, TOLERANCE if tolerance is None else tolerance
     if not 1 <= rows <= MOST_ROWS:
         raise InputError(f"rows = {rows}: must lie between 1 and {MOST_ROWS}")
-    if rate == 0:
-        _rows_per_frame(parts[0, 1], frames, rows)
-        return quasistatic_shear(packing, float(parts[0, 1]), step, every=frames, out=out, progress=progress)
     whole = float(parts[:, 1].sum())
     counts = [_rows_of_part(length, frames, rows * length / whole) for length in parts[:, 1]]
     protocol = parts.tolist() if len(parts) > 1 else []
@@ -116,6 +123,18 @@ def shear(
         found = result()
     file.save(lambda: found, now=True)
     return found
+
+
+def _refuse_unused(rate: object, **given: object) -> None:
+    """Refuse arguments that the rate has no use for.
+
+    Raises:
+        InputError: naming the first that was given.
+    """
+    for name, value in given.items():
+        if value is not None:
+            kind = "shear without time: no drag, a row at every `step`" if rate == 0 else "shear in time"
+            raise InputError(f"{name} = {value!r}: rate = {rate!r} is {kind}; leave {name} out")
 
 
 def _parts(rate: float | Sequence[tuple[float, float]], strain: float | None) -> Array:

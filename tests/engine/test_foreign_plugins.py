@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from jamlab.engine import doctor
-from jamlab.engine.foreign_plugins import foreign_folders
+from jamlab.engine.installation import foreign_folders
 
 
 @pytest.fixture

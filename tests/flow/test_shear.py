@@ -170,3 +170,17 @@ def test_drops_of_a_stress():
     assert found.strain.tolist() == [1.0, 6.0] and found.size.tolist() == [1.5, 0.5]
     assert len(stress_drops(strain, strain).size) == 0
     assert stress_drops(strain, -strain).size.tolist() == [7.0]
+
+
+@pytest.mark.parametrize(
+    "given", [{"damping": jamlab.StokesDrag()}, {"rows": 3}, {"tolerance": 1e-3}, {"background": 0.0}]
+)
+def test_rate_0_refuses_what_only_flow_in_time_uses(disks, given):
+    (name,) = given
+    with pytest.raises(jamlab.InputError, match=f"^{name} = .*rate = 0 is shear without time.*leave {name} out"):
+        jamlab.shear(disks, 0, 2e-3, step=1e-3, **given)
+
+
+def test_a_rate_refuses_the_step_of_quasistatic_shear(disks):
+    with pytest.raises(jamlab.InputError, match=r"step = 0\.001: rate = 0\.1 is shear in time; leave step out"):
+        jamlab.shear(disks, 0.1, 0.01, step=1e-3)
