@@ -139,14 +139,7 @@ def median(values: Array) -> Array:
 
 
 def mean_over_packings(groups: Sequence[Array]) -> Interval:
-    """Compute the mean of each group of packings, with intervals over packings.
-
-    Args:
-        groups: arrays (packings, ...), all (...) alike, such as one for each system size; nan where a packing has none.
-
-    Returns:
-        (groups, ...) means.
-    """
+    """Compute means (groups, ...) of groups of packings (packings, ...), nan where one has none, with intervals."""
     return bootstrap(groups, lambda drawn: np.array([average(values) for values in drawn]))
 
 

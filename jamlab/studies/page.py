@@ -60,7 +60,7 @@ def write_page(
     progress: Progress = no_progress,
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Draw studies one after the other, write their files, and one page of them.
+    """Draw studies one after the other, write their files, and one page of them; returns what was drawn, and what not.
 
     What was drawn before an interruption is there.
 
@@ -71,11 +71,6 @@ def write_page(
         draw: function of a name; can be pickled where there are several processes.
         facts: name -> value, how it was made, beside the versions.
         opening: sections before those of the studies.
-        progress: called before each study.
-        processes: that draw side by side.
-
-    Returns:
-        What was drawn, and what could not be.
 
     Raises:
         StorageError: the folder cannot be written.

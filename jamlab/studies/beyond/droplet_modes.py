@@ -42,8 +42,7 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
             label(part, r"rate $\lambda\,\tau_1$", "strength per decade / all", legend=False)
             part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
         _draw_shares(out, panels[3], rows, law)
-    handles, names = axes[0].get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=10, frameon=False)
+    out.legend_above(axes[0], fontsize=10)
     first = usual[np.isclose(usual["rho"], SHOWN[0])]
     out.caption = (
         f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings. "

@@ -65,11 +65,6 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
     stands on a line of its own below a break of the axis; where no reference is a hundred times better than what is
     compared with it, its own error is a hatched strip, and what lies in there is not ranked. Open marks: some packings
     gave no number. Half marks: runs were cut short by a limit of time, and stand where they came.
-
-    Args:
-        title: above all panels.
-        error: label of the vertical axes.
-        points: of all panels.
     """
     names = list(dict.fromkeys(point.panel for point in points))
     methods = list(dict.fromkeys(point.method for point in points if point.drawn))
@@ -154,14 +149,10 @@ def _scale(points: Sequence[Point]) -> _Scale:
 
 
 def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
-    """Settings at both ends of curves and at defaults, these first, once where curves begin with the same.
+    """Write settings at both ends of curves and at defaults, these first, once where curves begin with the same.
 
-    What would lie on a mark or a label is left out.
-
-    Args:
-        axes: with their limits.
-        labels: in data.
-        curves: (k, 2) marks of each curve, in data. Of the places around a mark the one with least of them is taken.
+    Of the places around a mark, the one with least of the curves (k, 2) is taken; what would lie on a mark or another
+    label is left out.
     """
     within = axes.transData + axes.transAxes.inverted()
     ends = [within.transform(curve) for curve in curves]

@@ -29,7 +29,7 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     linear = linear[linear["phi"] == phi]
     out, (stress, ratio, checks) = drawing("dynamics-power-law", 1, 3, 4.6, 3.9)
     scale(stress)
-    scale(ratio, "log", "linear")
+    scale(ratio, y="linear")
     out.curve(stress, r"$\alpha$ = 1", *mean_of_rows(linear, "rate", "stress"), band=False, color=BLACK, marker="s")
     for k, alpha in enumerate(powers):
         bent = steady_flows(tables.flow, alpha)

@@ -316,16 +316,9 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 def write_maps(
     out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html.
+    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map.
 
-    Args:
-        out: folder, made if it is not there.
-        maps: by name.
-        measure: measure the rows that OUT/MAP.csv does not hold, and draw these files instead of what ships.
-        progress: called before each map, and each row that is measured.
-
-    Returns:
-        Table of each map, a row for each pair of conditions.
+    With `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships.
 
     Raises:
         StorageError: the folder cannot be written, or holds another measurement.

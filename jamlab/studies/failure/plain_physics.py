@@ -24,11 +24,7 @@ STEP = 1e-30  # of complex steps: no difference is taken, so it can be this smal
 
 
 def plain_forces(packing: Packing) -> tuple[float, Array]:
-    """Energy, and (n_sites, 2) forces.
-
-    Args:
-        packing: SP or DP; time and memory grow as the square of the number of sites.
-    """
+    """Energy, and (n_sites, 2) forces, in time and memory that grow as the square of the number of sites."""
     energy, forces = energy_and_forces(packing, packing.positions, packing.box)
     return float(energy), forces
 
@@ -85,7 +81,9 @@ def energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[A
     """Energy and (n_sites, 2) forces at other positions in another box, complex ones on a complex step."""
     if packing.model == "sp":
         return _disks(packing, positions, box)
-    return _droplets(packing, positions, box)
+    bare, forces = _bare_droplets(packing, positions)
+    contact, pushes = droplet_contacts(packing, positions, box)
+    return bare + contact, forces + pushes
 
 
 # disks ----------------------------------------------------------------------------------------------------------------
@@ -169,13 +167,12 @@ class _Feet:
     place: Array
 
 
-def _droplets(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
-    offsets, count = packing.offsets, packing.n
+def droplet_contacts(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
+    """Energy and forces of contacts between droplets, also with their own images."""
+    offsets, count, owner, after = packing.offsets, packing.n, packing.particle, packing.successor
     assert offsets is not None
-    after = packing.successor
     forces = np.zeros_like(positions)
-    energy = _bare_droplets(packing, positions, forces)
-    owner = packing.particle
+    energy: Any = 0.0
     centres = np.array([positions[offsets[m] : offsets[m + 1]].mean(axis=0) for m in range(count)])
     radius = max(np.hypot(*(positions.real - centres.real[owner]).T).max(), 0.0)
     nearest, images = _differences(centres, box, 2 * float(radius) + float(packing.params["delta"]))
@@ -200,9 +197,10 @@ def _droplets(packing: Packing, positions: Array, box: Array) -> tuple[Any, Arra
     return energy, forces
 
 
-def _bare_droplets(packing: Packing, positions: Array, forces: Array) -> Any:
-    """Line tension and area elasticity; adds to the forces."""
+def _bare_droplets(packing: Packing, positions: Array) -> tuple[Any, Array]:
+    """Energy and forces of line tension and area elasticity."""
     assert packing.offsets is not None
+    forces = np.zeros_like(positions)
     gamma, ka, eta = (float(packing.params[name]) for name in ("gamma", "ka", "eta"))
     energy: Any = 0.0
     for m, (first, last) in enumerate(pairwise(packing.offsets)):
@@ -217,7 +215,7 @@ def _bare_droplets(packing: Packing, positions: Array, forces: Array) -> Any:
         chord = ahead - behind
         forces[first:last] += pull - np.roll(pull, 1, axis=0)
         forces[first:last] -= 0.5 * ka * excess * np.column_stack([chord[:, 1], -chord[:, 0]])
-    return energy
+    return energy, forces
 
 
 def _find_feet(positions: Array, edge: Array, shift: Array) -> _Feet:

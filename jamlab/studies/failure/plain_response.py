@@ -36,10 +36,7 @@ def plain_hessian(packing: Packing) -> Array:
 
 
 def plain_moduli(packing: Packing) -> Array:
-    """(2, 2, 2, 2) relaxed elastic tensor of disks, by a dense pseudo-inverse.
-
-    Args:
-        packing: SP at an energy minimum; rattlers are taken out.
+    """(2, 2, 2, 2) relaxed elastic tensor of disks at an energy minimum without rattlers, by a dense pseudo-inverse.
 
     Raises:
         numpy.linalg.LinAlgError: no disk is held, or the packing is not stable.
@@ -96,12 +93,8 @@ def without_loose_disks(packing: Packing) -> Packing:
 def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> Array:
     """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii.
 
-    Coordinates: velocities beside the affine flow, angular velocities, rate of x -> x + gamma y.
-
-    Args:
-        packing: SP, units "k".
-        beta: drag of sliding over that of approach.
-        background: drag of every disk against the affine flow, over k tau_1.
+    Coordinates: velocities beside the affine flow, angular velocities, rate of x -> x + gamma y. Background: drag of
+    every disk against the affine flow, over k tau_1.
     """
     assert packing.diameters is not None
     n, found = packing.n, touching_disks(packing, packing.positions, packing.box)
@@ -123,12 +116,7 @@ def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> 
 
 
 def plain_complex_modulus(packing: Packing, omega: float, beta: float = 1.0) -> complex:
-    """G* of disks for simple shear along x, contact damping, by dense elimination in extended precision.
-
-    Args:
-        packing: SP, units "k", at an energy minimum; rattlers are taken out.
-        omega: angular frequency, 1/tau_1.
-        beta: drag of sliding over that of approach.
+    """G* of disks without rattlers, simple shear along x, contact damping: dense elimination in extended precision.
 
     Raises:
         numpy.linalg.LinAlgError: no disk is held.

@@ -79,8 +79,7 @@ class AnalysisRow:
 def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[AnalysisRow]:
     """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps".
 
-    Returns:
-        A row for each quantity of each library. One that is not installed is a row that says so.
+    A row for each quantity of each library; one that is not installed is a row that says so.
     """
     backbone = without_rattlers(minimum)
     rows = []
