@@ -98,7 +98,10 @@ def write_page(
     failures = [each for each in ended if isinstance(each, Failure)]
     if not drawn:
         raise InputError(f"no study could be drawn; {failures[0].name}: {failures[0].reason}")
-    sections = [*opening, *(_section(headings[each.name], each) for each in drawn)]
+    sections = list(opening)
+    for each in drawn:
+        verdicts = [_verdicts(each.claims)] if each.claims else []
+        sections.append(Section(headings[each.name], each.png, each.caption, [*verdicts, *each.tables]))
     if failures:
         sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), failures, words=True)]))
     lead = page.lead([c for each in drawn for c in each.claims])
@@ -137,11 +140,6 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
         paths.append(folder / f"{name}.csv")
         write_csv(paths[-1], shown.rows)
     return paths, png
-
-
-def _section(heading: str, shown: Shown) -> Section:
-    verdicts = [_verdicts(shown.claims)] if shown.claims else []
-    return Section(heading, shown.png, shown.caption, [*verdicts, *shown.tables])
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

@@ -7,7 +7,6 @@ import jamlab
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.random_start import droplet_params
 from jamlab.studies.failure import plain_physics as plain
-from jamlab.studies.failure import plain_response
 from jamlab.studies.failure.droplets import ring
 
 
@@ -54,14 +53,14 @@ def test_forces_of_droplets_are_slopes_of_their_energy(droplets, contact):
 def test_moduli_of_disks(packing):
     """The relaxed tensor is that of jamlab, which shares no code with it; without relaxation it is far larger."""
     tensor = jamlab.elastic_tensor(packing)
-    np.testing.assert_allclose(plain_response.plain_moduli(packing), tensor.relaxed, atol=1e-12)
+    np.testing.assert_allclose(plain.plain_moduli(packing), tensor.relaxed, atol=1e-12)
     assert np.abs(tensor.affine - tensor.relaxed).max() > 0.1
 
 
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_complex_modulus_of_disks(packing, beta):
     s = jamlab.complex_modulus(packing, [1e-8, 0.3, 1e8], jamlab.ContactDamping(beta=beta), method="direct")
-    found = np.array([plain_response.plain_complex_modulus(packing, w, beta) for w in s.omega])
+    found = np.array([plain.plain_complex_modulus(packing, w, beta) for w in s.omega])
     np.testing.assert_allclose(found.real, s.storage, rtol=1e-7)
     np.testing.assert_allclose(found.imag, s.loss, rtol=1e-7)
 
@@ -69,7 +68,7 @@ def test_complex_modulus_of_disks(packing, beta):
 def test_a_packing_that_nothing_holds_has_no_modulus(packing):
     loose = packing.with_state(diameters=0.9 * packing.diameters)
     with pytest.raises(np.linalg.LinAlgError, match="no disk is held"):
-        plain_response.plain_shear_modulus(loose)
+        plain.plain_shear_modulus(loose)
 
 
 def test_packing_fraction():

@@ -10,8 +10,7 @@ import pandas as pd
 
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.curve_points import SLACK, Point, dominated, points_of, price
+from jamlab.studies.cost.curves import SLACK, Point, curve_figure, dominated, points_of, price
 from jamlab.studies.page import Page, measured, source_fact, write_page
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task

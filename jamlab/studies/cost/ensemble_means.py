@@ -11,7 +11,7 @@ from jamlab.arrays import Array
 from jamlab.measure import measure as measure_packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cost.curve_points import BAND, Point
+from jamlab.studies.cost.curves import BAND, Point
 
 _PRESSURE = 1e-3
 _SIZES = (16, 32, 64, 128, 256)

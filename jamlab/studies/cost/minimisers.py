@@ -42,7 +42,9 @@ _DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the
 def measure_disks(seed: int) -> Iterator[Trial]:
     """Measure every minimiser at every tolerance, from the loosest until one is not met within the steps."""
     for n, phi, place in _PANELS:
-        start = _half_relax(n, phi, seed)
+        with Session(random_disks(n, seed, phi=phi)) as session:
+            session.minimize(1e-6, style="fire", steps=_BEFORE)
+            start = session.packing()
         panel = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
         for name in _SETTINGS if n == 64 else _LARGE:
             yield from _measure_lammps(panel, start, name)
@@ -51,13 +53,6 @@ def measure_disks(seed: int) -> Iterator[Trial]:
                 seconds, left = shortest(partial(_relax, session, start, tolerance), runs=2, budget=0.05)
                 default = tolerance == force_tolerance("sp")
                 yield Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, _ROUNDING, default)
-
-
-def _half_relax(n: int, phi: float, seed: int) -> Packing:
-    """Relax random disks by a few steps of FIRE."""
-    with Session(random_disks(n, seed, phi=phi)) as session:
-        session.minimize(1e-6, style="fire", steps=_BEFORE)
-        return session.packing()
 
 
 def _measure_lammps(panel: str, start: Packing, name: str) -> Iterator[Trial]:
@@ -103,7 +98,9 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
     """Measure at both packing fractions, from the loosest tolerance until one is not met."""
     onset = jam("sp", _DROPLETS, seed)
     for rho in _RHO:
-        start = _kicked(bring_on(default_way(_DROPLETS), onset, rho), seed)
+        found = bring_on(default_way(_DROPLETS), onset, rho)
+        kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
+        start = found.with_state(positions=found.positions + kicks)
         with Session(start) as session:
             for style in (*_STYLES, "jamlab relax"):
                 note = ""
@@ -120,11 +117,6 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
                     default = style == "jamlab relax" and tolerance == force_tolerance("dp")
                     numbers = (seconds, float("nan") if note else left, _DROPLET_ROUNDING)
                     yield Trial(f"ρ = {rho}", style, f"{tolerance:g}", *numbers, default, note)
-
-
-def _kicked(packing: Packing, seed: int) -> Packing:
-    moves = _KICK * np.random.default_rng(seed).standard_normal(packing.positions.shape)
-    return packing.with_state(positions=packing.positions + moves)
 
 
 def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:

@@ -441,11 +441,15 @@ def _draw_defaults(axes: Axes, chart: Map) -> list[Line2D]:
     for axis, draw in ((chart.x, axes.axvline), (chart.y, axes.axhline)):
         if axis.default is not None:
             halo = [withStroke(linewidth=4, foreground="w")]
-            drawn.append(draw(_place(axis), color="black", linewidth=1.6, linestyle=(0, (4, 2)), path_effects=halo))
+            drawn.append(
+                draw(
+                    float(axis.places(axis.default)),
+                    color="black",
+                    linewidth=1.6,
+                    linestyle=(0, (4, 2)),
+                    path_effects=halo,
+                )
+            )
     if drawn:
         drawn[0].set_label("default of jamlab")
     return drawn[:1]
-
-
-def _place(axis: Axis) -> float:
-    return float(axis.places(axis.default))

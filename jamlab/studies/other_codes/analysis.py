@@ -59,14 +59,9 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
 
 @dataclass(frozen=True)
 class AnalysisRow:
-    """One quantity of one library.
+    """One quantity of one library, and its largest difference from jamlab, over the largest value.
 
-    Attributes:
-        name: of the library.
-        version: as installed; None if it is not, and then `note` says what to install and all else is None.
-        quantity: what was measured.
-        difference: largest difference from jamlab, over the largest value.
-        note: what a reader must know.
+    Of a library that is not installed version and difference are None, and the note says what to install.
     """
 
     name: str

@@ -203,17 +203,17 @@ def _time_descent(prepare: Callable[[], Descent]) -> tuple[float, float, Array]:
 
 def _differences(point: Point, here: Point) -> dict[str, Any]:
     """Differences between two codes at the same coordinates, over the largest value."""
+
+    def over_largest(there: Array, values: Any) -> float:
+        return float(np.abs(there - np.asarray(values)).max() / np.abs(values).max())
+
     return {
         "energy": abs(point.energy / here.energy - 1),
-        "forces": float(np.abs(point.forces - here.forces).max() / np.abs(here.forces).max()),
-        "stress": None if point.stress is None else _over_largest(point.stress - np.asarray(here.stress), here.stress),
+        "forces": over_largest(point.forces, here.forces),
+        "stress": None if point.stress is None else over_largest(point.stress, here.stress),
         "pressure": abs(point.pressure / here.pressure - 1),
     }
 
 
 def _largest_force(point: Point) -> float:
     return float(np.hypot(*point.forces.T).max())
-
-
-def _over_largest(difference: Array, values: Any) -> float:
-    return float(np.abs(difference).max() / np.abs(values).max())
