@@ -107,6 +107,9 @@ def polygon_dissipation(p, law, u, flow):
         for other in rings[:m] + rings[m + 1 :]:
             for image in np.ndindex(3, 3):
                 shift = (np.array(image) - 1) @ p.box
+                one, two = p.positions[ring], p.positions[other] + shift
+                if np.max([one.min(axis=0) - two.max(axis=0), two.min(axis=0) - one.max(axis=0)]) >= p.params["delta"]:
+                    continue  # a gap wider than both rims lies between them
                 sides = sides_of([(int(v), tuple(p.positions[v] + shift)) for v in other])
                 for vertex in ring:
                     foot = min(foot_on((int(vertex), tuple(p.positions[vertex])), side) for side in sides)

@@ -1,24 +1,27 @@
 """Energy, forces and stress of a packing by `jamlab.studies.failure.plain_physics`, which looks at all pairs."""
 
-from dataclasses import dataclass
-
-import numpy as np
+from functools import cached_property
 
 from jamlab.studies.failure.plain_physics import droplet_contacts, plain_forces, plain_stress
 
 
-@dataclass
 class Reference:
-    """Sums over all terms; `contact_energy` is the part between different particles."""
+    """Sums over all terms of a packing; `contact_energy` is the part between different particles."""
 
-    energy: float
-    contact_energy: float
-    forces: np.ndarray
-    stress: np.ndarray
+    def __init__(self, packing):
+        self._packing = packing
+        self.energy, self.forces = plain_forces(packing)
+
+    @cached_property
+    def contact_energy(self):
+        p = self._packing
+        return self.energy if p.model == "sp" else droplet_contacts(p, p.positions, p.box)[0]
+
+    @cached_property
+    def stress(self):
+        return plain_stress(self._packing)
 
 
 def evaluate(packing):
     """Reference values of any packing."""
-    energy, forces = plain_forces(packing)
-    contact = energy if packing.model == "sp" else droplet_contacts(packing, packing.positions, packing.box)[0]
-    return Reference(energy, contact, forces, plain_stress(packing))
+    return Reference(packing)
