@@ -179,18 +179,7 @@ def write_all(
     opening: Sequence[Section] = (),
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Write figures, the table of verdicts, their summary and one self-contained HTML page.
-
-    Args:
-        names: of figures.
-        tables: to draw from; they can be pickled where there are several processes.
-        folder: made if it is not there.
-        progress: called before each figure.
-        opening: sections before those of the figures, such as those of `example_packings`.
-        processes: that draw side by side.
-
-    Returns:
-        What was drawn, and what could not be.
+    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`.
 
     Raises:
         StorageError: the folder cannot be written.

@@ -46,8 +46,7 @@ def micrograph_errors(tables: EnsembleTables) -> Drawing:
             ax = axes[row * len(LABELS) + column]
             _draw(out, ax, table[table["parameter"] == parameter], quantity)
             label(ax, name, text, legend=False)
-    handles, names = axes[0].get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
+    out.legend_above(axes[0])
     good, right = table["quality"] == "good", table["right"]
     silent = int((good & ~right).sum())
     out.caption = (
