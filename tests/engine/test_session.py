@@ -321,7 +321,7 @@ def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt
     twice = jamlab.Packing(
         "dp",
         [[6.0, 0], [tilt, 6]],
-        np.vstack([rings, rings + [3.0, 0]]),
+        np.vstack([rings, rings + np.array([3.0, 0])]),
         law | {"a0": [1.68, 0.64] * 2},
         "eps",
         offsets=[0, 4, 8, 12, 16],
