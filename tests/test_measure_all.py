@@ -78,6 +78,6 @@ def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep)
     assert set(MEASURED) == {name for name in MODULE.QUANTITIES if not hasattr(sweep[0], name)}
     with pytest.raises(AttributeError, match=r"no attribute 'z': use jamlab.measure\(packing, 'z'\)"):
         _ = sweep[0].z
-    with pytest.raises(AttributeError, match="no attribute 'zz'$"):
+    with pytest.raises(AttributeError, match=r"no attribute 'zz'$"):
         _ = sweep[0].zz
     assert not hasattr(sweep[0], "_repr_png_")

@@ -14,7 +14,7 @@ import numpy as np
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table
-from jamlab.cli.interruption import expect_output
+from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law
 from jamlab.cli.progress import share_bar
 from jamlab.errors import InputError
@@ -128,7 +128,8 @@ def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -
     for path in (plot, csv):
         if path is not None:
             check_target(path, source, out)
-    expect_output(out)
+    kept = f"kept {out} as it was last saved; the same command goes on from there"
+    describe_kept(lambda: kept if out.exists() else "nothing was written")
 
 
 def give(

@@ -24,7 +24,7 @@ from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
-from jamlab.cli.interruption import ending_on_signals
+from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
 from jamlab.cli.study import study
@@ -49,6 +49,8 @@ class Commands(TyperGroup):
         except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
             raise
         except Exception as error:
+            if (number := stopping_signal()) is not None:
+                raise Interrupted(number) from error
             if self.debug:
                 raise
             err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)

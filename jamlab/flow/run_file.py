@@ -28,7 +28,7 @@ from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 FilePath = str | os.PathLike[str]
 R = TypeVar("R")
 
-_EVERY = 30.0  # s between two versions of a file
+_EVERY = 10.0  # s between two versions of a file
 _NO_DRAG = {"law": "none"}  # of runs without time
 _APART = ("frames", "damping")  # fields of a result that have a place of their own
 
