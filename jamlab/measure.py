@@ -26,6 +26,7 @@ from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.processes.cores import available_cores
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
 COLUMNS = (
@@ -112,7 +113,7 @@ def measure_all(
     quantities: str | Iterable[str] = COLUMNS,
     *,
     processes: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> "dict[str, Array]":
     """Observables of several packings, such as a sweep, side by side where that is faster.
 
@@ -121,7 +122,7 @@ def measure_all(
         quantities: see `measure`.
         processes: at most so many at once, by default one for each core that this process may use. Work of a few
             seconds, which new processes would not make shorter, is done in this one.
-        progress: called with the number of packings measured, and of all.
+        progress: called after each packing with the share of all that is measured, and in words.
 
     Returns:
         Quantity -> (len(packings),) float64, in the order of the packings.
@@ -140,20 +141,24 @@ def measure_all(
     if processes is not None and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
     names, total = _check_names(quantities), len(packings)
-    show = progress or (lambda done, total: None)
+    tell = progress or no_progress
+
+    def show(done: int) -> None:
+        tell(done / total, f"{done} of {total} states")
+
     states = list(enumerate(packings))
     one = partial(_measure_state, names=names)
     rows, began = [], time.perf_counter()
     with threadpool_limits(1):
         for state in states:
             rows.append(one(state))
-            show(len(rows), total)
+            show(len(rows))
             spent = time.perf_counter() - began
             if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), processes) > 1:
                 break
     if rest := states[len(rows) :]:
         count, first = _count_processes(len(rest), spent / len(rows), processes), len(rows)
-        rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done, total))
+        rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done))
     return {name: np.array([row[name] for row in rows]) for name in names}
 
 

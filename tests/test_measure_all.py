@@ -29,7 +29,7 @@ def at_once(monkeypatch):
 def test_processes_give_the_rows_of_one_in_order(sweep, at_once):
     counts = []
     found = jamlab.measure_all(sweep, processes=2, progress=lambda *count: counts.append(count))
-    assert counts == [(k, len(sweep)) for k in range(1, len(sweep) + 1)]
+    assert counts == [(k / len(sweep), f"{k} of {len(sweep)} states") for k in range(1, len(sweep) + 1)]
     assert list(found) == list(MODULE.COLUMNS)
     rows = [jamlab.measure(state) for state in sweep]
     for name, values in found.items():

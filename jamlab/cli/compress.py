@@ -32,11 +32,10 @@ def compress(
 
     check_target(out, file, replace=force)
     start, kept = read(file, frame), KeptStates(out)
-    with kept:  # also while the states are measured, which takes as long
-        with progress_bar("compress", to, start.model) as progress:
-            how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "ranks": ranks}
-            how["tolerance"] = tolerance
-            kept.add(start)
-            for state in run(start, to, step, progress=progress, **how):
-                kept.add(state)
-        print_packings(kept.states, out, as_json)
+    with kept, progress_bar("compress") as progress:
+        how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "ranks": ranks}
+        how["tolerance"] = tolerance
+        kept.add(start)
+        for state in run(start, to, step, progress=progress, **how):
+            kept.add(state)
+    print_packings(kept.states, out, as_json)

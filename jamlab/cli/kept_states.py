@@ -14,9 +14,9 @@ _INTERVAL = 10.0  # s between two files on the way, of which a killed command le
 
 
 class KeptStates:
-    """States of a sweep, written to a file now and then, and when a signal ends the command.
+    """States of a sweep, written to a file now and then, at the end, and when a signal ends the command.
 
-    The file of a command that ends well is written by whoever has measured the states.
+    Whoever measures the states, which may take longer than to make them, writes the file once more with the results.
 
     Args:
         out: HDF5 file.
@@ -33,8 +33,8 @@ class KeptStates:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
-        stopped = kind is not None and (issubclass(kind, Interrupted) or stopping_signal() is not None)
-        if stopped and len(self.states) > 1:
+        worth_it = kind is None or issubclass(kind, Interrupted) or stopping_signal() is not None
+        if worth_it and len(self.states) > 1:
             self._save()
 
     def add(self, state: "Packing") -> None:

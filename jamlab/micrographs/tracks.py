@@ -56,7 +56,7 @@ class Tracks:
         >>> pictures = [jamlab.synthetic_micrograph(p, 300, seed=k, noise=0.02) for k in range(3)]
         >>> tracks = jamlab.follow(pictures, contrast="bright")
         >>> tracks.count, set(tracks.table["frame"]), len(tracks.events)
-        (5, {0, 1, 2}, 0)
+        (9, {0, 1, 2}, 0)
     """
 
     table: pd.DataFrame
