@@ -311,7 +311,7 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
     assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout
 
 
-@pytest.mark.parametrize("words", [(), ("campaign",), ("chart",), ("study",)])
+@pytest.mark.parametrize("words", [(), ("campaign",)])
 def test_the_list_of_commands_is_not_cut(tmp_path, words):
     done = call(tmp_path, *words, "--help")
     assert done.exit_code == 0 and "..." not in done.stdout.partition("Commands:")[2], done.stdout
