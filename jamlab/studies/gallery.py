@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -95,7 +96,9 @@ def check_names(names: Sequence[str]) -> list[str]:
     """
     unknown = [name for name in names if name not in FIGURES and name != "all"]
     if unknown or not names:
-        raise InputError(f"no figure {', '.join(unknown) or 'named'}: use all, or {', '.join(FIGURES)}")
+        meant = [found for name in unknown for found in get_close_matches(name, FIGURES, 1)]
+        guess = f"did you mean {', '.join(meant)}? " if meant else ""
+        raise InputError(f"no figure {', '.join(unknown) or 'named'}: {guess}Use all, or {', '.join(FIGURES)}")
     return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
 
 

@@ -53,7 +53,7 @@ def micrograph_errors(tables: EnsembleTables) -> Drawing:
         "Errors (measured minus true) of rendered pictures of 64 droplets, along one parameter at a time. Filled: "
         f"judged good ({good.sum()} of {len(table)}, {silent} of them beyond a limit); open: doubtful. Dashed: limits "
         "of what counts as right, 2 droplets, 0.02 in packing fraction, 0.4 in z, 0.02 in shape factor. Points beyond "
-        "the panel stand at its edge. The points of experiments in Boromand et al. fig 9 are printed in no table."
+        "the panel stand at its edge."
     )
     return out
 

@@ -157,3 +157,21 @@ def test_states_that_miss_the_tolerance_say_so(packing):
 def test_numbers_out_of_range_are_refused(packing, arguments, message):
     with pytest.raises(jamlab.InputError, match=message):
         quasistatic_shear(packing, **arguments)
+
+
+@pytest.mark.parametrize(("s", "k"), [(1.0, 1e-9), (1e-6, 1e3), (300.0, 1e7)])
+def test_units_change_nothing_and_a_run_goes_on_in_its_own(packing, s, k, tmp_path):
+    """Tolerances are those of the packing in natural units; stresses go as k."""
+    plain = quasistatic_shear(packing, 0.01, 2e-3)
+    scaled = packing.with_state(
+        box=s * packing.box, positions=s * packing.positions, diameters=s * packing.diameters, params={"k": k}
+    )
+    quasistatic_shear(scaled, 0.004, 2e-3, out=tmp_path / "run.h5")
+    found = quasistatic_shear(scaled, 0.01, 2e-3, out=tmp_path / "run.h5")
+    assert found.converged.all() and found.converged.dtype == bool
+    for name in ("stress", "pressure", "energy", "work", "dissipated"):
+        wanted = getattr(plain, name)
+        assert getattr(found, name) / k == pytest.approx(wanted, rel=1e-6, abs=1e-9 * np.abs(plain.stress).max()), name
+    assert found.max_force.max() < 1e-12 * k * s
+    assert found.packing.box == pytest.approx(s * plain.packing.box, rel=1e-12)
+    assert found.packing.params == {"k": k}

@@ -77,9 +77,21 @@ def test_a_run_goes_on_from_its_file(disks, tmp_path):
     assert rest.steps > half.steps
     again = jamlab.shear(disks, 0.01, 0.4, rows=20, out=path, **how)
     assert again.steps == rest.steps and np.array_equal(again.stress, rest.stress)
-    other = jamlab.shear(disks, 0.02, 0.04, rows=2, out=path)  # another rate: another run
-    assert other.strain[-1] == pytest.approx(0.04) and len(jamlab.read_flow(path).time) == 3
     assert jamlab.read(path).n == disks.n
+
+
+def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
+    """Not another rate, nor another packing, nor a packing, nor text."""
+    run, packing, notes = (tmp_path / name for name in ("run.h5", "packing.h5", "notes.txt"))
+    jamlab.shear(disks, 0.02, 0.04, rows=2, out=run)
+    disks.write(packing)
+    notes.write_text("work of a week")
+    other = jamlab.pack(n=disks.n, pressure=1e-2, seed=77)
+    for path, start, rate in ((run, disks, 0.01), (run, other, 0.02), (packing, disks, 0.02), (notes, disks, 0.02)):
+        before = path.read_bytes()
+        with pytest.raises(jamlab.StorageError, match="exists and holds no part of this run: choose another name"):
+            jamlab.shear(start, rate, 0.04, rows=2, out=path)
+        assert path.read_bytes() == before
 
 
 def test_what_it_has_reached_stands_in_its_repr(run, disks):
