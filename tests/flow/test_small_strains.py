@@ -1,10 +1,13 @@
 """Oscillation, creep and relaxation by small strains are what the frequency domain says of the same packing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from creep_of_elements import compliance
 
 import jamlab
+from jamlab.flow.oscillate import fit_harmonics
 
 
 @pytest.fixture(scope="module")
@@ -26,6 +29,15 @@ def test_oscillation(backbone, damping):
     assert found.third_over_first < 1e-3 and "contacts open" not in repr(found)
     lost = np.diff(found.dissipated[[-1 - found.points, -1]])[0]
     assert lost == pytest.approx(np.pi * found.loss * 1e-10, rel=2e-3)
+
+
+def test_harmonics_do_not_see_a_drift():
+    """A slow rise looks like a sawtooth in each cycle, whose own sine would lower every G'_k."""
+    omega, amplitude = 0.3, 0.02
+    time = 100.0 + 2 * np.pi / omega * np.arange(1, 33) / 32
+    cycle = amplitude * (3.0 * np.sin(omega * time) + 0.5 * np.cos(omega * time) - 0.2 * np.sin(3 * omega * time))
+    found = fit_harmonics(time, 0.7 + 0.01 * time + cycle, omega, amplitude)
+    assert found == pytest.approx(np.array([3.0 + 0.5j, 0, -0.2, 0, 0, 0, 0]), abs=1e-9)
 
 
 def test_relaxation(backbone, spectrum):
@@ -51,6 +63,28 @@ def test_creep(backbone, damping):
     assert np.max(np.abs(found.compliance[1:] / wanted - 1)[late]) < 3e-4
     assert found.stress == pytest.approx(found.residual + 1e-7, abs=1e-12)
     assert (found.time[-1] == 100.0 and "rest" in repr(found)) or "CREEPS" in repr(found)
+
+
+@pytest.mark.parametrize(
+    ("exponent", "strain", "drag", "state"),
+    [
+        (0.0, 0.5, 0.0, "rests"),
+        (0.0, 0.5, 0.5, "creeps"),
+        (0.5, 0.5, 0.0, "creeps"),
+        (1.0, 0.5, 1.0, "flows"),
+        (1.0, 0.1, 1.0, "creeps"),
+    ],
+)
+def test_what_creep_does_is_told_from_the_last_half_of_the_time(backbone, exponent, strain, drag, state):
+    """Strain grows as the square root of time up to 40 % of it, whatever follows; below strain 0.2 nothing flows."""
+    found = jamlab.creep(backbone, 1e-7, 1.0)
+    time = np.linspace(0, 100, 201)
+    grown = np.where(time < 40, np.sqrt(time / 40), (np.maximum(time, 40) / 40) ** exponent)
+    grown *= strain / grown[-1]
+    found = replace(found, time=time, strain=grown, viscous_stress=drag * found.applied * np.ones(201))
+    assert found.slope == pytest.approx(exponent, abs=1e-12) and found.state == state
+    if exponent == 1.0:
+        assert found.final_rate == pytest.approx(strain / 100)
 
 
 def test_they_go_on_from_their_files(backbone, tmp_path):
