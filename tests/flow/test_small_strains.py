@@ -50,6 +50,15 @@ def test_relaxation(backbone, spectrum):
     assert "NOT RELAXED" in repr(found) and not found.packing.converged
 
 
+def test_relaxed_is_a_modulus_that_rests_over_the_last_half_of_the_time(backbone):
+    found = jamlab.relax_stress(backbone, 1e-5, 1.0)
+    time = np.linspace(0.0, 100.0, 201)
+    for fall, words in ((0.0, "relaxed to G = 0.2"), (0.01, "NOT RELAXED: G = 0.2 has changed by 0.01 ")):
+        modulus = 0.2 * (1 + np.interp(time, [0, 50, 80, 100], [1.0, fall, 0.0, 0.0]))
+        late = replace(found, time=time, stress=found.residual + found.step_strain * modulus)
+        assert late.reached.startswith(words)
+
+
 @pytest.mark.parametrize("damping", [jamlab.ContactDamping(), jamlab.StokesDrag(eta_f=0.5)], ids=str)
 def test_creep(backbone, damping):
     """Under Stokes drag the fluid carries the stress at first, and disks of a shear against it nothing."""
@@ -112,6 +121,12 @@ def test_large_amplitudes_are_not_linear(backbone):
     assert "contacts open or close" in repr(found)
     assert found.third_over_first > 0.01 and found.harmonics.shape == (7,)
     assert found.storage < 0.5 * jamlab.complex_modulus(backbone, [0.1]).storage[0]
+
+
+def test_the_third_harmonic_is_the_third(backbone):
+    found = jamlab.oscillate(backbone, 1.0, 1e-5, cycles=2)
+    last = np.array([[3 + 4j, 0.7, 0.3j, 0.2, 0, 0, 0]])
+    assert replace(found, cycle_harmonics=last, converged=True).third_over_first == pytest.approx(0.3 / 5)
 
 
 def test_refused(backbone, disks):
