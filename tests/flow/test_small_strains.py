@@ -74,6 +74,13 @@ def test_creep(backbone, damping):
     assert (found.time[-1] == 100.0 and "rest" in repr(found)) or "CREEPS" in repr(found)
 
 
+def test_a_stress_is_held_while_contacts_open_close_and_rub():
+    """What a rubbing contact is held by bears a part of the stress."""
+    found = jamlab.creep(jamlab.pack(16, 1e-2, 3), 0.02, 20.0)
+    assert found.strain[-1] > 0.3 and np.ptp(found.contacts) > 3
+    assert found.stress == pytest.approx(np.full(len(found.time), found.residual + 0.02), abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("exponent", "strain", "drag", "state"),
     [
