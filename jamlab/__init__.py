@@ -16,7 +16,7 @@ Ensembles    open_campaign -> Campaign: plan, run, table, aggregate, plot
 Least model  choose: disks or droplets for a tolerance; choose_flow: spectrum, equivalent damping or a run;
              estimate: a mean over packings to an error
 Pictures     every result has .plot(ax); write_page: a sweep to look through; geometry_figure
-Micrographs  micrograph, synthetic_micrograph
+Micrographs  micrograph, synthetic_micrograph, follow
 Errors       JamlabError: InputError, ConvergenceError, EngineError, StorageError, BoundaryError, SelfCrossingError
 
     onset = jamlab.jam(n=32, seed=1)

@@ -85,7 +85,7 @@ def named_from(*names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
             if not late:
                 return function(*args, **kwargs)
             given = ", ".join(f"{name}={value!r}" for name, value in late.items())
-            warnings.warn(f"{function.__qualname__}: give {given} by name", DeprecationWarning, stacklevel=2)
+            warnings.warn(f"{function.__qualname__}: give {given} by name", FutureWarning, stacklevel=2)
             return function(*args[: len(places)], *args[len(places) + len(late) :], **late, **kwargs)  # type: ignore[arg-type]
 
         return call

@@ -26,6 +26,7 @@ from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 from jamlab.processes.cores import available_cores
+from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
 
 COLUMNS = (
@@ -42,12 +43,12 @@ _START = 2.0  # s that new processes take to start and to load what measures
 
 
 @checked
-def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, float]:
+def measure(packing: Packing, quantities: str | Iterable[str] = COLUMNS) -> dict[str, float]:
     """Observables of a packing at an energy minimum, in its own units.
 
     Args:
         packing: SP or DP.
-        quantities: some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
+        quantities: one or some of `QUANTITIES`; only what they need is computed. Default `COLUMNS`.
 
     Returns:
         rho: true packing fraction (DP: rims included); phi: nominal one; z: contacts per particle without rattlers;
@@ -81,8 +82,8 @@ def measure(packing: Packing, quantities: Iterable[str] = COLUMNS) -> dict[str, 
     return {name: found[name] for name in names}
 
 
-def _check_names(quantities: Iterable[str]) -> tuple[str, ...]:
-    names = tuple(quantities)
+def _check_names(quantities: str | Iterable[str]) -> tuple[str, ...]:
+    names = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     for name in names:
         check_choice("quantity", name, QUANTITIES)
     return names
@@ -97,18 +98,22 @@ def why_no_modulus(packing: Packing) -> str:
     try:
         elastic_tensor(packing, network=bearing)
     except ConvergenceError as error:
-        count = packing.n - bearing.packing.n
-        return f"with its {count} rattlers taken out, {error}" if count and packing.converged else str(error)
+        rattlers = int(network.rattlers.sum())
+        squeezed = rattlers - (packing.n - bearing.packing.n)
+        if not (rattlers and packing.converged):
+            return str(error)
+        kept = f", but for {squeezed} that two contacts squeeze and that may roll between them" if squeezed else ""
+        return f"with its {rattlers} rattlers taken out{kept}, {error}"
     return ""
 
 
 @checked
 def measure_all(
     packings: Sequence[Packing],
-    quantities: Iterable[str] = COLUMNS,
+    quantities: str | Iterable[str] = COLUMNS,
     *,
     processes: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> "dict[str, Array]":
     """Observables of several packings, such as a sweep, side by side where that is faster.
 
@@ -117,7 +122,7 @@ def measure_all(
         quantities: see `measure`.
         processes: at most so many at once, by default one for each core that this process may use. Work of a few
             seconds, which new processes would not make shorter, is done in this one.
-        progress: called with the number of packings measured, and of all.
+        progress: called after each packing with the share of all that is measured, and in words.
 
     Returns:
         Quantity -> (len(packings),) float64, in the order of the packings.
@@ -136,20 +141,24 @@ def measure_all(
     if processes is not None and processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
     names, total = _check_names(quantities), len(packings)
-    show = progress or (lambda done, total: None)
+    tell = progress or no_progress
+
+    def show(done: int) -> None:
+        tell(done / total, f"{done} of {total} states")
+
     states = list(enumerate(packings))
     one = partial(_measure_state, names=names)
     rows, began = [], time.perf_counter()
     with threadpool_limits(1):
         for state in states:
             rows.append(one(state))
-            show(len(rows), total)
+            show(len(rows))
             spent = time.perf_counter() - began
             if spent > _TRIAL and _count_processes(total - len(rows), spent / len(rows), processes) > 1:
                 break
     if rest := states[len(rows) :]:
         count, first = _count_processes(len(rest), spent / len(rows), processes), len(rows)
-        rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done, total))
+        rows += run_side_by_side(one, rest, count, done=lambda done: show(first + done))
     return {name: np.array([row[name] for row in rows]) for name in names}
 
 

@@ -63,7 +63,7 @@ class DiskDrag : public DragSolver {
   bool rubs() const { return rubbing > 0; }
   std::vector<double> thetas() const;
   const std::vector<Edge> &edges() const { return edged; }
-  void take_over(const DiskDrag &earlier) { edged = earlier.edged; }
+  void take_over(const std::vector<Edge> &earlier) { edged = earlier; }
   bool drags() const { return law.tau > 0.0; }
 
   // pairs of this rank whose state does not fit after a displacement

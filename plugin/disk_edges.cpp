@@ -206,10 +206,14 @@ bool DiskDrag::hold(Motions &force, Motions &u, Load &load, Result &result)
   std::vector<Motions> pushes(m);
   std::vector<double> moments(m, 0.0);
   bool enough = true;
+  double speeds[2] = {0.0, static_cast<double>(nlocal)};
+  for (int i = 0; i < nlocal; i++) speeds[0] += hypot(u[i].x, u[i].y);
+  MPI_Allreduce(MPI_IN_PLACE, speeds, 2, MPI_DOUBLE, MPI_SUM, world);
+  const double typical = speeds[0] / speeds[1];
   for (std::size_t a = 0; a < m; a++) {
     const Slip &s = slips[rubs[a]];
     right[a] = s.approach + closing * s.gap;
-    enough = enough && (edged[rubs[a]].free || fabs(right[a]) <= settings.tolerance * (fabs(s.slide) + fabs(closing * s.gap)));
+    enough = enough && (edged[rubs[a]].free || fabs(right[a]) <= settings.tolerance * (fabs(s.slide) + fabs(closing * s.gap) + typical));
   }
   if (enough && result.converged) {
     update_thetas(rubs, slips);

@@ -70,6 +70,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool droplets = false;
   std::unique_ptr<DragSolver> solver;
   DiskDrag *disks = nullptr;    // the solver, of disks
+  std::vector<DiskDrag::Edge> restored;    // from a restart file
   double length_unit = 1.0;     // mean diameter of disks
   double approached = 0.0;      // by two disks at most, since neighbors were found
   class Compute *virial = nullptr, *energy = nullptr;    // of the forces on droplets
@@ -88,6 +89,8 @@ class FixOverdamped : public Fix, private GhostExchange {
     double end = 0.0;          // of the present interval
     double stress = 0.0, work = 0.0, dissipation = 0.0, dissipated = 0.0;    // energies per area
     double iterations = 0.0;
+    double speed = 0.0;        // of all disks together
+    double gap_time = 0.0;     // in which gaps of rubbing disks close: the longest step before the last
   } state;
 
   using Weights = std::array<double, 3>;
@@ -97,7 +100,7 @@ class FixOverdamped : public Fix, private GhostExchange {
     std::vector<double> thetas;
   } stages[3];
   struct Plan {     // the next step of disks: part `time` of a whole one
-    double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0;
+    double time = 0.0, step = 0.0, strain = 0.0, work = 0.0, dissipated = 0.0, next_step = 0.0, longest = 0.0;
     Motions moved, ahead;
     std::vector<DiskDrag::Change> changes;    // that happen in it
   } plan;

@@ -26,12 +26,13 @@ static constexpr double NODES[3] = {0.0, 0.5, 0.75};
 static constexpr double TO_NODE[3] = {0.0, 0.5, 0.75};    // of the velocity before, that leads to a stage
 static constexpr double FIRST = 0.1;        // first step over the longest
 static constexpr double GROWTH = 2.5, SHRINKAGE = 0.2, SAFETY = 0.9;
+static constexpr double NOISE = 0.7;        // error over that of a longer step, from which on it is the solver's
 static constexpr double TRUST = 0.9;        // in the velocities ahead, where the solver starts; at 1, motion that costs
                                             // no drag would grow from step to step
 static constexpr double STRICT = 0.2;       // part of the tolerance that a step may use up: errors of steps add up
 static constexpr double SPREAD = 10.0;      // disks that move by as much as one contact does that drags wrongly
 static constexpr double SLACK = 0.05;       // part of the error of a whole step that the shortest one may make
-static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in a step
+static constexpr double SETTLES = 0.5;      // gap of a rubbing pair that goes in the longest step
 static constexpr double STUCK = 1e-9;       // step over the relaxation time at which a run is given up
 static constexpr double STILL = 1e-12;      // travel in a step, over the mean diameter, whose error is rounding
 static constexpr int MOST_COMBINATIONS = 81;    // of states that are tried
@@ -70,9 +71,9 @@ double FixOverdamped::all_speeds() const
 void FixOverdamped::start_disks()
 {
   disks->take(atom->nlocal, atom->nghost, 0.0);
-  disks->keep_gaps(state.step > 0.0 ? SETTLES / state.step : 0.0);
+  disks->keep_gaps(state.gap_time > 0.0 ? SETTLES / state.gap_time : 0.0);
   disks->let_go_of_loose(now);
-  const double least = sums.speed > 0.0 ? tolerance * sums.speed / SPREAD : 0.0;
+  const double least = tolerance * state.speed / SPREAD;
   DiskDrag::Revision revision = DiskDrag::CHANGED;
   while (revision == DiskDrag::CHANGED) {
     const DragSolver::Result result = find_velocities();
@@ -82,6 +83,7 @@ void FixOverdamped::start_disks()
   if (revision == DiskDrag::CYCLES) find_states();
   disks->forget_settled();
   add_up();
+  state.speed = sums.speed;
 }
 
 /* ----------------------------------------------------------------------
@@ -183,19 +185,28 @@ void FixOverdamped::plan_disks()
 {
   const double longest = longest_step(), allowed = STRICT * tolerance * all_speeds();
   double step = state.step > 0.0 ? state.step : FIRST * longest;
+  plan.longest = longest;
   double next;
+  bool rejected = false;
+  double off_before = HUGE_VAL;
   while (true) {
     step = up_to_end(std::min(step, longest));
     const double off = try_stages(step), factor = off > 0.0 ? SAFETY * sqrt(allowed / off) : GROWTH;
     next = step * std::clamp(factor, SHRINKAGE, GROWTH);
     if (factor >= SAFETY) break;
+    if (std::isfinite(off) && off > NOISE * off_before) {    // of the solver, which no step makes smaller
+      next = step;
+      break;
+    }
+    off_before = off;
     if (step < STUCK * longest)
       error->all(FLERR, "{}: {} at time {:.6g}, strain {:.6g}, rate {:.3g} velocities change within {:.2g}: give a "
                  "background drag, such as 1e-2 k tau, or lower the rate", WHO, FLOW_STUCK, state.time,
                  state.strain, state.rate, step);
     step = next;
+    rejected = true;
   }
-  plan.next_step = std::max(next, std::min(state.step, longest) > step ? state.step : 0.0);
+  plan.next_step = rejected ? next : std::max(next, state.step);    // the end or the flow made this one short
   plan.step = step;
   plan.time = up_to_changes(step, allowed);
   plan.strain = strain_after(plan.time, step);
@@ -313,4 +324,5 @@ void FixOverdamped::move_disks()
   state.work += plan.work;
   state.dissipated += plan.dissipated;
   state.step = plan.next_step;
+  state.gap_time = plan.longest;
 }

@@ -18,9 +18,13 @@ using namespace LAMMPS_NS;
 void FixOverdamped::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  const int size = sizeof(State);
+  const std::vector<DiskDrag::Edge> edges = disks ? disks->edges() : std::vector<DiskDrag::Edge>();
+  const int count = static_cast<int>(edges.size());
+  const int size = static_cast<int>(sizeof(State) + sizeof(int) + count * sizeof(DiskDrag::Edge));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(&state, size, 1, fp);
+  fwrite(&state, sizeof(State), 1, fp);
+  fwrite(&count, sizeof(int), 1, fp);
+  fwrite(edges.data(), sizeof(DiskDrag::Edge), count, fp);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -28,6 +32,10 @@ void FixOverdamped::write_restart(FILE *fp)
 void FixOverdamped::restart(char *buf)
 {
   std::memcpy(&state, buf, sizeof(State));
+  int count;
+  std::memcpy(&count, buf + sizeof(State), sizeof(int));
+  restored.resize(count);
+  std::memcpy(restored.data(), buf + sizeof(State) + sizeof(int), count * sizeof(DiskDrag::Edge));
 }
 
 /* ---------------------------------------------------------------------- */

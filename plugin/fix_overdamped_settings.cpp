@@ -228,7 +228,7 @@ void FixOverdamped::make_solver()
     return;
   }
   auto drag = std::make_unique<DiskDrag>(world, exchange, settings, *style, atom->tag);
-  if (disks) drag->take_over(*disks);    // of the run before
+  drag->take_over(disks ? disks->edges() : restored);    // of the run before
   disks = drag.get();
   solver = std::move(drag);
   length_unit = style->mean_diameter();

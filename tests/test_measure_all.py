@@ -29,7 +29,7 @@ def at_once(monkeypatch):
 def test_processes_give_the_rows_of_one_in_order(sweep, at_once):
     counts = []
     found = jamlab.measure_all(sweep, processes=2, progress=lambda *count: counts.append(count))
-    assert counts == [(k, len(sweep)) for k in range(1, len(sweep) + 1)]
+    assert counts == [(k / len(sweep), f"{k} of {len(sweep)} states") for k in range(1, len(sweep) + 1)]
     assert list(found) == list(MODULE.COLUMNS)
     rows = [jamlab.measure(state) for state in sweep]
     for name, values in found.items():
@@ -54,3 +54,19 @@ def test_an_error_names_its_state(sweep, at_once):
     past_the_check = jamlab.measure_all.__wrapped__
     with pytest.raises(InputError, match=r"^state 2: measure: packing = 'none'"):
         past_the_check([sweep[0], sweep[1], "none", sweep[3]], processes=2)
+
+
+def test_one_name_is_one_quantity(sweep):
+    assert jamlab.measure(sweep[0], "rho") == jamlab.measure(sweep[0], ["rho"])
+    assert list(jamlab.measure_all(sweep, "z")) == ["z"]
+    with pytest.raises(jamlab.InputError, match="unknown quantity 'zz'"):
+        jamlab.measure(sweep[0], "zz")
+
+
+def test_the_reason_counts_the_rattlers_as_the_table_does():
+    """Those that two contacts squeeze, too, which stay among what bears a load."""
+    p = jamlab.jam("dp", n=12, seed=1)
+    count = int(jamlab.measure(p, "rattlers")["rattlers"])
+    reason = MODULE.why_no_modulus(p)
+    assert np.isnan(jamlab.measure(p, "g")["g"]) and f"with its {count} rattlers taken out" in reason
+    assert "that two contacts squeeze" in reason

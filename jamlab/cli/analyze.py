@@ -18,7 +18,9 @@ PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 def analyze(
     file: Annotated[
         Path,
-        typer.Argument(help="File of jamlab (HDF5), LAMMPS data file or dump, GSD file, or a picture of droplets."),
+        typer.Argument(
+            help="File of jamlab, LAMMPS or GSD; a picture of droplets; a folder of them, or a track table (CSV)."
+        ),
     ],
     pixel: Annotated[
         float | None,
@@ -52,6 +54,10 @@ def analyze(
         how = {"pixel": pixel, "film": film, "periodic": periodic, "contrast": contrast, "channel": channel}
         _analyze_picture(file, labels, overlay, csv, as_json, how, (packing, model))
         return
+    if file.is_dir() or file.suffix.lower() == ".csv":
+        how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
+        _analyze_tracks(file, overlay, csv, as_json, how if file.is_dir() else {})
+        return
     if any(path is not None for path in (overlay, csv, labels, packing)):
         raise InputError(
             f"--overlay, --csv, --labels and --packing are for pictures ({', '.join(PICTURES)}); {file.name} is none"
@@ -84,10 +90,27 @@ def _analyze_picture(
     if overlay is not None:
         found.draw(overlay)
     if csv is not None:
-        write_droplets(found, csv)
+        write_droplets(found.table(), csv)
     if packing is not None:
         found.packing(model).write(packing)
     print_micrograph(file.name, found, as_json)
+
+
+def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json: bool, how: dict[str, Any]) -> None:
+    from jamlab.cli.picture_table import print_tracks, write_droplets
+    from jamlab.micrographs.tracks import follow
+
+    for path in (overlay, csv):
+        if path is not None:
+            check_target(path, file)
+            expect_output(path)
+    tracks = follow(file, **how)
+    if overlay is not None:
+        figure: Any = tracks.plot().figure
+        figure.savefig(overlay)
+    if csv is not None:
+        write_droplets(tracks.table, csv)
+    print_tracks(file.name, tracks, as_json)
 
 
 def _say_what_is_missing(file: Path, packing: Any) -> None:

@@ -32,7 +32,7 @@ def compress(
 
     check_target(out, file, replace=force)
     start, kept = read(file, frame), KeptStates(out)
-    with kept, progress_bar("compress", to, start.model) as progress:
+    with kept, progress_bar("compress") as progress:
         how: dict[str, Any] = {"by": by, "nearest": nearest, "error": error, "ranks": ranks}
         how["tolerance"] = tolerance
         kept.add(start)

@@ -27,7 +27,7 @@ def demo(
     from jamlab.plotting.palette import MODEL_STYLE
 
     expect_output(out)
-    with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}, to) as progress:
+    with progress_bars({"sp": "soft particles", "dp": "deformable polygons"}) as progress:
         sweeps, spectrum = run_demo(n, seed, to, out, progress, force=force)
     if as_json:
         tables: dict[str, Any] = {m: {k: v.tolist() for k, v in sweep.measured.items()} for m, sweep in sweeps.items()}

@@ -36,7 +36,7 @@ def jam(
 
     check_target(out, replace=force)
     expect_output(out)
-    with progress_bar("to onset", 0.84, "dp" if model == "dp" else "sp") as progress:
+    with progress_bar("to onset") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
         how |= {"large": large, "ranks": ranks} | {name: value for name, value in given.items() if value is not None}

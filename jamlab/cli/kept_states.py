@@ -14,9 +14,9 @@ _INTERVAL = 10.0  # s between two files on the way, of which a killed command le
 
 
 class KeptStates:
-    """States of a sweep, written to a file now and then, and when a signal ends the command.
+    """States of a sweep, written to a file now and then, at the end, and when a signal ends the command.
 
-    The file of a command that ends well is written by whoever has measured the states.
+    Whoever measures the states, which may take longer than to make them, writes the file once more with the results.
 
     Args:
         out: HDF5 file.
@@ -33,7 +33,7 @@ class KeptStates:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
-        if kind is not None and issubclass(kind, Interrupted) and len(self.states) > 1:
+        if (kind is None or issubclass(kind, Interrupted)) and len(self.states) > 1:
             self._save()
 
     def add(self, state: "Packing") -> None:

@@ -31,7 +31,7 @@ def pack(
 
     check_target(out, replace=force)
     expect_output(out)
-    with progress_bar("to pressure", 1.0) as progress:
+    with progress_bar("to pressure") as progress:
         how: dict[str, Any] = {
             "ensemble": ensemble,
             "ranks": ranks,

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jamlab.cli.console import print_json, print_note, print_table
-from jamlab.cli.progress import count_bar
+from jamlab.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -34,7 +34,7 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     from jamlab.measure import measure_all, why_no_modulus
     from jamlab.packing.hdf5 import LABELS, NEGATIVE_G, write
 
-    with count_bar("states measured") as progress:
+    with progress_bar("measured") as progress:
         measured = measure_all(packings, progress=progress)
     if out is not None:
         write(out, packings, measured)

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 from jamlab.cli.console import print_json, print_note, print_table
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from jamlab.micrographs.measured_droplets import Micrograph
+    from jamlab.micrographs.tracks import Tracks
 
 DOUBT = " ?"  # beside every number of a doubtful picture
 SIDES = {
@@ -57,6 +60,24 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         print_note(f"{DOUBT.strip()} {reason}")
 
 
+def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:
+    """Print what happened between the pictures, a row for each."""
+    strains, rows = ["strain_xx", "strain_yy", "strain_xy", "d2min"], []
+    for frame in sorted(tracks.table["frame"].unique()):
+        part = tracks.table[tracks.table["frame"] == frame]
+        kinds = tracks.events[tracks.events["frame"] == frame]["kind"]
+        row: dict[str, float | None] = {"frame": int(frame), "droplets": len(part)}
+        row |= {kind: int((kinds == kind).sum()) for kind in ("gained", "lost", "T1")}
+        row |= {name: float(part[name].mean()) if part[name].notna().any() else None for name in strains}
+        rows.append(row)
+    if as_json:
+        print_json({"followed": tracks.count, "spacing": tracks.spacing, "frames": rows})
+        return
+    cells = [["" if value is None else f"{value:.3g}" for value in row.values()] for row in rows]
+    print_table(f"droplets of {name}, followed", list(rows[0]), cells)
+    print_note(f"{tracks.count} droplets are in every frame; strain and D2min from the frame before, means")
+
+
 def _json(found: "Micrograph") -> dict[str, object]:
     numbers = {"count": found.count, "cut": found.cut, **found.measure(), "voids": len(found.voids.sides)}
     sizes = found.sizes
@@ -80,8 +101,8 @@ def _json(found: "Micrograph") -> dict[str, object]:
     }
 
 
-def write_droplets(found: "Micrograph", path: Path) -> None:
-    """Write the table of droplets as CSV.
+def write_droplets(table: "pd.DataFrame", path: Path) -> None:
+    """Write a table of droplets or tracks as CSV.
 
     Raises:
         StorageError: the file cannot be written.
@@ -89,4 +110,4 @@ def write_droplets(found: "Micrograph", path: Path) -> None:
     from jamlab.storage.atomic_file import atomic_file
 
     with atomic_file(path) as temporary:
-        found.table().to_csv(temporary, index=False)
+        table.to_csv(temporary, index=False)

@@ -171,6 +171,7 @@ class Session:
         self._stale = True
 
     def _hold(self, packing: Packing) -> None:
+        _check_fits(packing)
         self._scales = self._given_scales or natural_scales(packing)
         self._packing = self._scales.to_natural(packing)
 
@@ -337,7 +338,6 @@ class Session:
     def _build(self) -> None:
         packing = self._packing
         table = types(packing)
-        _check_fits(packing)
         settings = lammps_variables(packing)
         settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
@@ -352,11 +352,12 @@ class Session:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
             write_data(file, packing)
-            if packing.model == "dp":
-                self.command("fix d_a0 all property/atom d_a0")
-                self.command(f'read_data "{file}" fix d_a0 NULL d_a0')
-            else:
-                self.command(f'read_data "{file}"')
+            with _plain_name(file) as name:
+                if packing.model == "dp":
+                    self.command("fix d_a0 all property/atom d_a0")
+                    self.command(f'read_data "{name}" fix d_a0 NULL d_a0')
+                else:
+                    self.command(f'read_data "{name}"')
         self.include(f"{packing.model}.force")
         self.include("common.output")
         self.command("thermo 1")  # so that energy and virial are summed at every step
@@ -409,6 +410,16 @@ def _text(value: object) -> str:
     return f"{float(value):.17g}" if isinstance(value, float | np.floating) else str(value)
 
 
+@contextmanager
+def _plain_name(file: Path) -> Iterator[str]:
+    """Name a file by what LAMMPS takes inside quotes, whatever letters its folder has (TMPDIR)."""
+    if str(file).isascii() and not set('"$&#\\') & set(str(file)):
+        yield str(file)
+        return
+    with open(file, "rb") as opened:
+        yield f"/dev/fd/{opened.fileno()}"
+
+
 def _edge_limit(packing: Packing) -> float:
     """Longest edge that the pair style must expect: it sets the neighbour cutoff, so keep it near what there is."""
     return max(float(defaults("dp")["longest_edge"]), _EDGE_ROOM * _longest_edge(packing))
@@ -421,6 +432,26 @@ def _longest_edge(packing: Packing) -> float:
 def _check_fits(packing: Packing) -> None:
     if packing.n < 2:
         raise InputError(f"a packing of {packing.n} particle has no contacts: n must be at least 2")
+    if packing.model == "dp":
+        _check_edges(packing)
+
+
+def _check_edges(packing: Packing) -> None:
+    """Refuse an edge that is longer than its way to another image of its end: LAMMPS takes the nearest one."""
+    rows = np.arange(-2, 3)
+    lean = np.round(rows * packing.box[1, 0] / packing.box[0, 0])
+    numbers = np.array([[i - k, j] for j, k in zip(rows, lean, strict=True) for i in rows if i - k or j])
+    images = numbers @ packing.box
+    edges = packing.edges
+    if _longest_edge(packing) < 0.5 * np.hypot(*images.T).min():
+        return
+    nearest = np.hypot(*(edges[:, None] + images[None]).transpose(2, 0, 1)).min(axis=1)
+    if (wrong := np.flatnonzero(nearest <= np.hypot(*edges.T))).size:
+        raise EngineError(
+            f"the edge between vertices {wrong[0]} and {packing.successor[wrong[0]]} is "
+            f"{np.hypot(*edges[wrong[0]]):.6g} long, more than half the box in its direction, so that LAMMPS takes "
+            "another image of its end: use a larger box, such as two periods of it, or more vertices per polygon"
+        )
 
 
 @contextmanager

@@ -71,7 +71,7 @@ def default_way(n: int) -> EnsembleWay:
     return EnsembleWay("carried", n, default_vertices())
 
 
-def find_onset(way: EnsembleWay, seed: int) -> Packing:
+def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
     """Make a packing at onset: disks, or droplets where these start as droplets.
 
     Raises:
@@ -79,7 +79,7 @@ def find_onset(way: EnsembleWay, seed: int) -> Packing:
     """
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
-        return jam("sp", way.n, seed, tolerance=force)
+        return jam("sp", way.n, seed, tolerance=force, **law)
     return jam("dp", way.n, seed, tolerance=force, **way.law)
 
 

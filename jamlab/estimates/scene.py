@@ -3,8 +3,10 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from jamlab.checks import checked
+from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import STEP, bring_on, find_onset, values_at
 from jamlab.estimates.model_choice import QUANTITIES, Choice, choose
 from jamlab.packing.packing import Packing
@@ -46,6 +48,7 @@ def scene(
     tolerance: Mapping[str, float],
     model: str = "auto",
     step: float = STEP,
+    exponent: float | None = None,
 ) -> Scene:
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
@@ -59,6 +62,8 @@ def scene(
         tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
         model: "auto", "sp" or "dp".
         step: of rho in the sweeps.
+        exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
+            choice are those of harmonic disks.
 
     Raises:
         InputError: see `jamlab.estimates.model_choice.choose`.
@@ -70,8 +75,14 @@ def scene(
         ('sp', 16)
     """
     began = time.perf_counter()
+    if exponent not in (None, 2) and model != "sp":
+        raise InputError(
+            f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
+            "have no exponent; choose disks yourself, model='sp'"
+        )
     choice = choose(rho, tolerance, n, model=model)
-    packing = bring_on(choice.way, find_onset(choice.way, seed), rho, step)
+    law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
+    packing = bring_on(choice.way, find_onset(choice.way, seed, **law), rho, step)
     packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.error})
     values = values_at(packing, tuple(QUANTITIES))
     estimate = {name: value + choice.correction[name] for name, value in values.items()}

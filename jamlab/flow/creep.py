@@ -14,6 +14,7 @@ from jamlab.errors import InputError
 from jamlab.flow.flow_run import FlowRun, Progress, check_at_rest, check_touching, draw_in_time, finish_in_time, shortly
 from jamlab.flow.recording import Recording
 from jamlab.flow.run_file import RunFile
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.plotting.drawable import drawn, in_unit
 from jamlab.rheology.damping import ContactDamping, Damping
@@ -99,7 +100,7 @@ class CreepRun(FlowRun):
 
 
 TOLERANCE = 1e-3
-LARGEST_STRESS, LONGEST = 1e3, 1e12
+LARGEST_STRESS, LONGEST = 1e3, 1e12  # in natural units, which are those of the papers
 
 
 @checked
@@ -147,7 +148,7 @@ def creep(
             f"{law}: nothing holds the affine flow against a stress, and its rate has no limit; give eta_f > 0, or "
             "use contact damping"
         )
-    check_number("stress", stress, LARGEST_STRESS)
+    check_number("stress", stress, LARGEST_STRESS * natural_scales(packing).stress)
     check_number("duration", duration, LONGEST)
     check_number("largest_strain", largest_strain, 1e4)
     check_at_rest(packing)

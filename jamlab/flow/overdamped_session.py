@@ -24,7 +24,9 @@ from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
-_SOFTEST, _STIFFEST = 1e-3, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
+_COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
+# contacts there, with errors far below it
 _SAME = 1e-12  # by which rounding moves a mean size of 1
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
@@ -243,7 +245,9 @@ def solver_residual(damping: Damping, tolerance: float, background: float) -> fl
     A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
     """
     softest = background if damping.at_contacts else 1.0
-    return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST), _STIFFEST))
+    least, most = _COARSE
+    looser = min(max(tolerance / least, 1.0), most)
+    return max(_LEAST_RESIDUAL, tolerance * min(max(softest, _SOFTEST) * looser, _STIFFEST))
 
 
 @contextmanager

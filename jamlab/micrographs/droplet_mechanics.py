@@ -27,11 +27,11 @@ import numpy as np
 from jamlab.arrays import Array, Indices
 
 LEAST_FREE = 0.08  # of an outline that must face voids: a pressure from less is noise
-LEAST_RADIUS = 20.0  # pixels, of a typical droplet: below, errors were not learnt
+LEAST_RADIUS = 30.0  # pixels, of a typical droplet: below, forces are too small by up to 0.4
 FRINGE = 1.0  # times sqrt(g/kappa), left out at either end of a flat
 STEEPER = 1.15  # raw forces over true ones of rendered droplets, whose rims yield: flats are longer than of stiff walls
-# standard errors, learnt on 2 x 3 packings of 36 droplets at rho 0.84 to 0.95, 21 to 73 pixels in radius
-FORCE_ERROR = (0.06, 0.1)  # in tensions, and of the force
+# standard errors, learnt on 2 x 3 packings of 36 droplets at rho 0.84 to 0.95, 34 to 73 pixels in radius
+FORCE_ERROR = (0.05, 0.2)  # in tensions, and of the force
 PRESSURE_ERROR = 3.0  # of the pressure, times pixels of radius
 
 

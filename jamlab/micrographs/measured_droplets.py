@@ -231,7 +231,7 @@ class Micrograph:
             >>> *_, dense = jamlab.compress(jamlab.jam(model="dp", n=8, seed=1), to=0.93, step=0.03)
             >>> m = jamlab.micrograph(jamlab.synthetic_micrograph(dense, 256), periodic=True)
             >>> disks = m.packing("sp")
-            >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-5
+            >>> disks.n == m.count, abs(jamlab.packing_fraction(disks) - m.rho) < 1e-3
             (True, True)
         """
         from jamlab.protocols.packing_of_picture import packing_of_picture

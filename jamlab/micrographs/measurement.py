@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import ndimage
 
@@ -64,6 +66,8 @@ class Measurement:
         self.walls: Walls = find_walls(
             segments.cells, self.darkness, segments.radius, self.blur, film, labelled.line if labelled else None
         )
+        if labelled is not None:  # what is labelled is droplet
+            self.walls = replace(self.walls, inside=2 * labelled.coverage - 1)
         self.rings = outlines(segments.cells, self.walls.inside)
         self.outside = self._outside()
         self.whole, self.centres = self._whole()
@@ -90,7 +94,10 @@ class Measurement:
         centres = np.column_stack(sums)
         whole = (size > 0) & np.array([len(ring) > 0 for ring in self.rings])
         self.unsure, zone = 0, EDGE_ZONE * np.hypot(self.blur, self.darkness.filter)
-        for number in np.flatnonzero(whole):
+        if self.contrast == "labels":
+            whole = size > 0
+            whole[np.unique(cells[self.outside & self.segments.droplets])] = False
+        for number in np.flatnonzero(whole & (self.contrast != "labels")):
             ring = self.rings[number]
             x, y = np.rint(ring).astype(np.int64).T
             cut = self.outside[np.clip(y, 0, len(cells) - 1), np.clip(x, 0, cells.shape[1] - 1)]
@@ -164,14 +171,15 @@ class Measurement:
         walls, segments, shown = self.walls, self.segments, self._shown()
         void, area = shown & walls.void_pixels, float(shown.sum())
         beyond = walls.widest - walls.film
+        counted = shown if self.contrast == "labels" else void
         low, high = (self._coordination(walls.film + factor * beyond)[2] for factor in (0.7, 1.4))
         return Checks(
             whole=self.whole,
             roundness=np.pi * segments.inner**2 / areas,
             closed=self._closed(),
             radii=np.sqrt(areas / np.pi),
-            rho=1 - float(self.darkness.values[shown if self.contrast == "labels" else void].sum()) / area,
-            rho_by_pixels=1 - float((self.darkness.smooth[void] > 0.5).sum()) / area,
+            rho=1 - float(self.darkness.values[counted].sum()) / area,
+            rho_by_pixels=1 - float((self.darkness.smooth[counted] > 0.5).sum()) / area,
             z=(z, low, high),
             blind=0.5 * beyond / segments.radius,
             loose=int((rattlers & self.whole).sum()),

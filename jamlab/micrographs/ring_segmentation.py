@@ -40,7 +40,7 @@ FINEST, MOST = 600, 4  # pixels along the shorter side that a small picture is e
 MOST_PIXELS = 1_300_000  # in which droplets are looked for; a larger picture is thinned
 LEVELS = 6  # steps of darkness to the least that stands out
 SMOOTHING = 0.6  # pixels, standard deviation
-HALF_LINE = 0.5  # pixels: the darkest line of a wall is one pixel wide, and no droplet's
+HALF_LINE = 0.5  # pixels: the darkest line of a wall is no droplet's, where the grid is fine enough to leave it out
 
 
 @dataclass(frozen=True)
@@ -312,4 +312,4 @@ def _within(droplets: Indices, away: float) -> Indices:
         differ = droplets[a] != droplets[b]
         edge[a] |= differ
         edge[b] |= differ
-    return np.where(ndimage.distance_transform_edt(~edge) + 0.5 > away, droplets, 0) if edge.any() else droplets
+    return np.where(ndimage.distance_transform_edt(~edge) + 0.5 >= away, droplets, 0) if edge.any() else droplets

@@ -100,7 +100,11 @@ def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = N
     height = np.log(np.maximum(even, 0.5 * lowest))
     filled = reconstruction(height + np.log(neck), height)
     tops = (height - filled > -np.log(neck) * (1 - 1e-6)) & (even >= lowest)
-    label, count = ndimage.label(reconstruction(tops, height > filled) > 0, np.ones((3, 3)))
+    label, _ = ndimage.label(height > filled, np.ones((3, 3)))
+    topped = np.zeros(label.max() + 1, dtype=bool)
+    topped[label[tops]] = True
+    topped[0] = False
+    label, count = np.where(topped, np.cumsum(topped), 0)[label], int(topped.sum())
     high = np.concatenate(
         [[False], ndimage.maximum(even, label, np.arange(1, count + 1)) >= max(SPECK * smallest, 1.0)]
     )

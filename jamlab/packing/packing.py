@@ -142,7 +142,11 @@ class Packing:
                 array.flags.writeable = False
 
     def __repr__(self) -> str:
-        facts = [f"{self.model!r}", f"n={self.n}", f"phi={self.phi:.6g}", f"units={self.units!r}"]
+        try:
+            phi = f"phi={self.phi:.6g}"
+        except InputError:  # line tension so strong that there is no free droplet
+            phi = "phi=undefined"
+        facts = [f"{self.model!r}", f"n={self.n}", phi, f"units={self.units!r}"]
         facts += [f"ensemble={self.ensemble!r}"]
         facts += [] if self.onset is None else [f"onset={self.onset:.6g}"]
         facts += [] if self.max_force is None else [f"max_force={self.max_force:.1e}"]
@@ -164,6 +168,9 @@ class Packing:
             raise InputError(f"max_force is {self.max_force!r}: must be a number, 0 or more, or None")
         if not isinstance(self.converged, bool):
             raise InputError(f"converged is {self.converged!r}: must be True or False")
+        rounding = self.provenance.get("rounding", 0.0)
+        if not (is_number(rounding) and rounding >= 0):
+            raise InputError(f"provenance: rounding is {rounding!r}: must be a length, 0 or more")
         if self.max_force is not None:
             reached = {"max_force": self.max_force, "converged": self.converged}
             self._set("provenance", {**self.provenance, **reached})

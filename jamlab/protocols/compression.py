@@ -24,9 +24,11 @@ from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import Progress, Relaxed, check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
+from jamlab.protocols.work_done import SweepWork
 
 MOST_CONTACTS = 6.0  # per particle: Euler's relation for a periodic network of triangles
 
@@ -140,7 +142,7 @@ def compress(
             `jamlab.packing.natural_units`); default `force` of `*.minimum.parameters`, 1e-12 for disks and 1e-10 for
             droplets; from 1e-15 to 1e-3.
         ranks: SP: MPI ranks for first-order minimisation; pays from about 10 000 disks.
-        progress: called with the stage and the packing fraction after each minimisation.
+        progress: called after each state with the share of the work that is done, and in words.
 
     Yields:
         One Packing per state. A state that did not converge has `converged` False, one that misses its packing
@@ -207,7 +209,7 @@ def _sweep(
     packing = scales.to_natural(packing)
     value, slope = measure(packing), 1.0
     relax_state = minimizer(packing.ensemble)
-    before = value
+    before, work = value, SweepWork(value, float(targets[-1]), progress)
     with Session(packing, ranks=ranks) as session:
         for target in targets:
             began = time.perf_counter()
@@ -240,8 +242,7 @@ def _sweep(
                 **entries,
             )
             value = before = reached
-            if progress is not None:
-                progress("compress", value)
+            work.reached(value)
             yield scales.from_natural(packing)
 
 

@@ -8,6 +8,8 @@ mean phi_J by a quarter of its spread; with 2e-3 its distribution is that of the
 """
 
 import time
+from difflib import get_close_matches
+from inspect import signature
 from typing import Any
 
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
@@ -17,11 +19,13 @@ from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
 from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
-from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance
+from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
@@ -65,7 +69,7 @@ def jam(
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
-        progress: called with the stage and phi after each minimisation.
+        progress: called after each minimisation with the share of the work that is done, and in words.
         parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
             `contact="segment"` of droplets.
 
@@ -99,7 +103,7 @@ def jam(
     loose = scales.to_natural(placed)
     force = force_tolerance(model) if tolerance is None else tolerance
     with Session(loose, ranks=ranks) as session:
-        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, progress)
+        searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress))
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
     entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
@@ -107,11 +111,17 @@ def jam(
     return scales.from_natural(recorded)
 
 
+_ARGUMENTS = tuple(signature(jam).parameters)
+
+
 def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
     check_choice("start", start, STARTS)
+    for name in parameters.keys() - defaults("dp").keys():
+        if meant := get_close_matches(name, _ARGUMENTS, 1, cutoff=0.75):
+            raise InputError(f"jam has no argument {name!r}: did you mean {meant[0]!r}?")
     if search == "paper" and ensemble != "fixed-box":
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":

@@ -12,7 +12,8 @@ from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import disk_law, root_energy
 from jamlab.packing.packing import Packing
-from jamlab.protocols.relaxation import Minimizer, Progress, Relaxed, relax, settle
+from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
+from jamlab.protocols.work_done import OnsetWork
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class OnsetSearch:
     protocol: dict[str, float]
     relax_state: Minimizer
     tolerance: float
-    progress: Progress | None
+    work: OnsetWork
 
     def by_paper(self, packing: Packing, increment: float) -> SearchState:
         """Compress while nothing touches, decompress when compressed too far, halve the increment at every turn."""
@@ -212,8 +213,7 @@ class OnsetSearch:
 
     def _measure(self, found: Relaxed) -> SearchState:
         reached = self.session.packing()
-        if self.progress is not None:
-            self.progress("onset", reached.phi)
+        self.work.reached(reached.phi)
         return SearchState(reached, found, found.evaluation.contact_energy / len(reached.positions))
 
     def _jammed(self, state: SearchState) -> bool:

@@ -26,8 +26,6 @@ from jamlab.packing.force_laws import disk_law
 from jamlab.protocols.newton import NEWTON, descend_by_newton, factorise
 from jamlab.protocols.preconditioned_lbfgs import LBFGS, descend_by_lbfgs
 
-Progress = Callable[[str, float], None]  # stage and packing fraction reached
-
 
 @dataclass(frozen=True)
 class RelaxationSettings:

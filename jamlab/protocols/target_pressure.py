@@ -15,10 +15,11 @@ from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
 from jamlab.packing.packing import Packing
+from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
-from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance, quench
+from jamlab.protocols.relaxation import check_tolerance, force_tolerance, quench
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
@@ -72,7 +73,7 @@ def pack(
             1e-4 of the pressure.
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
         large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
-        progress: called with the stage and phi after each minimisation.
+        progress: called after each minimisation, with nan for the share of the work, and in words.
         parameters: of the force law, values that replace those of `sp.parameters`.
 
     Returns:
@@ -110,7 +111,7 @@ def pack(
         found = relax_disks_and_box(session, Border(strains, pressure), force)
         packing = session.packing()
     if progress is not None:
-        progress("pressure", packing.phi)
+        progress(1.0, f"packing fraction {packing.phi:.4f}")
     reached = found.evaluation.pressure
     if not found.converged or abs(reached / pressure - 1) > search["miss"]:
         raise ConvergenceError(
@@ -146,7 +147,7 @@ def _walk(session: Session, pressure: float, search: dict[str, float], progress:
         state = quench(session, noise, floor=loose)
         packing, reached = session.packing(), state.pressure
         if progress is not None:
-            progress("pressure", packing.phi)
+            progress(float("nan"), f"packing fraction {packing.phi:.4f}")
         if abs(np.log(max(reached, loose) / pressure)) <= wanted:
             level += 1
             if level == len(PRESSURE.ladder):

@@ -7,11 +7,11 @@ modelled as a sum of parabolas, one in log2 of each parameter through its three 
 that bring all of them closest to the paper.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -32,43 +32,41 @@ if TYPE_CHECKING:
 
 
 FITTED = ("gamma", "ka", "delta")
+_NUMBERS = ["mean", "error", "change", "change_error"]
+_SIDES = {"halved": 0.5, "doubled": 2}
 CONFLUENCE = 0.99  # true packing fraction at which sweeps end and droplets count as confluent
 DISTANCES = {"z": (0.05, 0.1), "G": (0.05, 0.1, 0.15)}  # rho - rho_J; further up z is limited to 6, table 1 is not
 _NEAR_CONFLUENCE = 0.002  # in rho, a fifth of a step; a sweep that ends earlier is not confluent
 _LEAST_POINTS = 3  # states of a sweep below which interpolation between them is not trusted
 
 
-@dataclass(frozen=True)
-class Target:
-    """Value of one observable in the paper.
-
-    Attributes:
-        value: from a fit or a figure of Boromand et al.
-        tolerance: deviation that counts as one unit of misfit.
-        source: where it is printed.
-    """
+class Target(NamedTuple):
+    """Value of one observable in Boromand et al., the deviation that counts as one unit of misfit, and its source."""
 
     value: float
     tolerance: float
     source: str
 
 
-def _target_at(name: str, distance: float) -> Target:
-    if name == "z":
-        return Target(table_contacts("DP(ρ)", distance), 0.1, "table 1")
-    value = table_modulus("DP(ρ)", distance)
-    return Target(value, 0.1 * value, "table 2")
+def _targets() -> Iterator[tuple[str, Target]]:
+    for d in DISTANCES["z"]:
+        yield f"z({d:g})", Target(table_contacts("DP(ρ)", d), 0.1, "table 1")
+    for d in DISTANCES["G"]:
+        modulus = table_modulus("DP(ρ)", d)
+        yield f"G({d:g})", Target(modulus, 0.1 * modulus, "table 2")
+    yield "A", Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence")
+    yield "area deficit", Target(0.0, 0.01, "fig 11c: constant")
 
 
-TARGETS: Mapping[str, Target] = {
-    **{f"{name}({d:g})": _target_at(name, d) for name, distances in DISTANCES.items() for d in distances},
-    "A": Target(SHAPE_AT_CONFLUENCE.value, 0.01, "fig 4c, at confluence"),
-    "area deficit": Target(0.0, 0.01, "fig 11c: constant"),
-}
+TARGETS: Mapping[str, Target] = dict(_targets())
 
 
-def campaign_text(n: int, seeds: int, law: Mapping[str, float] | None = None) -> str:
-    """Write the campaign file of the scan: the default law, and each parameter halved and doubled.
+def _centre(law: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(defaults("dp")[name]) for name in FITTED} | dict(law)
+
+
+def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
+    """Write the campaign file of the scan: a law, and each parameter halved and doubled.
 
     Args:
         n: number of droplets in each packing, even.
@@ -78,19 +76,13 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float] | None = None) ->
     Raises:
         InputError: a parameter cannot be varied.
     """
-    centre = {name: float(defaults("dp")[name]) for name in FITTED}
-    unknown = set(law or {}) - set(centre)
-    if unknown:
-        raise InputError(f"parameter {sorted(unknown)[0]!r} is not calibrated: use {', '.join(FITTED)}")
-    centre |= law or {}
-    laws = {"centre": dict(centre)}
+    if unknown := sorted(set(law) - set(FITTED)):
+        raise InputError(f"parameter {unknown[0]!r} is not calibrated: use {', '.join(FITTED)}")
+    centre = _centre(law)
+    laws = {"centre": centre}
     for name in FITTED:
-        laws |= {
-            f"{name}-halved": centre | {name: 0.5 * centre[name]},
-            f"{name}-doubled": centre | {name: 2 * centre[name]},
-        }
-    vertices = {name: int(defaults("dp")[name]) for name in ("nv_small", "nv_large")}
-    laws["vertices-doubled"] = {**centre, **{name: 2 * count for name, count in vertices.items()}}
+        laws |= {f"{name}-{side}": centre | {name: f * centre[name]} for side, f in _SIDES.items()}
+    laws["vertices-doubled"] = centre | {name: 2 * int(defaults("dp")[name]) for name in ("nv_small", "nv_large")}
     text = ['name = "calibration"\n']
     for sweep, values in laws.items():
         force_law = ", ".join(f"{name} = {value!r}" for name, value in values.items())
@@ -103,51 +95,38 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float] | None = None) ->
 
 
 def observables(states: "pd.DataFrame") -> "pd.DataFrame":
-    """Read off the observables to compare, one row per packing.
+    """Read off the observables to compare from the states of one sweep, one row per packing.
 
-    Args:
-        states: table "states" of one sweep of `campaign_text`.
-
-    Returns:
-        Columns seed, rho_J, z(d) and G(d) at the `DISTANCES`, A of the bare outline, A with rim, and area deficit
-        1 - a/a_J, the last three at the last state. Values between two states are interpolated; unstable states have
-        no G.
+    Columns: seed, rho_J, z(d) and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G;
+    A of the bare outline, A with rim, and area deficit 1 - a/a_J at the last state, where it is confluent.
     """
     import pandas as pd
 
     rows = []
     for (_, seed), sweep in states.groupby(["n", "seed"]):
         good = sweep[sweep["converged"].astype(bool)].sort_values("rho")
-        start = sweep[sweep["state"] == 0].iloc[0]
-        distance = (good["rho"] - start["onset"]).to_numpy()
+        start, last = sweep[sweep["state"] == 0].iloc[0], good.iloc[-1]
         row: dict[str, Any] = {"seed": seed, "rho_J": start["onset"]}
         for column, name in (("z", "z"), ("g", "G")):
-            row |= {f"{name}({d:g})": _interpolate(d, distance, good[column].to_numpy()) for d in DISTANCES[name]}
-        last = good.iloc[-1]
+            known = good[np.isfinite(good[column])]
+            x, y = known["rho"] - start["onset"], known[column]
+            few = len(known) < _LEAST_POINTS
+            row |= {
+                f"{name}({d:g})": np.nan if few else np.interp(d, x, y, left=np.nan, right=np.nan)
+                for d in DISTANCES[name]
+            }
+        ends = {"A": last["shape"], "A with rim": last["shape_rim"], "area deficit": 1 - last["area"] / start["area"]}
         confluent = last["rho"] > CONFLUENCE - _NEAR_CONFLUENCE
-        row["A"] = last["shape"] if confluent else np.nan
-        row["A with rim"] = last["shape_rim"] if confluent else np.nan
-        row["area deficit"] = 1 - last["area"] / start["area"] if confluent else np.nan
-        rows.append(row)
+        rows.append(row | (ends if confluent else dict.fromkeys(ends, np.nan)))
     return pd.DataFrame(rows)
 
 
-def _interpolate(d: float, distance: Array, values: Array) -> float:
-    known = np.isfinite(values)
-    if known.sum() < _LEAST_POINTS:
-        return float("nan")
-    return float(np.interp(d, distance[known], values[known], left=np.nan, right=np.nan))
-
-
 def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
-    """Average every observable over each set of parameters, and its change from the centre over the same seeds.
-
-    Args:
-        tables: name of the sweep -> its `observables`; must contain "centre".
+    """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed.
 
     Returns:
-        One row per set and observable: mean, its standard error, change, the standard error of the change (both from
-        packings of equal seed, so that the scatter between seeds cancels), and the number of packings.
+        One row per set and observable: mean, its standard error, change, its standard error over packings of equal
+        seed, between which the scatter of seeds cancels, and the number of packings.
 
     Raises:
         InputError: there is no sweep "centre".
@@ -163,18 +142,9 @@ def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
         for column in here.columns:
             values = here[column].dropna()
             change = (here[column] - centre[column]).dropna()
-            rows.append(
-                {
-                    "set": name,
-                    "observable": column,
-                    "mean": values.mean(),
-                    "error": values.std(ddof=1) / np.sqrt(len(values)),
-                    "change": change.mean(),
-                    "change_error": change.std(ddof=1) / np.sqrt(len(change)),
-                    "packings": len(values),
-                }
-            )
-    return pd.DataFrame(rows)
+            numbers = (values.mean(), values.sem(), change.mean(), change.sem(), len(values))
+            rows.append((name, column, *numbers))
+    return pd.DataFrame(rows, columns=["set", "observable", *_NUMBERS, "packings"])
 
 
 @dataclass(frozen=True)
@@ -197,29 +167,23 @@ class Calibration:
 
 
 def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
-    """Find gamma, ka and delta within a factor of 2 of the centre that come closest to `TARGETS`.
-
-    Args:
-        changes: from `sensitivity`.
-        centre: parameters of the sweep "centre".
+    """Find gamma, ka and delta within a factor of 2 of the centre that bring the changes closest to `TARGETS`.
 
     Raises:
         InputError: a sweep is missing, or an observable was not measured.
     """
     table = changes.pivot(index="set", columns="observable", values="mean")
-    needed = ["centre", *(f"{name}-{side}" for name in FITTED for side in ("halved", "doubled"))]
+    needed = ["centre", *(f"{name}-{side}" for name in FITTED for side in _SIDES)]
     missing = [name for name in needed if name not in table.index]
     if missing:
         raise InputError(f"sweep {missing[0]!r} is missing: run the whole scan")
-    names = list(TARGETS)
+    names, (target, tolerance) = list(TARGETS), np.array([t[:2] for t in TARGETS.values()]).T
     values = table.loc[needed, names].to_numpy(dtype=np.float64)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         raise InputError(f"{names[column]} of sweep {needed[row]!r} was not measured: add seeds")
     at_centre, halved, doubled = values[0], values[1::2], values[2::2]  # x = 0, -1 and 1 in log2 of each parameter
     slope, bend = 0.5 * (doubled - halved), 0.5 * (doubled + halved) - at_centre
-    target = np.array([TARGETS[name].value for name in names])
-    tolerance = np.array([TARGETS[name].tolerance for name in names])
 
     def predict(x: Array) -> Array:
         return np.asarray(at_centre + x @ slope + x**2 @ bend)
@@ -282,8 +246,7 @@ class DropletCalibration(CampaignStudy):
         campaign = self.campaign(folder)
         tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
         changes = sensitivity(tables)
-        centre = {name: float(defaults("dp")[name]) for name in FITTED} | dict(self.law)
-        return changes, fit(changes, centre)
+        return changes, fit(changes, _centre(self.law))
 
     def draw(self, folder: Path | None = None) -> Shown:
         """Show sensitivities and fit of a finished scan; none ships.
@@ -303,7 +266,7 @@ class DropletCalibration(CampaignStudy):
 
     def changes_as_text(self, changes: "pd.DataFrame") -> TextTable:
         """What each parameter changes."""
-        columns = ["set", "observable", "mean", "error", "change", "change_error"]
+        columns = ["set", "observable", *_NUMBERS]
         rows = [[row[0], row[1], *(f"{v:.4g}" for v in row[2:])] for row in changes[columns].itertuples(index=False)]
         heading = f"droplets, n = {self.n}, {self.seeds} seeds: each parameter halved and doubled"
         return TextTable(columns, rows, heading)

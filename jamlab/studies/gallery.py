@@ -16,32 +16,21 @@ from jamlab.figures.html_page import Section, write_csv
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies import micrograph_errors
-from jamlab.studies.baumgarten import correlation as baumgarten_correlation
-from jamlab.studies.baumgarten import motion as baumgarten_motion
-from jamlab.studies.baumgarten import pictures as baumgarten_pictures
-from jamlab.studies.baumgarten import spectra as baumgarten_spectra
-from jamlab.studies.beyond import droplet_contacts as beyond_droplet_contacts
-from jamlab.studies.beyond import droplet_modes as beyond_droplet_modes
-from jamlab.studies.beyond import droplet_sizes as beyond_droplet_sizes
-from jamlab.studies.beyond import droplet_spectra as beyond_droplet_spectra
-from jamlab.studies.beyond import droplet_vertices as beyond_droplet_vertices
-from jamlab.studies.beyond import droplet_voids as beyond_droplet_voids
-from jamlab.studies.beyond import stiffening_disks as beyond_stiffening_disks
-from jamlab.studies.boromand import confluence as boromand_confluence
-from jamlab.studies.boromand import contacts_and_modulus as boromand_contacts_and_modulus
-from jamlab.studies.boromand import geometry as boromand_geometry
-from jamlab.studies.boromand import onset as boromand_onset
-from jamlab.studies.boromand import pictures as boromand_pictures
-from jamlab.studies.boromand import power_laws as boromand_power_laws
-from jamlab.studies.boromand import tables as boromand_tables
-from jamlab.studies.boromand import voids as boromand_voids
+from jamlab.studies.baumgarten import correlation, motion, spectra
+from jamlab.studies.baumgarten import pictures as drawings
+from jamlab.studies.beyond import (
+    droplet_contacts,
+    droplet_modes,
+    droplet_sizes,
+    droplet_spectra,
+    droplet_vertices,
+    droplet_voids,
+    stiffening_disks,
+)
+from jamlab.studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
+from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
-from jamlab.studies.dynamics import amplitudes as dynamics_amplitudes
-from jamlab.studies.dynamics import collapse as dynamics_collapse
-from jamlab.studies.dynamics import equivalent_damping as dynamics_equivalent_damping
-from jamlab.studies.dynamics import flow_curves as dynamics_flow_curves
-from jamlab.studies.dynamics import power_law as dynamics_power_law
-from jamlab.studies.dynamics import yielding as dynamics_yield
+from jamlab.studies.dynamics import amplitudes, collapse, equivalent_damping, flow_curves, power_law, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.page import Failure, Page, write_files, write_page
 from jamlab.studies.panels import Drawing
@@ -49,43 +38,43 @@ from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.study import CampaignStudy, Shown
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
-    "boromand-1": boromand_pictures.figure_1,
-    "boromand-2": boromand_pictures.figure_2,
-    "boromand-3": boromand_pictures.figure_3,
-    "boromand-4": boromand_geometry.figure_4,
-    "boromand-5": boromand_contacts_and_modulus.figure_5,
-    "boromand-6": boromand_contacts_and_modulus.figure_6,
-    "boromand-7": boromand_confluence.figure_7,
-    "boromand-8": boromand_voids.figure_8,
-    "boromand-8-voids": boromand_pictures.figure_8_snapshots,
-    "boromand-9": boromand_geometry.figure_9,
-    "boromand-10": boromand_onset.figure_10,
-    "boromand-11": boromand_power_laws.figure_11,
-    "tables": boromand_tables.tables_1_2,
-    "baumgarten-1": baumgarten_spectra.figure_1,
-    "baumgarten-1-fields": baumgarten_pictures.figure_1_fields,
-    "baumgarten-2": baumgarten_pictures.figure_2,
-    "baumgarten-3": baumgarten_spectra.figure_3,
-    "baumgarten-4": baumgarten_spectra.figure_4,
-    "baumgarten-5": baumgarten_motion.figure_5,
-    "baumgarten-6": baumgarten_spectra.figure_6,
-    "baumgarten-7": baumgarten_correlation.figure_7,
-    "baumgarten-8": baumgarten_motion.figure_8,
-    "dynamics-flow-curves": dynamics_flow_curves.flow_curves,
-    "dynamics-collapse": dynamics_collapse.flow_collapse,
-    "dynamics-overshoot": dynamics_yield.overshoot,
-    "dynamics-yield": dynamics_yield.yield_stress,
-    "dynamics-amplitudes": dynamics_amplitudes.amplitude_sweeps,
-    "dynamics-power-law": dynamics_power_law.power_law_collapse,
-    "dynamics-equivalent-damping": dynamics_equivalent_damping.equivalent_damping,
-    "dynamics-droplets": dynamics_flow_curves.droplets_beside_disks,
-    "beyond-droplet-spectra": beyond_droplet_spectra.droplet_spectra,
-    "beyond-droplet-modes": beyond_droplet_modes.droplet_modes,
-    "beyond-droplet-contacts": beyond_droplet_contacts.droplet_contacts,
-    "beyond-droplet-sizes": beyond_droplet_sizes.droplet_sizes,
-    "beyond-droplet-vertices": beyond_droplet_vertices.droplet_vertices,
-    "beyond-droplet-voids": beyond_droplet_voids.droplet_voids,
-    "beyond-stiffening-disks": beyond_stiffening_disks.stiffening_disks,
+    "boromand-1": pictures.figure_1,
+    "boromand-2": pictures.figure_2,
+    "boromand-3": pictures.figure_3,
+    "boromand-4": geometry.figure_4,
+    "boromand-5": contacts_and_modulus.figure_5,
+    "boromand-6": contacts_and_modulus.figure_6,
+    "boromand-7": confluence.figure_7,
+    "boromand-8": voids.figure_8,
+    "boromand-8-voids": pictures.figure_8_snapshots,
+    "boromand-9": geometry.figure_9,
+    "boromand-10": onset.figure_10,
+    "boromand-11": geometry.figure_11,
+    "tables": coefficients.tables_1_2,
+    "baumgarten-1": spectra.figure_1,
+    "baumgarten-1-fields": drawings.figure_1_fields,
+    "baumgarten-2": drawings.figure_2,
+    "baumgarten-3": spectra.figure_3,
+    "baumgarten-4": spectra.figure_4,
+    "baumgarten-5": motion.figure_5,
+    "baumgarten-6": spectra.figure_6,
+    "baumgarten-7": correlation.figure_7,
+    "baumgarten-8": motion.figure_8,
+    "dynamics-flow-curves": flow_curves.flow_curves,
+    "dynamics-collapse": collapse.flow_collapse,
+    "dynamics-overshoot": yielding.overshoot,
+    "dynamics-yield": yielding.yield_stress,
+    "dynamics-amplitudes": amplitudes.amplitude_sweeps,
+    "dynamics-power-law": power_law.power_law_collapse,
+    "dynamics-equivalent-damping": equivalent_damping.equivalent_damping,
+    "dynamics-droplets": flow_curves.droplets_beside_disks,
+    "beyond-droplet-spectra": droplet_spectra.droplet_spectra,
+    "beyond-droplet-modes": droplet_modes.droplet_modes,
+    "beyond-droplet-contacts": droplet_contacts.droplet_contacts,
+    "beyond-droplet-sizes": droplet_sizes.droplet_sizes,
+    "beyond-droplet-vertices": droplet_vertices.droplet_vertices,
+    "beyond-droplet-voids": droplet_voids.droplet_voids,
+    "beyond-stiffening-disks": stiffening_disks.stiffening_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
 _PAGE = "figures"

@@ -21,13 +21,7 @@ import pandas as pd
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.studies.droplet_tables import COUNTS, DAMPING, PACKING
-from jamlab.studies.ensemble_tables import (
-    COLUMNS,
-    FLOW_RUN,
-    NAMES,
-    AbsentTableError,
-    EnsembleTables,
-)
+from jamlab.studies.ensemble_tables import COLUMNS, FLOW_RUN, NAMES, AbsentTableError, EnsembleTables
 
 RECORD = "reference.json"  # origin of the tables
 TABLE_FILE = "{}.columns.xz"

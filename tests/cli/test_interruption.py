@@ -48,5 +48,6 @@ def test_tables_that_were_written_are_named(tmp_path, monkeypatch, said):
     (tmp_path / "c.toml").write_text(CAMPAIGN)
     assert call(tmp_path, "campaign", "export", "c.toml", "--to", "tables").exit_code == 0
     assert said() == "nothing was written"
+    (tmp_path / "tables").mkdir()
     (tmp_path / "tables" / "onset.csv").write_text("n\n")
     assert said() == "kept 1 file in tables, each complete"

@@ -67,3 +67,11 @@ def test_states_are_written_on_the_way(tmp_path, onset):
             kept.add(onset)
             assert (tmp_path / "sweep.h5").exists() == (k > 0)
     assert len(jamlab.read_all(tmp_path / "sweep.h5")) == 3
+
+
+def test_states_are_there_while_they_are_measured(tmp_path, onset):
+    with KeptStates(tmp_path / "sweep.h5") as kept:
+        for _ in range(3):
+            kept.add(onset)
+        assert not (tmp_path / "sweep.h5").exists()
+    assert len(jamlab.read_all(tmp_path / "sweep.h5")) == 3

@@ -7,7 +7,7 @@ from rich.console import Console
 
 from jamlab.cli import console, progress
 from jamlab.cli.packing_table import print_packings
-from jamlab.cli.progress import WorkDone, progress_bars
+from jamlab.cli.progress import progress_bars
 
 COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
 LINES = [[f"0.8{row}", *(f"{row}.{k:04d}" for k in range(12))] for row in range(3)]
@@ -47,27 +47,14 @@ def test_empty_columns_are_left_out_and_missing_moduli_explained(printed, random
     assert text.count("not stable: ") == 1 and "minimum" in text
 
 
-@pytest.mark.parametrize("onset", [0.9, 0.5])
-def test_share_of_work_grows_from_0_to_1_and_never_falls(onset):
-    work = WorkDone(0.95, onset)
-    shares = [work.update("onset", phi) for phi in (0.21, 0.5, 0.8, 0.84, 0.83, 0.835)]
-    assert shares == sorted(shares) and 0 <= shares[0] < 0.05 and shares[-1] <= onset
-    after = [work.update("compress", rho) for rho in (0.85, 0.9, 0.949999)]
-    assert shares[-1] <= after[0] <= after[1] < after[2] == 1
-
-
-def test_a_sweep_alone_starts_at_nothing():
-    assert WorkDone(0.9).update("compress", 0.85) == 0
-
-
 def test_plain_lines_where_there_is_no_terminal(monkeypatch):
     text = io.StringIO()
     monkeypatch.setattr(progress, "err_console", Console(file=text, width=80))
     clock = iter(range(0, 1000, 6))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
-    with progress_bars({"sp": "soft particles"}, 0.95) as shows:
-        for phi in (0.3, 0.5, 0.7, 0.82):
-            shows["sp"]("onset", phi)
+    with progress_bars({"sp": "soft particles"}) as shows:
+        for share, phi in ((0.01, 0.3), (float("nan"), 0.5), (0.2, 0.7), (0.3, 0.82)):
+            shows["sp"](share, f"onset {phi}")
     lines = text.getvalue().splitlines()
     assert len(lines) == 2 and all(line.startswith("soft particles: onset 0.") for line in lines)
     assert "s so far" in lines[0] and "left" in lines[1] and "\x1b" not in text.getvalue()

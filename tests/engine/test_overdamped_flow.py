@@ -112,7 +112,7 @@ def test_large_strain_as_by_a_dense_integrator(tmp_path, few, beta, strain, fine
     )  # it jumps at a new contact, a little sooner in one than in the other
 
 
-def test_work_is_stored_or_dissipated_and_errors_fall_as_the_square_of_the_step(tmp_path, packing):
+def test_work_is_stored_or_dissipated_and_errors_fall_as_the_cube_of_the_step(tmp_path, packing):
     """Up to a strain at which no contact has changed: there the flow is smooth."""
 
     def end(longest):
@@ -125,7 +125,7 @@ def test_work_is_stored_or_dissipated_and_errors_fall_as_the_square_of_the_step(
 
     (exact, _), *coarse = [end(longest) for longest in (0.005, 0.1, 0.05)]
     errors = [abs(stress - exact) for stress, _ in coarse]
-    assert 3.5 < errors[0] / errors[1] < 4.6
+    assert 7.0 < errors[0] / errors[1] < 9.5
     assert abs(coarse[0][1]) < 1e-5
 
 
@@ -204,13 +204,19 @@ def test_a_flip_of_the_box_changes_nothing(tmp_path, packing):
 
 
 def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
-    fix = "rate 1e-2 solver 1e-10"
+    """A split run takes the same steps; a restarted one does until rounding decides on which side of an event one ends.
+
+    `read_restart` moves disks of a leaning box by the last digit, and events are located to a part of a step only.
+    """
+    fix = "rate 1e-2 solver 1e-12"
+    names = ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step")
     with Flow(tmp_path, packing, fix) as flow:
         whole = flow.run(60)
     with Flow(tmp_path, packing, fix) as flow:
         flow.run(23)
         flow.lmp.command(f"write_restart {tmp_path}/half.restart")
-        split = flow.run(37)
+        first = [flow.run(1) for _ in range(6)]
+        split = flow.run(31)
         for line in (
             "clear",
             f"read_restart {tmp_path}/half.restart",
@@ -218,10 +224,10 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
             f"fix flow all overdamped {fix}",
         ):
             flow.lmp.command(line)
-        again = flow.run(37)
-    for name in ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step"):
+        again = [flow.run(1) for _ in range(6)]
+    for name in names:
         assert split[name] == pytest.approx(whole[name], rel=1e-7), name
-        assert again[name] == pytest.approx(whole[name], rel=1e-7), name
+        assert [row[name] for row in again] == pytest.approx([row[name] for row in first], rel=1e-8), name
 
 
 def test_background_drag_alone_is_stokes_drag(tmp_path, packing):

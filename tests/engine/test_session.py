@@ -304,3 +304,27 @@ def test_a_missing_deck_is_named(tmp_path, monkeypatch, sp_jammed):
     monkeypatch.setattr(deck_defaults, "installed", lambda folder: Path(tmp_path))
     with pytest.raises(jamlab.EngineError, match=r"sp\.minimum\.parameters is missing: reinstall"):
         jamlab.evaluate(sp_jammed)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 4.5, -1.7, 1.5])
+def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt):
+    """An edge of 2.1 in a period of 3; with two periods side by side it is what it is, and so is the energy."""
+
+    def rectangle(w, h, centre):
+        return np.array([[0, 0], [w, 0], [w, h], [0, h]]) + centre
+
+    law = {"gamma": 0.4, "ka": 30.0, "eps": 1.0, "delta": 0.25, "eta": 0.0, "contact": "outline", "a0": [1.68, 0.64]}
+    rings = np.vstack([rectangle(2.1, 0.8, [0.2, 0.3]), rectangle(0.8, 0.8, [2.55, 3.3])])
+    p = jamlab.Packing("dp", [[3.0, 0], [tilt, 6]], rings, law, "eps", offsets=[0, 4, 8])
+    with pytest.raises(jamlab.EngineError, match=r"is 2\.1 long, more than half the box"):
+        jamlab.evaluate(p)
+    twice = jamlab.Packing(
+        "dp",
+        [[6.0, 0], [tilt, 6]],
+        np.vstack([rings, rings + np.array([3.0, 0])]),
+        law | {"a0": [1.68, 0.64] * 2},
+        "eps",
+        offsets=[0, 4, 8, 12, 16],
+    )
+    wanted = jamlab.measure(p, "energy")["energy"]
+    assert jamlab.evaluate(twice).energy == pytest.approx(2 * wanted, rel=1e-12)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from blind_trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups, summarize
 
 from jamlab.estimates.ensemble_way import default_way
 from jamlab.estimates.model_choice import errors_of, expected_error, list_records
@@ -21,7 +22,6 @@ from jamlab.estimates.quantiles import between
 from jamlab.estimates.way_errors import QUANTUM
 from jamlab.estimates.way_table import read_ways
 from jamlab.studies.least_model.estimate_table import make_table
-from jamlab.studies.least_model.trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups, summarize
 from jamlab.studies.reference_data import reference_tables
 
 FOLDER = Path(__file__).parent

@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from jamlab.figures import geometry_pictures as geometry_figures
 from jamlab.geometry.packing_fraction import packing_fraction
-from jamlab.geometry.voids.void_plot import void_paths
-from jamlab.geometry.voids.voids import voids
+from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.packing.packing import Packing
 
 

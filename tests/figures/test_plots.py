@@ -114,10 +114,7 @@ RESULTS = {  # all that is made without LAMMPS, with the labels of its axes
         lambda: jamlab.nonlinear_modulus(state("disks"), OMEGA, 0.5, 1e-3),
         (r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]"),
     ),
-    "elements": (
-        lambda: modulus().spectrum,
-        (r"relaxation rate $\lambda_i\,\tau_1$", "strength $g_i$  [k]"),
-    ),
+    "elements": (lambda: modulus().spectrum, (r"relaxation rate $\lambda_i\,\tau_1$", "strength $g_i$  [k]")),
     "correlation": (
         lambda: jamlab.displacement_correlation(state("disks"), 1e-2),
         (r"distance along the flow $\delta$  [d]", r"correlation $C(\delta)$ of $u_y$"),

@@ -196,3 +196,17 @@ def test_moduli_are_the_same_in_other_units():
         wanted = 1e-5 * jamlab.shear_modulus(packing, method)
         assert jamlab.shear_modulus(other, method) == pytest.approx(wanted, rel=1e-6)
     assert jamlab.relaxed(other).converged
+
+
+def test_scenes_of_hertzian_disks_are_made_where_disks_are_chosen():
+    made = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5}, model="sp", exponent=2.5)
+    assert made.packing.params["exponent"] == 2.5 and made.packing.converged
+    with pytest.raises(jamlab.InputError, match="model='sp'"):
+        jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5}, exponent=2.5)
+
+
+def test_decks_reach_a_pressure_of_hertzian_disks(tmp_path):
+    run("in.sp.pressure", tmp_path, n=32, exponent=2.5, pressure=1e-3)
+    packing = jamlab.read(str(tmp_path / "sp.pressure.data"))
+    assert packing.params == {"k": 1.0, "exponent": 2.5} and packing.converged
+    assert jamlab.evaluate(packing).pressure == pytest.approx(1e-3, rel=1e-6)

@@ -75,7 +75,7 @@ def test_forces_of_rendered_droplets_are_those_of_the_packing(dp_dense):
 
 def test_small_droplets_and_labels_are_refused(dp_dense):
     small = jamlab.micrograph(jamlab.synthetic_micrograph(dp_dense, 120, film=1.0), periodic=True, contrast="bright")
-    with pytest.raises(InputError, match="forces need 20"):
+    with pytest.raises(InputError, match="forces need 30"):
         _ = small.forces
     y, x = np.mgrid[:100, :100]
     with pytest.raises(InputError, match="no forces of droplets by labels"):

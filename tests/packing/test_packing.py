@@ -42,6 +42,7 @@ def without(name, values=LAW):
         ({"units": "SI"}, "unknown units 'SI': use one of eps, k"),
         ({"units": "k"}, "params of model sp in units k lack 'k'"),
         ({"params": {}}, "params of model sp in units eps lack 'eps'"),
+        ({"params": {}}, "params of model sp in units eps lack 'eps'"),
         ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0: must be a positive number"),
         ({"params": {"eps": 1e308}}, r"params\['eps'\] is 1e\+308: must lie between 1e-50 and 1e\+50"),
         ({"params": {"eps": np.nan}}, r"params\['eps'\] is nan"),
@@ -220,3 +221,38 @@ def test_any_memory_layout_is_taken(layout):
     packing, wanted = disks(positions=layout(np.array([[1.0, 1.0], [4.0, 3.0]])), box=layout(BOX)), disks()
     assert jamlab.packing_fraction(packing) == jamlab.packing_fraction(wanted)
     np.testing.assert_array_equal(jamlab.voids(packing).area, jamlab.voids(wanted).area)
+
+
+def test_params_and_provenance_do_not_change_and_are_not_shared():
+    params, history = {"k": 1.0}, {"seed": 1, "handover": {"z": 4.0}}
+    p = Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], params, "k", [1.0], provenance=history)
+    params["k"], history["seed"], history["handover"]["z"] = 2.0, 2, 5.0
+    assert p.params == {"k": 1.0} and p.provenance == {"seed": 1, "handover": {"z": 4.0}}
+    for entries in (p.params, p.provenance, p.provenance["handover"], p.with_state(onset=0.8).params):
+        for change in (
+            lambda e: e.__setitem__("k", 2.0),
+            lambda e: e.update(k=2.0),
+            lambda e: e.pop("k", None),
+            lambda e: e.setdefault("new", 1),
+            lambda e: e.clear(),
+            lambda e: e.__ior__({"k": 2.0}),
+            lambda e: e.__delitem__(next(iter(e))),
+            lambda e: e.popitem(),
+        ):
+            with pytest.raises(jamlab.InputError, match="give a changed copy to `with_state`"):
+                change(entries)
+    assert type({**p.params}) is dict and p.with_state(params={**p.params, "k": 2.0}).params["k"] == 2.0
+    for back in (pickle.loads(pickle.dumps(p)), copy.deepcopy(p)):
+        assert back.params == p.params and back.provenance == p.provenance
+        with pytest.raises(jamlab.InputError):
+            back.params["k"] = 2.0
+
+
+@pytest.mark.parametrize("value", ["abc", -1.0, float("nan"), None])
+def test_a_rounding_that_is_no_length_is_refused(value):
+    with pytest.raises(jamlab.InputError, match="rounding is"):
+        Packing("sp", np.eye(2) * 3, [[0.5, 0.5]], {"k": 1.0}, "k", [1.0], provenance={"rounding": value})
+
+
+def test_a_packing_without_free_droplets_can_be_shown():
+    assert "phi=undefined" in repr(polygons(law=LAW | {"gamma": 1e6}))

@@ -172,7 +172,9 @@ def test_progress_is_told(start):
     states = list(
         jamlab.compress(start, start.phi + 2e-3, 1e-3, by="phi", error=1e-2, progress=lambda *told: calls.append(told))
     )
-    assert calls == [("compress", p.phi) for p in states]
+    assert [text for _, text in calls] == [f"compress {p.phi:.4f}" for p in states]
+    shares = [share for share, _ in calls]
+    assert shares == sorted(shares) and shares[0] == pytest.approx(np.sqrt(0.5), abs=0.02) and shares[-1] == 1
 
 
 # refused --------------------------------------------------------------------------------------------------------------

@@ -185,7 +185,7 @@ DAMPINGS = [ContactDamping(beta=1.0), ContactDamping(beta=0.1, tau=2.0), StokesD
 def test_low_frequency_limit(packing, damping, prestress):
     """G' -> g0 = the static modulus, G''/omega -> eta0."""
     omega = 1e-9
-    s = jamlab.complex_modulus(packing, [omega], damping, prestress)
+    s = jamlab.complex_modulus(packing, [omega], damping, prestress=prestress)
     static = elastic_tensor(packing, prestress=prestress).relaxed[0, 1, 0, 1]
     assert s.g0 == pytest.approx(static, rel=1e-8)
     assert s.storage[0] == pytest.approx(s.g0, rel=1e-8)

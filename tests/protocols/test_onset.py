@@ -96,11 +96,12 @@ def test_one_seed_gives_one_packing_bit_for_bit(model, n):
 
 
 def test_progress_is_told():
-    """One call per minimum, with the stage and the packing fraction."""
+    """One call per minimum, with the share of the work, which never falls, and the packing fraction."""
     calls = []
-    p = jamlab.jam(model="sp", n=16, seed=1, progress=lambda stage, phi: calls.append((stage, phi)))
-    assert {stage for stage, _ in calls} == {"onset"}
-    assert calls[-1][1] == p.phi and calls[0][1] == pytest.approx(0.21)
+    p = jamlab.jam(model="sp", n=16, seed=1, progress=lambda share, text: calls.append((share, text)))
+    assert calls[-1][1] == f"onset {p.phi:.4f}" and calls[0][1] == "onset 0.2100"
+    shares = [share for share, _ in calls]
+    assert shares == sorted(shares) and 0 <= shares[0] < 0.05 and 0.3 < shares[-1] < 1
 
 
 # above onset ----------------------------------------------------------------------------------------------------------
@@ -250,3 +251,10 @@ def test_six_disks_that_left_a_saddle_are_held(seed):
     packing = jamlab.jam(n=6, seed=seed, ensemble="shear-stabilized")
     assert jamlab.contacts(packing).count >= jamlab.contacts(packing).isostatic
     assert jamlab.elastic_tensor(packing).relaxed[0, 1, 0, 1] > 0
+
+
+@pytest.mark.parametrize("name, meant", [("modle", "model"), ("ensembel", "ensemble"), ("tolerence", "tolerance")])
+@pytest.mark.parametrize("model", ["sp", "dp"])
+def test_a_mistyped_argument_is_told_from_a_parameter_of_the_law(model, name, meant):
+    with pytest.raises(jamlab.InputError, match=f"jam has no argument '{name}': did you mean '{meant}'"):
+        jamlab.jam(**{"model": model, name: 1})

@@ -72,8 +72,8 @@ def test_time_of_a_film_is_measured_in_its_own_tau():
 def test_prestress_by_position_still_works_with_a_warning():
     packing = jamlab.pack(16, 1e-2, 1)
     named = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), prestress=False, method="dense")
-    with pytest.warns(DeprecationWarning, match=r"give prestress=False, method='dense' by name"):
+    with pytest.warns(FutureWarning, match=r"give prestress=False, method='dense' by name"):
         placed = jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense")
     assert placed.loss == named.loss
-    with pytest.warns(DeprecationWarning), pytest.raises(TypeError, match="positional"):
+    with pytest.warns(FutureWarning), pytest.raises(TypeError, match="positional"):
         jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense", 3)

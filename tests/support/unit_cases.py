@@ -249,7 +249,6 @@ def _one(function, powers=NUMBER):
 
 
 RHO = "rho_0 of Baumgarten and Tighe, eq 24, is 1 in the units of the packing"
-IN_FLOW = "flow is solved in the units of the packing: `jamlab/flow` does not work in natural units yet"
 CASES = {
     "area_ratios": Case(_one(jamlab.area_ratios)),
     "bulk_modulus": Case(_moduli(jamlab.bulk_modulus), MINIMUM),
@@ -258,14 +257,14 @@ CASES = {
     "compress": Case(_compress, MINIMUM),
     "contact_lengths": Case(_one(lambda p: jamlab.contact_lengths(p).length, LENGTH), models=("dp",)),
     "contacts": Case(_contacts),
-    "creep": Case(_creep, FLOW, pending=IN_FLOW),
+    "creep": Case(_creep, FLOW),
     "displacement_correlation": Case(_correlation),
     "dynamical_matrices": Case(_matrices),
     "edge_lengths": Case(_one(jamlab.edge_lengths, LENGTH), models=("dp",)),
     "elastic_tensor": Case(_tensor),
     "evaluate": Case(_evaluate),
     "exact_method": Case(_one(lambda p: _coded(jamlab.exact_method(p)))),
-    "flow_curve": Case(_flow_curve, FLOW, models=("sp",), pending=IN_FLOW),
+    "flow_curve": Case(_flow_curve, FLOW, models=("sp",)),
     "held_motions": Case(_held),
     "hessian": Case(_one(lambda p: jamlab.hessian(p).toarray(), STRESS)),
     "local_packing_fraction": Case(_one(jamlab.local_packing_fraction)),
@@ -275,14 +274,14 @@ CASES = {
     "mode_motion": Case(_motion, MODES, models=("dp",)),
     "nonlinear_modulus": Case(_nonlinear, pending=RHO),
     "orientational_order": Case(_order),
-    "oscillate": Case(_oscillate, FLOW, pending=IN_FLOW),
+    "oscillate": Case(_oscillate, FLOW),
     "oscillating_displacements": Case(_displacements),
     "packing_fraction": Case(_fractions),
     "particle_areas": Case(_one(jamlab.particle_areas, AREA)),
-    "relax_stress": Case(_relax_stress, FLOW, pending=IN_FLOW),
+    "relax_stress": Case(_relax_stress, FLOW),
     "relaxed": Case(lambda p, s, k: _at_minimum(jamlab.relaxed(_displaced(p, s))), MINIMUM),
     "shape_factors": Case(_one(jamlab.shape_factors)),
-    "shear": Case(_all_shear, FLOW, pending=IN_FLOW),
+    "shear": Case(_all_shear, FLOW),
     "shear_modulus": Case(_moduli(jamlab.shear_modulus, average=True), MINIMUM),
     "slow_shear": Case(_slow_shear, models=("sp",)),
     "synthetic_micrograph": Case(_picture, models=("square",)),

@@ -18,8 +18,7 @@ from jamlab.geometry.contact_network import Contacts, contacts
 from jamlab.geometry.particle_shape import particle_areas, shape_factors
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.geometry.tessellation import tessellation
-from jamlab.geometry.voids.void_plot import void_paths
-from jamlab.geometry.voids.voids import Voids, voids
+from jamlab.geometry.voids.voids import Voids, void_paths, voids
 from jamlab.packing.packing import Packing
 from jamlab.packing.packing_plot import home_moves
 

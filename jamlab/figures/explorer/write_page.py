@@ -141,7 +141,7 @@ def write_page(
         >>> Path("page.html").read_text()[:15]
         '<!doctype html>'
     """
-    if not isinstance(path, str | os.PathLike):
+    if isinstance(packings, str | os.PathLike) and not isinstance(path, str | os.PathLike):
         warnings.warn(
             "write_page(packings, path): give the path first, as to jamlab.write", FutureWarning, stacklevel=3
         )

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.patches import Patch
 from matplotlib.path import Path
-from numpy.typing import NDArray
 
 from jamlab.arrays import Array, Indices
 from jamlab.packing.packing_plot import draw_background
@@ -18,10 +17,8 @@ from jamlab.plotting.palette import OTHER, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import frame_cell, lattice_moves
 
 if TYPE_CHECKING:
-    from jamlab.geometry.voids.voids import Voids
     from jamlab.packing.packing import Packing
 
-_ARC_STEP = 0.05  # radians, of drawn arcs
 _LABELLED = 0.03  # voids larger than this fraction of the cell per particle have room for a digit
 
 
@@ -55,36 +52,3 @@ def _side_handles(sides: Indices, percolates: bool) -> list[Any]:
     if percolates:
         handles.append(Patch(facecolor="white", edgecolor="black", label="percolates"))
     return handles
-
-
-def void_paths(found: Voids) -> list[Path]:
-    """Path of each void near its centroid, with islands cut out; arcs become chords of 0.05 radians."""
-    boundary, box = found.boundary, found.packing.box
-    pieces, place = boundary.pieces, found.image @ box
-    loops: list[list[NDArray[np.float64]]] = [[] for _ in found.sides]
-    for first in boundary.origin:
-        if found.void[first] < 0:
-            continue
-        points, piece = [], first
-        while True:
-            if pieces.radius[piece] > 0:
-                steps = max(int(np.ceil(pieces.angle[piece] / _ARC_STEP)), 1)
-                turn = pieces.begin[piece] + pieces.angle[piece] * np.arange(steps) / steps
-                drawn = pieces.centre[piece] + pieces.radius[piece] * np.column_stack([np.cos(turn), np.sin(turn)])
-            else:
-                drawn = pieces.start[piece][None]
-            points.append(drawn + place[piece])
-            piece = boundary.following[piece]
-            if piece == first:
-                break
-        loops[found.void[first]].append(np.concatenate([*points, points[0][:1]]))
-    paths = []
-    for k, rings in enumerate(loops):
-        codes = [np.r_[Path.MOVETO, np.full(len(ring) - 2, Path.LINETO), Path.CLOSEPOLY] for ring in rings]
-        vertices = np.concatenate(rings)
-        if found.percolating[k] == 0:
-            # the outline may lie in another cell than its centroid
-            middle = vertices.mean(axis=0) - found.centroid[k]
-            vertices = vertices - np.round(middle @ np.linalg.inv(box)) @ box
-        paths.append(Path(vertices, np.concatenate(codes)))
-    return paths

@@ -94,10 +94,13 @@ class Voids:
 
         >>> ax = jamlab.voids(jamlab.jam(n=64, seed=1)).plot()
         """
-        from jamlab.geometry.voids.void_plot import draw_voids, void_paths
+        from jamlab.geometry.voids.void_plot import draw_voids
 
         paths = void_paths(self)
         draw_voids(axes, self.packing, paths, self.sides, self.percolating, self.area, self.centroid, **style)
+
+
+_ARC_STEP = 0.05  # radians, of drawn arcs
 
 
 class LoopKind(IntEnum):
@@ -230,3 +233,38 @@ def _group_loops(boundary: Boundary, box: Array, kind: Indices) -> tuple[int, In
     bounding[group[~rounding]] = True
     number = np.cumsum(bounding) - 1
     return int(bounding.sum()), np.where(rounding, -1, number[group]), image
+
+
+def void_paths(found: Voids) -> list[Any]:
+    """Path of each void near its centroid, with islands cut out; arcs become chords of 0.05 radians."""
+    from matplotlib.path import Path
+
+    boundary, box = found.boundary, found.packing.box
+    pieces, place = boundary.pieces, found.image @ box
+    loops: list[list[Array]] = [[] for _ in found.sides]
+    for first in boundary.origin:
+        if found.void[first] < 0:
+            continue
+        points, piece = [], first
+        while True:
+            if pieces.radius[piece] > 0:
+                steps = max(int(np.ceil(pieces.angle[piece] / _ARC_STEP)), 1)
+                turn = pieces.begin[piece] + pieces.angle[piece] * np.arange(steps) / steps
+                drawn = pieces.centre[piece] + pieces.radius[piece] * np.column_stack([np.cos(turn), np.sin(turn)])
+            else:
+                drawn = pieces.start[piece][None]
+            points.append(drawn + place[piece])
+            piece = boundary.following[piece]
+            if piece == first:
+                break
+        loops[found.void[first]].append(np.concatenate([*points, points[0][:1]]))
+    paths = []
+    for k, rings in enumerate(loops):
+        codes = [np.r_[Path.MOVETO, np.full(len(ring) - 2, Path.LINETO), Path.CLOSEPOLY] for ring in rings]
+        vertices = np.concatenate(rings)
+        if found.percolating[k] == 0:
+            # the outline may lie in another cell than its centroid
+            middle = vertices.mean(axis=0) - found.centroid[k]
+            vertices = vertices - np.round(middle @ np.linalg.inv(box)) @ box
+        paths.append(Path(vertices, np.concatenate(codes)))
+    return paths

@@ -103,10 +103,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     limits = select_limits(tables.spectra)
     out, panels = drawing("baumgarten-8", 1, 2, 5.6, 4.6)
     drawn: list[pd.DataFrame] = []
-    for axes, law, parameters in (
-        (panels[0], "contact", {"beta": 1.0}),
-        (panels[1], "stokes", {"eta_f": 1.0}),
-    ):
+    for axes, law, parameters in ((panels[0], "contact", {"beta": 1.0}), (panels[1], "stokes", {"eta_f": 1.0})):
         a = published.SIZE_EXPONENT[law].value
         scale(axes)
         parts = {

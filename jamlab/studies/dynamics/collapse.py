@@ -43,10 +43,7 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
     scale(branches)
     _draw(out, smooth, branches, best, phi, rate, average(values))
     label(smooth, r"$(\phi - \phi_J)/\dot\gamma^{\,w}$", r"$\sigma/\dot\gamma^{\,q}$", loc="upper left")
-    label(
-        *(branches, r"$\dot\gamma/|\phi - \phi_J|^{1/w}$", r"$\sigma/|\phi - \phi_J|^{\,q/w}$"),
-        legend=False,
-    )
+    label(*(branches, r"$\dot\gamma/|\phi - \phi_J|^{1/w}$", r"$\sigma/|\phi - \phi_J|^{\,q/w}$"), legend=False)
     moved = [JAMMING_IN_SHEAR.value + shift for shift in (-SHIFT, SHIFT)]
     q = [collapse_through(phi, rate, average(values), START, critical=onset).q for onset in moved]
     lower, higher = out.keep("q", q, onset=moved)

@@ -27,14 +27,7 @@ from jamlab.studies.table import MeasuredTable, Task
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
 COUNTED = ("map", "conditions", "runs", *VERDICTS, "default")
 # Okabe & Ito; from the bottom of a cell to its top. Pale where all is well or said, strong where numbers are lost.
-COLOURS = {
-    "converged": GREEN,
-    "another basin": SKY,
-    "stalled": ORANGE,
-    "blew up": RED,
-    "refused": GREY,
-    SILENT: PINK,
-}
+COLOURS = {"converged": GREEN, "another basin": SKY, "stalled": ORANGE, "blew up": RED, "refused": GREY, SILENT: PINK}
 _FILLED = 0.9  # of a cell, so that cells stand apart
 _SIZE = (7.6, 5.6)
 _LONG = 36  # letters of a label, from which on three do not fit side by side
@@ -340,7 +333,7 @@ def write_maps(
     tables = measured(out, maps, measure=measure, progress=progress)
     write_page(
         out,
-        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=3),
+        Page("stability", "Where methods fail", lambda claims: _LEAD, columns=2),
         {name: chart.heading for name, chart in maps.items()},
         lambda name: maps[name].show(tables[name]),
         source_fact(measure),
@@ -375,11 +368,7 @@ def failure_figure(chart: Map, table: pd.DataFrame) -> Figure:
     """Draw a map from its table; a solid line is the limit of theory, dashed lines are jamlab's defaults."""
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.subplots()
-    handles = [
-        *_fill_cells(axes, chart, table),
-        *_draw_limit(axes, chart, table),
-        *_draw_defaults(axes, chart),
-    ]
+    handles = [*_fill_cells(axes, chart, table), *_draw_limit(axes, chart, table), *_draw_defaults(axes, chart)]
     for axis, ticks, labels, name in (
         (chart.x, axes.set_xticks, axes.set_xticklabels, axes.set_xlabel),
         (chart.y, axes.set_yticks, axes.set_yticklabels, axes.set_ylabel),

@@ -74,12 +74,7 @@ class Row:
 
 
 def compare(
-    n: int = 64,
-    seed: int = 1,
-    phi: float = 0.88,
-    *,
-    peers: Sequence[Peer] = PEERS,
-    progress: Progress = no_progress,
+    n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
     """Compare jamlab and its peers on one packing of disks in units "eps".
 

@@ -147,9 +147,7 @@ def _text(value: object, form: str) -> str:
     return f"{value:{form}}" if form else str(value)
 
 
-RECIPES = {
-    "hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels",
-}
+RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels"}
 
 
 def write_recipe(name: str, folder: Path, packing: Packing) -> str:

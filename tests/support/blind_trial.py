@@ -6,21 +6,17 @@ fractions, or from one half of the reference packings, whose other half is the t
 """
 
 import itertools
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from jamlab.arrays import Array
 from jamlab.errors import StorageError
 from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, plan_mean, reference_way
 from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, free_shape
-from jamlab.estimates.sampling import Make, sample
+from jamlab.estimates.sampling import sample
 from jamlab.estimates.way_errors import scatter
-from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
-from jamlab.processes.progress import Progress, no_progress
+from jamlab.estimates.way_table import N, read_ways
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.least_model.estimate_table import FEW_VERTICES
 
 POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
@@ -28,55 +24,27 @@ POOL_SEEDS = range(60_001, 60_151)
 ERRORS = (0.5, 1.5)  # asked for, in units of the scatter of droplets: some 16 to 4 packings
 
 
-class Answer(NamedTuple):
-    """A request with what came of it.
-
-    Attributes:
-        request: its number.
-        quantity, rho, error: what was asked for; rho is that of the pool also at onset, where it is not used.
-        way, packings, expected, seconds: how it was met, and the cost, planned and seen.
-        value, reached: estimate, and half the width of its interval.
-        truth, truth_error, truth_packings: mean of the reference, its standard error, and over how many it is.
-    """
-
-    request: int
-    quantity: str
-    rho: float
-    error: float
-    way: str
-    packings: int
-    expected: float
-    seconds: float
-    value: float
-    reached: float
-    truth: float
-    truth_error: float
-    truth_packings: int
+# a request and what was asked for; how it was met, the cost planned and seen; estimate and half the width of its
+# interval; mean of the reference, its standard error, and over how many packings it is
+COLUMNS = (
+    *("request", "quantity", "rho", "error", "way", "packings", "expected", "seconds", "value", "reached"),
+    *("truth", "truth_error", "truth_packings"),
+)
 
 
-def pool_groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
+def pool_groups(seed):
     """Ways of the pool: those of which the table has many packings, without droplets from the start; fewer vertices."""
     nv = default_vertices()
     return [(EnsembleWay("disks", N), EnsembleWay("carried", N, nv), EnsembleWay("carried", N, FEW_VERTICES))]
 
 
-def blind_trial(
-    pool: Ways, truth: EnsembleTables, count: int, seed: int, *, progress: Progress = no_progress
-) -> pd.DataFrame:
-    """Ask for means at random, and hold the answers against the truth: one row for each, see `Answer`.
-
-    Args:
-        pool: packings that the shipped table does not hold.
-        truth: tables of the reference data.
-        count, seed: of the requests.
-        progress: called before each.
-    """
+def blind_trial(pool, truth, count, seed):
+    """Ask for means of `pool` at random, and hold the answers against the tables of the truth: a row for each."""
     rng = np.random.default_rng(seed)
     table = {way: record for way, record in read_ways().items() if way in pool or way == reference_way()}
     droplets, levels = table[reference_way()], next(iter(pool.values())).levels
     rows = []
     for k in range(count):
-        progress(k / count, f"request {k}")
         quantity = str(rng.choice(list(ENSEMBLE_QUANTITIES)))
         rho = float(rng.choice(levels))
         deviation = scatter(droplets, quantity, rho).deviation
@@ -92,17 +60,17 @@ def blind_trial(
         value = float(np.mean(found.good)) + plan.correction
         true = (float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))), len(values))
         cost = (len(found.good), plan.seconds, found.seconds)
-        rows.append(Answer(k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true))
-    return pd.DataFrame(rows)
+        rows.append((k, quantity, rho, error, str(plan.way), *cost, value, found.error, *true))
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def holds(answers: pd.DataFrame, *, truth_errs: bool = True) -> "pd.Series[bool]":
+def holds(answers, *, truth_errs=True):
     """Whether each interval holds the truth, which has an error of its own."""
     own = STANDARD_ERRORS * answers["truth_error"] * truth_errs
     return (answers["value"] - answers["truth"]).abs() <= np.hypot(answers["reached"], own)
 
 
-def summarize(answers: pd.DataFrame) -> dict[str, float]:
+def summarize(answers):
     """Share of intervals that hold the truth, in all and by quantity and way, and of costs near the expected."""
     held, ratio = holds(answers), answers["seconds"] / answers["expected"]
     found = {
@@ -116,7 +84,7 @@ def summarize(answers: pd.DataFrame) -> dict[str, float]:
     return found
 
 
-def droplets_at(tables: EnsembleTables, quantity: str, rho: float) -> Array:
+def droplets_at(tables, quantity, rho):
     """(m,) a quantity of every packing of 64 droplets at rho, between two states; those that have it.
 
     Sides of voids follow from z by Euler's relation, 2z/(z - 2): within 0.001 of those counted, at all rho from 0.845.
@@ -136,20 +104,20 @@ def droplets_at(tables: EnsembleTables, quantity: str, rho: float) -> Array:
     return values - free_shape(reference_way().nv) if quantity == "a" else values
 
 
-def _of_droplets(table: pd.DataFrame) -> pd.DataFrame:
+def _of_droplets(table):
     return table[(table["model"] == "dp") & (table["n"] == N)]
 
 
-def _column(record: WayRecord, quantity: str, rho: float) -> tuple[Array, Array]:
+def _column(record, quantity, rho):
     """(m,) values and seconds of a way at one of its levels."""
     k = 0 if quantity == ONSET else int(np.flatnonzero(np.isclose(record.levels, rho))[0])
     return record.values[quantity][:, k], record.seconds[:, k]
 
 
-def _draw(values: Array, seconds: Array, rng: np.random.Generator) -> Make:
+def _draw(values, seconds, rng):
     order = iter(rng.permutation(len(values)).tolist())
 
-    def make(count: int) -> list[tuple[float, float]]:
+    def make(count):
         if len(drawn := list(itertools.islice(order, count))) < count:
             raise StorageError(f"the pool has {len(values)} packings of this way, too few: measure more seeds")
         return [(float(values[k]), float(seconds[k])) for k in drawn]

@@ -1,0 +1,107 @@
+"""Droplets followed: affine motion has its strain and no D2min, a swap of four is a T1, bad tables are refused."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+import jamlab
+from jamlab.errors import InputError
+
+pytest.importorskip("skimage")
+
+
+def frames(*places):
+    parts = [
+        pd.DataFrame({"frame": k, "particle": np.arange(len(p)), "x": p[:, 0], "y": p[:, 1]})
+        for k, p in enumerate(places)
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def lattice():
+    k, m = np.meshgrid(np.arange(8), np.arange(8))
+    places = np.column_stack([(k + 0.5 * (m % 2)).ravel(), np.sqrt(0.75) * m.ravel()])
+    return places + 0.03 * np.random.default_rng(1).normal(size=places.shape)
+
+
+def test_affine_motion_has_its_strain_and_no_d2min(lattice):
+    gradient = np.array([[0.01, 0.02], [0.0, -0.005]])
+    tracks = jamlab.follow(frames(lattice, lattice @ (np.eye(2) + gradient) + 3.0))
+    now = tracks.table[tracks.table["frame"] == 1].dropna()  # a corner has two neighbours and no strain
+    assert len(now) >= 60
+    np.testing.assert_allclose(now["strain_xx"], 0.01, atol=1e-10)
+    np.testing.assert_allclose(now["strain_yy"], -0.005, atol=1e-10)
+    np.testing.assert_allclose(now["strain_xy"], 0.01, atol=1e-10)
+    assert now["d2min"].max() < 1e-20 and tracks.table["d2min"].isna().sum() == 2 * len(lattice) - len(now)
+    assert tracks.count == 64 and tracks.spacing == pytest.approx(1, abs=0.05)
+
+
+def test_one_that_moves_alone_has_the_largest_d2min(lattice):
+    moved = lattice.copy()
+    moved[27] += [0.15, 0.1]
+    now = jamlab.follow(frames(lattice, moved)).table.query("frame == 1")
+    assert now.loc[now["d2min"].idxmax(), "particle"] == 27
+
+
+def test_four_that_swap_neighbours_are_one_t1():
+    around = 2.0 * np.column_stack([np.cos(np.arange(8) * np.pi / 4 + 0.2), np.sin(np.arange(8) * np.pi / 4 + 0.2)])
+    wide = np.vstack([[[0.5, 0], [-0.5, 0], [0, 0.9], [0, -0.9]], around])
+    tall = np.vstack([[[0.9, 0], [-0.9, 0], [0, 0.5], [0, -0.5]], around])
+    events = jamlab.follow(frames(wide, tall)).events
+    swaps = events[events["kind"] == "T1"]
+    assert [tuple(row) for row in swaps[["a", "b", "c", "d"]].to_numpy()] == [(0, 1, 2, 3)]
+    back = jamlab.follow(frames(tall, wide)).events.query("kind == 'T1'")
+    assert [tuple(row) for row in back[["a", "b", "c", "d"]].to_numpy()] == [(2, 3, 0, 1)]
+
+
+def test_pictures_are_linked_whatever_their_order_of_droplets(tmp_path):
+    y, x = np.mgrid[:160, :200]
+    pictures = []
+    for shift in range(4):
+        a = 32
+        away = np.hypot((x - 2 * shift - (y // a) % 2 * 13) % a - a / 2, y % a - a / 2)
+        pictures.append(1 / (1 + np.exp(away - 13)))
+        Image.fromarray((255 * pictures[-1]).astype(np.uint8)).save(tmp_path / f"frame{shift}.png")
+    tracks = jamlab.follow(tmp_path, contrast="bright")
+    moved = tracks.table.sort_values("frame").groupby("particle")["x"].diff().dropna()
+    assert tracks.count > 10 and len(tracks.events) == 0
+    np.testing.assert_allclose(moved, 2.0, atol=0.6)
+    again = jamlab.follow(pictures, contrast="bright")
+    assert again.count == tracks.count
+    assert tracks.plot().get_xlabel() == "x"
+    pytest.importorskip("MDAnalysis")
+    u = tracks.universe()
+    assert (u.trajectory.n_frames, u.atoms.n_atoms) == (4, tracks.count)
+    tracks.table.to_csv(tmp_path / "tracks.csv", index=False)
+    assert jamlab.follow(tmp_path / "tracks.csv").count == tracks.count
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: t.drop(columns="particle"), "no column 'particle'"),
+        (lambda t: t[t["frame"] == 0], "one frame"),
+        (lambda t: t.assign(x=np.nan), "finite"),
+        (lambda t: t.assign(particle=0), "particle 0 is twice in frame 0"),
+        (lambda t: t.assign(y=0.0), "lie on a line"),
+        (lambda t: t[t["particle"] < 2], "too few"),
+    ],
+)
+def test_bad_tables_are_refused(lattice, change, message):
+    with pytest.raises(InputError, match=message) as error:
+        jamlab.follow(change(frames(lattice, lattice)))
+    assert "\n" not in str(error.value)
+
+
+def test_bad_sources_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no folder"):
+        jamlab.follow(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="a float is neither"):
+        jamlab.follow(1.5)
+    with pytest.raises(InputError, match="0 pictures"):
+        jamlab.follow(tmp_path)
+    (tmp_path / "t.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match="no column 'frame'"):
+        jamlab.follow(tmp_path / "t.csv")
