@@ -89,6 +89,15 @@ def test_work_is_stored_but_for_what_events_release(run):
     assert work - released == pytest.approx(run.energy[-1] - run.energy[0], rel=0.05, abs=0.05 * released)
 
 
+def test_drops_begin_at_the_state_before_the_fall(run):
+    """Size and place are those of two states one after the other."""
+    assert len(run.drops.strain)
+    for strain, size in zip(*run.drops, strict=True):
+        k = int(np.argmin(np.abs(run.strain - strain)))
+        assert run.strain[k] == pytest.approx(strain, abs=1e-12)
+        assert run.stress[k] - run.stress[k + 1] == pytest.approx(size, rel=1e-12)
+
+
 def test_resolution_finds_where_an_event_is(packing, run):
     """Steps are halved at the first event only, down to the width asked for, and go on from behind it."""
     first = run.events.strain[0]

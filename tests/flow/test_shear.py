@@ -1,5 +1,7 @@
 """Start-up of shear: balances, packings on the way, files, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -182,3 +184,10 @@ def test_drops_of_a_stress():
     assert found.strain.tolist() == [1.0, 6.0] and found.size.tolist() == [1.5, 0.5]
     assert len(stress_drops(strain, strain).size) == 0
     assert stress_drops(strain, -strain).size.tolist() == [7.0]
+
+
+@pytest.mark.parametrize(("dip", "end", "found"), [(0.9, 0.995, True), (0.99, 0.985, False), (0.9, 0.5, True)])
+def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(disks, dip, end, found):
+    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
+    stress = np.interp(np.arange(41), [0, 10, 20, 40], [0.0, 1.0, dip, end])
+    assert replace(run, stress=stress).peak == ((run.strain[10], 1.0) if found else None)
