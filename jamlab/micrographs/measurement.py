@@ -190,6 +190,7 @@ class Measurement:
             widest=self._widest() if self.contrast == "ring" else 0.0,
             pieces=self.labelled.pieces if self.labelled else 0,
             labelled=self.labelled is not None,
+            rings=self.contrast == "ring",
         )
 
     def _voids(self, scale: float) -> PictureVoids:

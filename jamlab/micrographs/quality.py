@@ -65,6 +65,7 @@ class Checks:
         widest: radius of the largest disc between the droplets, of the typical one of droplets.
         pieces: labels in several pieces.
         labelled: droplets are known by labels or walls, not by levels of grey.
+        rings: droplets were found by their walls.
     """
 
     whole: Mask
@@ -83,6 +84,7 @@ class Checks:
     widest: float
     pieces: int
     labelled: bool
+    rings: bool
 
 
 def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
@@ -144,6 +146,8 @@ def _edge_length(segments: Segments) -> float:
 
 def _doubt_droplets(checks: Checks) -> list[str]:
     reasons = []
+    if checks.rings:  # z of a rendered picture to which no other rule objected was off by more than LIMITS
+        reasons.append("droplets are rings, of which no rule tells right numbers from wrong ones: look at the overlay")
     whole = checks.whole
     odd = (checks.roundness < ROUND)[whole]
     if odd.mean() > ODD or checks.roundness[whole].mean() < MEAN_ROUND:
