@@ -77,7 +77,10 @@ void FixOverdamped::start_disks()
   DiskDrag::Revision revision = DiskDrag::CHANGED;
   while (revision == DiskDrag::CHANGED) {
     const DragSolver::Result result = find_velocities();
-    if (!result.converged && !disks->close_rubbing()) refuse(result);
+    if (!result.converged) {
+      if (!disks->close_rubbing()) refuse(result);
+      std::fill(now.begin(), now.end(), Motion());
+    }
     revision = result.converged ? disks->revise(now, state.rate, least) : DiskDrag::CHANGED;
   }
   if (revision == DiskDrag::CYCLES) find_states();
@@ -97,6 +100,7 @@ void FixOverdamped::find_states()
   double least = HUGE_VAL;
   for (int k = 0; k < combinations && least > 0.0; k++) {
     disks->try_states(k);
+    std::fill(now.begin(), now.end(), Motion());    // one that fits badly may have left velocities without bound
     if (!find_velocities().converged) continue;
     if (const double misfit = disks->misfit(now, state.rate); misfit < least) {
       least = misfit;
@@ -104,6 +108,7 @@ void FixOverdamped::find_states()
     }
   }
   disks->try_states(best);
+  std::fill(now.begin(), now.end(), Motion());
   if (const DragSolver::Result result = find_velocities(); !result.converged) refuse(result);
 }
 

@@ -70,3 +70,14 @@ def test_the_reason_counts_the_rattlers_as_the_table_does():
     reason = MODULE.why_no_modulus(p)
     assert np.isnan(jamlab.measure(p, "g")["g"]) and f"with its {count} rattlers taken out" in reason
     assert "that two contacts squeeze" in reason
+
+
+def test_a_packing_names_the_function_that_measures_what_it_does_not_hold(sweep):
+    from jamlab.packing.packing import MEASURED
+
+    assert set(MEASURED) == {name for name in MODULE.QUANTITIES if not hasattr(sweep[0], name)}
+    with pytest.raises(AttributeError, match=r"no attribute 'z': use jamlab.measure\(packing, 'z'\)"):
+        _ = sweep[0].z
+    with pytest.raises(AttributeError, match=r"no attribute 'zz'$"):
+        _ = sweep[0].zz
+    assert not hasattr(sweep[0], "_repr_png_")

@@ -14,8 +14,8 @@ import numpy as np
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table
-from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Alpha, Beta, EtaF, Frame, Json, Out, Stokes, Tau, drag_law
+from jamlab.cli.interruption import describe_kept
+from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law
 from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file, check_target
@@ -52,6 +52,7 @@ class FlowOptions:
     out: Out = Path("flow.h5")
     plot: Annotated[Path | None, typer.Option(help="Picture to write as well: .png, .pdf or .svg.")] = None
     csv: Annotated[Path | None, typer.Option(help="Table of all rows to write as well.")] = None
+    force: Force = False
     as_json: Json = False
 
     def packing(self) -> "Packing":
@@ -98,6 +99,8 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
         def command(**values: Any) -> None:
             options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
             expect_files(options.file, options.out, options.plot, options.csv)
+            if options.force:
+                options.out.unlink(missing_ok=True)
             found, notes = run(options, **values)
             give(found, columns, notes, options.out, options.plot, options.csv, options.as_json)
 
@@ -125,7 +128,8 @@ def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -
     for path in (plot, csv):
         if path is not None:
             check_target(path, source, out)
-    expect_output(out)
+    kept = f"kept {out} as it was last saved; the same command goes on from there"
+    describe_kept(lambda: kept if out.exists() else "nothing was written")
 
 
 def give(

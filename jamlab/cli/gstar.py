@@ -80,6 +80,8 @@ def gstar(
         return
     for spectra in found:
         print_spectra(f"{law}; {spectra.description}", spectra)
+    if out is not None:
+        out_console.print(f"wrote {out}", soft_wrap=True)
     if len(found) > 1:
         out_console.print(f"{len(packings)} packings of {len(found)} kinds: a curve each, no mean", soft_wrap=True)
 

@@ -23,6 +23,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _NOTHING = "nothing was written"
 _describe: Callable[[], str] = lambda: _NOTHING  # noqa: E731
 _printed = threading.Event()
+_came: list[int] = []  # numbers of the signals that ended the command
 
 
 class Interrupted(BaseException):
@@ -77,7 +78,13 @@ def _set_handlers(handler: "Callable[[int, FrameType | None], object]") -> None:
 def _raise(number: int, _: "FrameType | None") -> NoReturn:
     for each in _SIGNALS:  # one is enough: a second would interrupt the clean way out
         signal.signal(each, signal.SIG_IGN)
+    _came.append(number)
     raise Interrupted(number)
+
+
+def stopping_signal() -> int | None:
+    """Number of the signal that is ending the command; ctypes makes another error of what is raised in its calls."""
+    return _came[0] if _came else None
 
 
 def _end_late(reader: int) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from jamlab.cli.interruption import Interrupted, describe_kept
+from jamlab.cli.interruption import Interrupted, describe_kept, stopping_signal
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing
@@ -33,7 +33,8 @@ class KeptStates:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
-        if (kind is None or issubclass(kind, Interrupted)) and len(self.states) > 1:
+        worth_it = kind is None or issubclass(kind, Interrupted) or stopping_signal() is not None
+        if worth_it and len(self.states) > 1:
             self._save()
 
     def add(self, state: "Packing") -> None:

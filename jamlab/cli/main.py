@@ -24,7 +24,7 @@ from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
-from jamlab.cli.interruption import ending_on_signals
+from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
 from jamlab.cli.jam import jam
 from jamlab.cli.pack import pack
 from jamlab.cli.study import study
@@ -49,6 +49,8 @@ class Commands(TyperGroup):
         except (TyperException, typer.Exit, typer.Abort):  # usage, and the end that a command asked for
             raise
         except Exception as error:
+            if (number := stopping_signal()) is not None:
+                raise Interrupted(number) from error
             if self.debug:
                 raise
             err_console.print(Text("error:", style="red"), _line(error), soft_wrap=True, highlight=False)
@@ -94,27 +96,72 @@ def options(
     """Take the options that stand before a command."""
 
 
-app.command(epilog="Example: jamlab demo --out jamlab-demo")(demo)
-app.command(epilog="Example: jamlab jam --model dp --n 16 --seed 3 --out onset.h5")(jam)
-app.command(epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --out sweep.h5")(compress)
-app.command(epilog="Example: jamlab pack --n 256 --pressure 1e-4 --out packing.h5")(pack)
-app.command(epilog="Example: jamlab analyze photo.png --pixel 0.65 --overlay out.png --csv droplets.csv")(analyze)
-app.command(epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png")(gstar)
-app.command(epilog="Example: jamlab shear packing.h5 --rate 1e-2 --strain 2 --plot shear.png")(shear)
-app.command(epilog="Example: jamlab flow-curve packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1")(flow_curve)
-app.command(epilog="Example: jamlab oscillate packing.h5 --omega 0.1 --amplitude 1e-4")(oscillate)
-app.command(epilog="Example: jamlab creep packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png")(creep)
-app.command(epilog="Example: jamlab relax-stress packing.h5 --strain 1e-5 --duration 1e4")(relax_stress)
-app.command(epilog="Example: jamlab estimate z --rho 0.9 --error 0.05")(estimate)
-app.command(epilog="Example: jamlab explore sweep.h5 --out page.html")(explore)
-app.command(epilog="Example: jamlab figure boromand-6 --out figures")(figure)
-app.command(epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2")(calibrate)
-app.command(epilog="Example: jamlab decks --copy my-decks")(decks)
-app.command(epilog="Example: jamlab doctor")(doctor)
-app.add_typer(campaign.app, name="campaign")
-app.add_typer(study, name="study")
-app.add_typer(chart, name="chart")
-app.command(epilog="Example: jamlab compare --n 64 --out jamlab-compare")(compare)
+app.command(
+    short_help="Both models through jamming: tables, pictures, a page.", epilog="Example: jamlab demo --out jamlab-demo"
+)(demo)
+app.command(
+    short_help="Make a packing at jamming onset.",
+    epilog="Example: jamlab jam --model dp --n 16 --seed 3 --out onset.h5",
+)(jam)
+app.command(
+    short_help="Compress a packing in steps, each to a minimum.",
+    epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --out sweep.h5",
+)(compress)
+app.command(
+    short_help="Make disks at a target pressure.",
+    epilog="Example: jamlab pack --n 256 --pressure 1e-4 --out packing.h5",
+)(pack)
+app.command(
+    short_help="Measure packings of a file, or a picture of droplets.",
+    epilog="Example: jamlab analyze photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+)(analyze)
+app.command(
+    short_help="Compute the complex shear modulus G*(omega).",
+    epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png",
+)(gstar)
+app.command(
+    short_help="Shear at a constant rate, or quasi-statically.",
+    epilog="Example: jamlab shear packing.h5 --rate 1e-2 --strain 2 --plot shear.png",
+)(shear)
+app.command(
+    short_help="Measure steady stress at several rates.",
+    epilog="Example: jamlab flow-curve packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1",
+)(flow_curve)
+app.command(
+    short_help="Shear to and fro: harmonics of the stress.",
+    epilog="Example: jamlab oscillate packing.h5 --omega 0.1 --amplitude 1e-4",
+)(oscillate)
+app.command(
+    short_help="Load with a stress and follow the strain.",
+    epilog="Example: jamlab creep packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
+)(creep)
+app.command(
+    short_help="Strain by a step and follow the stress.",
+    epilog="Example: jamlab relax-stress packing.h5 --strain 1e-5 --duration 1e4",
+)(relax_stress)
+app.command(
+    short_help="Estimate a mean to an error, the cheapest way.",
+    epilog="Example: jamlab estimate z --rho 0.9 --error 0.05",
+)(estimate)
+app.command(
+    short_help="Write a page to look through a sweep.", epilog="Example: jamlab explore sweep.h5 --out page.html"
+)(explore)
+app.command(
+    short_help="Draw figures of both papers, with verdicts.", epilog="Example: jamlab figure boromand-6 --out figures"
+)(figure)
+app.command(
+    short_help="Fit droplet parameters to tables of the paper.",
+    epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2",
+)(calibrate)
+app.command(short_help="List or copy the LAMMPS decks.", epilog="Example: jamlab decks --copy my-decks")(decks)
+app.command(short_help="Check what is installed.", epilog="Example: jamlab doctor")(doctor)
+app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
+app.add_typer(study, name="study", short_help="Measure, list and draw evidence.")
+app.add_typer(chart, name="chart", short_help="Draw what methods cost and where they fail.")
+app.command(
+    short_help="Compare with other codes on the same packings.",
+    epilog="Example: jamlab compare --n 64 --out jamlab-compare",
+)(compare)
 
 
 def main() -> None:

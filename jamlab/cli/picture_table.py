@@ -3,7 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from jamlab.cli.console import print_json, print_note, print_table
+from jamlab.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,9 +58,22 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         f"droplets {SIDES[found.contrast]}; light {found.light:.2g} to 1, noise {found.noise:.0%} of the contrast, "
         f"blur {found.blur:.1f} pixels"
     )
+    print_note(_balance(found))
     print_note(f"quality: {found.quality}")
     for reason in found.reasons:
         print_note(f"{DOUBT.strip()} {reason}")
+
+
+def _balance(found: "Micrograph") -> str:
+    """How far forces by shape balance on a droplet, or why there are none."""
+    try:
+        residual = found.forces.residual
+    except InputError as refused:
+        return str(refused)
+    known = residual[np.isfinite(residual)]
+    if not len(known):
+        return "no forces of droplets: no free wall to read a pressure off"
+    return f"forces by shape leave {np.median(known):.0%} of what presses on a droplet unbalanced (median)"
 
 
 def print_tracks(name: str, tracks: "Tracks", as_json: bool) -> None:

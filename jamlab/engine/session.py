@@ -392,8 +392,11 @@ class Session:
 def evaluate(packing: Packing) -> Evaluation:
     """LAMMPS single point of a packing: energy, forces, stress, pressure.
 
+    LAMMPS knows droplets by vertices and edges near them: an energy of outlines that cross far from any vertex is that
+    of no packing, and `jamlab.contacts` refuses them.
+
     Raises:
-        EngineError: LAMMPS cannot take the packing.
+        EngineError: LAMMPS cannot take the packing, or two disks lie in one place.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -402,7 +405,10 @@ def evaluate(packing: Packing) -> Evaluation:
         (0.01, (32, 2), True)
     """
     with Session(packing) as session:
-        return session.evaluate()
+        found = session.evaluate()
+    if not np.isfinite(found.pressure + found.max_force):
+        raise EngineError("LAMMPS finds no finite forces: particles lie in one place; move one of them")
+    return found
 
 
 def _text(value: object) -> str:

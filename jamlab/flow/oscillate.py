@@ -117,6 +117,7 @@ class Oscillation(FlowRun):
         x = self.strain[rows] if against == "strain" else self.rate[rows]
         stress = self.stress[rows]
         name = label or rf"$\gamma_0$ = {self.amplitude:g}, $\omega\,\tau_1$ = {self.omega:g}"
+        name += "" if self.converged else ", not periodic"
         look = {"color": COLOURS[len(axes.lines) % len(COLOURS)], "linewidth": 1.6, "label": name}
         axes.plot(x, stress - stress[1:].mean(), **merged_line(look, style))
         across = r"strain $\gamma$" if against == "strain" else r"rate of strain $\dot\gamma\,\tau_1$"

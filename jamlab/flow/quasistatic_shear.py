@@ -24,6 +24,7 @@ from jamlab.flow.shear_run import ShearRun, StressDrops
 from jamlab.geometry.contact_network import contacts
 from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
+from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, drawn, in_unit, label_axes, merged_line
@@ -165,12 +166,17 @@ class Event:
 
 
 class Walk:
-    """Minima one after the other, the events between them, and the packing at the last."""
+    """Minima one after the other, the events between them, and the packing at the last, all in natural units."""
 
     def __init__(
-        self, session: Session, tolerance: float | None, shortest: float, before: QuasistaticShear | None
+        self,
+        session: Session,
+        scales: Scales,
+        tolerance: float | None,
+        shortest: float,
+        before: QuasistaticShear | None,
     ) -> None:
-        self._session, self._tolerance, self._shortest = session, tolerance, shortest
+        self._session, self._scales, self._tolerance, self._shortest = session, scales, tolerance, shortest
         self._began = time.perf_counter() - (before.seconds if before else 0.0)
         self._minima = before.steps if before else 0
         self.events: list[Event] = []
@@ -178,19 +184,33 @@ class Walk:
             state, self.packing = self._relax(0.0)
             self.states, self._frames = [state], [self.packing]
             return
-        self.packing, self._frames = before.packing, list(before.frames)
-        columns = {f.name: getattr(before, f.name).tolist() for f in fields(Minimum)}
+        self._frames = [scales.to_natural(packing) for packing in before.frames]
+        self.packing = self._frames[-1]
+        columns = {f.name: self._natural(before, f.name) for f in fields(Minimum)}
         self.states = [Minimum(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
-        self.events = list(map(Event, *(getattr(before, f"event_{f.name}").tolist() for f in fields(Event))))
+        self.events = list(map(Event, *(self._natural(before, f"event_{f.name}") for f in fields(Event))))
+
+    def _natural(self, before: QuasistaticShear, name: str) -> list[Any]:
+        """A column of an earlier run in natural units."""
+        column, unit = getattr(before, name), self._units().get(name)
+        return list((column if unit is None else column / unit).tolist())
+
+    def _units(self) -> dict[str, float]:
+        """Natural units of the columns that have one, in those of the packing."""
+        stresses = ("stress", "pressure", "normal_stress_difference", "energy", "event_drop", "event_released")
+        return dict.fromkeys(stresses, self._scales.stress) | {"max_force": self._scales.force}
 
     def keep(self) -> None:
         """Keep the packing among the frames."""
         self._frames.append(self.packing)
 
     def result(self, strain: float) -> QuasistaticShear:
-        """All states so far of a run to a strain."""
+        """All states so far of a run to a strain, in units of the packing."""
         columns: dict[str, Any] = {f.name: np.array([getattr(s, f.name) for s in self.states]) for f in fields(Minimum)}
         events = {f"event_{f.name}": np.array([getattr(e, f.name) for e in self.events]) for f in fields(Event)}
+        for name, unit in self._units().items():
+            part = events if name in events else columns
+            part[name] = part[name] * unit
         stress, zero = columns["stress"], np.zeros(len(self.states))
         columns |= dict.fromkeys(("time", "rate", "viscous_stress", "dissipation"), zero)
         work = np.append(0.0, np.cumsum(0.5 * (stress[1:] + stress[:-1]) * np.diff(columns["strain"])))
@@ -201,7 +221,7 @@ class Walk:
             elastic_stress=stress,
             work=work,
             dissipated=work - (columns["energy"] - columns["energy"][0]),
-            frames=tuple(frames),
+            frames=tuple(self._scales.from_natural(packing) for packing in frames),
             damping=None,
             background=0.0,
             tolerance=force_tolerance(self.packing.model) if self._tolerance is None else self._tolerance,
@@ -303,7 +323,7 @@ def quasistatic_shear(
         resolution: on an event go back and take half the step, again and again, until steps are no longer than this:
             strain and size of the drop are known that well. By default steps are not refined.
         every: strain between two packings that are kept; by default first and last are.
-        tolerance: on the largest force, as in `compress`.
+        tolerance: on the largest force in natural units of the packing, as in `compress`.
         out: HDF5 file of the run, see `jamlab.read_flow`; if it holds a part of the same run, go on from there.
         progress: called after each step with the share of the work that is done, and in words.
 
@@ -327,8 +347,9 @@ def quasistatic_shear(
     task = {"rate": 0, "step": strain / count, "resolution": resolution, "tolerance": tolerance}
     file = RunFile(out, QuasistaticShear, packing, None, task)
     before = file.before
-    with Session(before.packing if before else packing) as session:
-        walk = Walk(session, tolerance, strain / count if resolution is None else resolution, before)
+    scales = natural_scales(packing)
+    with Session(scales.to_natural(before.packing if before else packing)) as session:
+        walk = Walk(session, scales, tolerance, strain / count if resolution is None else resolution, before)
 
         def result() -> QuasistaticShear:
             return walk.result(strain)

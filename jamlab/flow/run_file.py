@@ -28,7 +28,7 @@ from jamlab.storage.verified_file import REMEDY, add_checksum, dataset, opened
 FilePath = str | os.PathLike[str]
 R = TypeVar("R")
 
-_EVERY = 30.0  # s between two versions of a file
+_EVERY = 10.0  # s between two versions of a file
 _NO_DRAG = {"law": "none"}  # of runs without time
 _APART = ("frames", "damping")  # fields of a result that have a place of their own
 
@@ -47,7 +47,7 @@ class RunFile(Generic[R]):
         before: what the file holds of the same run, or None.
 
     Raises:
-        StorageError: the file cannot be written.
+        StorageError: the file cannot be written, or holds anything but a part of this run.
     """
 
     def __init__(
@@ -62,6 +62,10 @@ class RunFile(Generic[R]):
         check_target(self._path)
         if self._path.exists():
             self.before = self._read_same(self._path, kind, packing)
+            if self.before is None:
+                raise StorageError(
+                    f"{path} exists and holds no part of this run: choose another name, or remove it (--force)"
+                )
 
     def save(self, result: Callable[[], R], *, now: bool = False) -> None:
         """Write the run as it is, `now` or if the file has not been brought up to date for a while."""
@@ -77,7 +81,7 @@ class RunFile(Generic[R]):
                 if group is None or group.attrs.get("kind") != kind.__name__ or group.attrs.get("task") != self._task:
                     return None
             found = read_result(path, kind)
-        except StorageError:  # damaged, or no file of jamlab: it will be replaced, as by `write`
+        except StorageError:  # damaged, or no file of jamlab
             return None
         first: Packing = found.frames[0]  # type: ignore[attr-defined]
         # LAMMPS wraps positions into its box and back, and has units of its own, which rounds

@@ -76,14 +76,14 @@ def shear(
             the stress (N = 16), though their means agree within their errors. 1e-4 is the default for disks, 1e-2 for
             droplets, whose vertices slip past each other; 1e-2 moves the mean stress of disks by less than 3 %.
         out: HDF5 file of the run, see `jamlab.read_flow`: brought up to date on the way. If it holds a part of the same
-            run, go on from there.
+            run, go on from there; a run that went as far or farther comes back with the rows and frames it has.
         progress: called after each row with the share of the work that is done, and in words.
 
     Raises:
         InputError: a value out of range, or one that this rate has no use for: `step` at a rate, or `damping`, `rows`,
             `tolerance` and `background` at rate 0.
         ConvergenceError: the flow is too fast or drag too weak to be resolved; strain and remedy are named.
-        StorageError: `out` cannot be written.
+        StorageError: `out` cannot be written, or holds anything but a part of this run.
     """
     parts = _parts(rate, strain)
     if rate == 0:

@@ -15,7 +15,7 @@ from jamlab.micrographs.illumination import Darkness, blur_of
 from jamlab.micrographs.labels import Labelled
 from jamlab.micrographs.measured_droplets import Micrograph, PictureVoids, find_voids, size_distribution
 from jamlab.micrographs.picture_files import scikit_image
-from jamlab.micrographs.quality import LOOSE, Checks, find_doubts, unstable_droplets
+from jamlab.micrographs.quality import LOOSE, Checks, doubt_few, find_doubts, unstable_droplets
 from jamlab.micrographs.segmentation import Segments
 from jamlab.micrographs.walls import Walls, find_walls
 
@@ -190,6 +190,7 @@ class Measurement:
             widest=self._widest() if self.contrast == "ring" else 0.0,
             pieces=self.labelled.pieces if self.labelled else 0,
             labelled=self.labelled is not None,
+            rings=self.contrast == "ring",
         )
 
     def _voids(self, scale: float) -> PictureVoids:
@@ -226,7 +227,7 @@ class Measurement:
         names = np.full(n, -1)
         names[kept] = np.arange(1, len(kept) + 1)
         centres = self.centres[:, ::-1] - self.margin
-        return Micrograph(
+        found = Micrograph(
             labels=np.where(walls.inside > 0, names[cells], 0)[self.window],
             centres=centres[kept] * scale,
             areas=areas[kept] * scale**2,
@@ -252,6 +253,7 @@ class Measurement:
             cut_outlines=tuple(self.rings[k] - self.margin for k in cut),
             touching=centres[walls.pairs[walls.touching & self.whole[walls.pairs].any(axis=1)]],
         )
+        return replace(found, reasons=(*found.reasons, *doubt_few(found.count, found.means)))
 
 
 MODES = 8  # Fourier modes of an outline

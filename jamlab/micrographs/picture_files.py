@@ -117,6 +117,8 @@ def _check_size(path: Path, width: int, height: int, pages: int) -> None:
 
 
 def _refusal(path: Path, error: Exception) -> InputError:
+    if isinstance(error, OSError) and error.strerror:
+        return InputError(f"{path}: {error.strerror}; check the name and its permissions")
     lines = str(error).splitlines() or [type(error).__name__]
     return InputError(f"{path} cannot be read as a picture: {lines[0]}")
 

@@ -71,13 +71,16 @@ UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, no positive numbers or out of range; other names are kept.
+    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range.
 
     Raises:
         InputError: naming the parameter and its value.
     """
     if (model, units) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {units!r}")
+    unknown = params.keys() - {*FORCE_LAW[model, units], *OPTIONAL[model]}
+    if unknown:
+        raise InputError(f"params[{min(unknown)!r}]: the force law of model {model} in units {units} has no such name")
     for name, (_, least, largest) in OPTIONAL[model].items():
         if name in params and not (is_number(params[name]) and least <= params[name] <= largest):
             raise InputError(f"params[{name!r}] is {params[name]!r}: must be a number from {least:g} to {largest:g}")

@@ -55,6 +55,13 @@ def _frozen(value: Any) -> Any:
     return [_frozen(entry) for entry in value] if isinstance(value, list) else value
 
 
+MEASURED = (  # what `jamlab.measure` gives and a packing does not hold
+    *("rho", "z", "rattlers", "pressure", "energy", "contact_energy", "g", "g_x", "b", "shape", "shape_rim"),
+    *("contact_length", "shortest_edge", "longest_edge", "voids", "void_sides", "void_area", "void_shape"),
+    *("psi_6", "psi_6_overall"),
+)
+
+
 @checked_class
 @dataclass(frozen=True, eq=False)
 class Packing:
@@ -140,6 +147,13 @@ class Packing:
         for array in (self.box, self.positions, self.diameters, self.offsets, rest_areas):
             if array is not None:
                 array.flags.writeable = False
+
+    if not TYPE_CHECKING:  # else every name would be known to type checkers
+
+        def __getattr__(self, name: str) -> Any:
+            """Say which function gives what a packing does not hold."""
+            hint = f": use jamlab.measure(packing, {name!r})" if name in MEASURED else ""
+            raise AttributeError(f"a Packing has no attribute {name!r}{hint}", name=name, obj=self)
 
     def __repr__(self) -> str:
         try:

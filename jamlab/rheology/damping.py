@@ -122,7 +122,8 @@ class ContactDamping(DragLaw):
 
     def __str__(self) -> str:
         power = "" if self.alpha == 1 else f", α = {self.alpha:g}"
-        return f"contact damping, β = {self.beta:g}{power}" + _name_time(self.tau)
+        arms = "" if self.arms == "radius" else ", arms to the middle of contacts"
+        return f"contact damping, β = {self.beta:g}{power}{arms}" + _name_time(self.tau)
 
     @property
     def contrast(self) -> float:

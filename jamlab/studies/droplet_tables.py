@@ -77,10 +77,8 @@ def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequence[str], absent: float) -> pd.DataFrame:
-    """Interpolate values of each packing at the `FRACTIONS` between states; a row for each place `along`.
-
-    Args:
-        absent: what stands for a place that a state has no row of.
+    """Interpolate values of each packing at the `FRACTIONS` between states; a row for each place `along`, which a state
+    may lack: then `absent` stands for it.
     """
     out = []
     for key, part in rows.groupby(who, dropna=False):

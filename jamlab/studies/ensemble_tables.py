@@ -69,115 +69,44 @@ class AbsentTableError(StorageError):
     """A table that a folder does not have: another may serve in its place, which none may for a damaged one."""
 
 
-class EnsembleTables:
-    """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
+def _prepared(name: str, prepare: Callable[[pd.DataFrame], pd.DataFrame]) -> "cached_property[pd.DataFrame]":
+    """Give a table as it is drawn from."""
 
-    Args:
-        read: gives a table by its name, such as `jamlab.open_campaign(path).table`; can be pickled where several
-            processes draw.
-        facts: what the page says about the origin of the tables.
-    """
+    def table(tables: "EnsembleTables") -> pd.DataFrame:
+        return _require_rows(name, prepare(_require_rows(name, tables.read(name))))
 
-    def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
-        self._read = read
-        self.facts = facts or {}
+    return cached_property(table)
 
-    @cached_property
-    def states(self) -> pd.DataFrame:
-        """See `add_distances` and `select_followed` in `jamlab.studies.ensembles`."""
-        return _require_rows("states", select_followed(select_usual(add_distances(self._read("states")))))
 
-    @cached_property
-    def onset(self) -> pd.DataFrame:
-        """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
-        table = self._counted(select_usual(self._read("onset")))
-        return _require_rows("onset", table[table["converged"].astype(bool)])
+def _shipped(
+    name: str, make: Callable[..., pd.DataFrame], *sources: str, then: Callable[..., pd.DataFrame] | None = None
+) -> "cached_property[pd.DataFrame]":
+    """Give a table that ships with the reference data, or is made of those that a campaign has."""
 
-    @cached_property
-    def void_counts(self) -> pd.DataFrame:
-        """See `count_voids`; shipped with the reference data, counted from the voids of a campaign."""
-        return select_usual(self._shipped_or("void_counts", lambda: count_voids(self._read("voids"))))
-
-    @cached_property
-    def spectra(self) -> pd.DataFrame:
-        """One row per packing, law and frequency."""
-        table = _require_rows("spectra", self._read("spectra"))
-        table = table[table["target_pressure"].notna()]  # droplets and sweeps from onset have none
-        return _require_rows("spectra", table[table["converged"].astype(bool)])
-
-    @cached_property
-    def quasistatic(self) -> pd.DataFrame:
-        """One row per packing sheared slowly."""
-        return _require_rows("quasistatic", _replace_pressure(self._read("quasistatic").dropna(subset=["sliding"])))
-
-    @cached_property
-    def correlation(self) -> pd.DataFrame:
-        """One row per packing, law, frequency and distance."""
-        return _require_rows("correlation", _replace_pressure(self._read("correlation")))
-
-    @cached_property
-    def flow(self) -> pd.DataFrame:
-        """One row per packing, law and rate of shear; runs without an answer are left out."""
-        return _require_rows("flow", self._read("flow").dropna(subset=["stress"]))
-
-    @cached_property
-    def oscillation(self) -> pd.DataFrame:
-        """One row per packing, law, frequency and amplitude; runs without an answer are left out."""
-        return _require_rows("oscillation", self._read("oscillation").dropna(subset=["storage"]))
-
-    @cached_property
-    def creep(self) -> pd.DataFrame:
-        """One row per packing, law and stress; runs without an answer are left out."""
-        return _require_rows("creep", self._read("creep").dropna(subset=["final_strain"]))
-
-    @cached_property
-    def droplet_states(self) -> pd.DataFrame:
-        """States of droplets of several force laws, see `jamlab.studies.droplet_tables`."""
-        return self._shipped_or("droplet_states", lambda: droplet_states(self._read("states")))
-
-    @cached_property
-    def droplet_spectra(self) -> pd.DataFrame:
-        """G* of droplets and disks at a few packing fractions, see `jamlab.studies.droplet_tables`."""
-        return self._shipped_or(
-            "droplet_spectra", lambda: spectra_at_fractions(self._read("states"), self._read("spectra"))
-        )
-
-    @cached_property
-    def droplet_modes(self) -> pd.DataFrame:
-        """Strength of relaxation modes of droplets by rate and motion, see `jamlab.studies.droplet_tables`."""
-        return self._shipped_or("droplet_modes", lambda: modes_at_fractions(self._read("states"), self._read("modes")))
-
-    @cached_property
-    def droplet_voids(self) -> pd.DataFrame:
-        """Voids between droplets of several force laws, see `jamlab.studies.droplet_tables`."""
-        return self._shipped_or("droplet_voids", lambda: voids_by_state(self._read("states"), self._read("voids")))
-
-    def _counted(self, onset: pd.DataFrame) -> pd.DataFrame:
-        """Join onsets with the counts that a campaign keeps in its states; those that ship have them."""
-        if "task" not in onset or set(COUNTS) & set(onset.columns):
-            return onset
-        states = self._read("states")
-        if not set(COUNTS) <= set(states.columns):
-            return onset
-        return onset.merge(states.loc[states["state"] == 0, ["task", *COUNTS]], on="task", how="left")
-
-    def _shipped_or(self, name: str, made: Callable[[], pd.DataFrame]) -> pd.DataFrame:
-        """Read a table that ships with the reference data, or is made of the tables of a campaign."""
+    def table(tables: "EnsembleTables") -> pd.DataFrame:
         try:
-            return _require_rows(name, self._read(name))
+            found = _require_rows(name, tables.read(name))
         except (AbsentTableError, InputError, KeyError):
-            return _require_rows(name, made())
+            found = _require_rows(name, make(*map(tables.read, sources)))
+        return then(found) if then else found
 
-
-def _replace_pressure(table: pd.DataFrame) -> pd.DataFrame:
-    """Replace the measured pressure by the target, which packings share to the last digit."""
-    return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
+    return cached_property(table)
 
 
 def _require_rows(name: str, table: pd.DataFrame) -> pd.DataFrame:
     if table.empty:
         raise InputError(f"the table {name} has no usable row: run a campaign that measures it, or use another source")
     return table
+
+
+def _converged_at_pressures(spectra: pd.DataFrame) -> pd.DataFrame:
+    """Leave out droplets and sweeps from onset, which have no target pressure."""
+    return spectra[spectra["target_pressure"].notna() & spectra["converged"].astype(bool)]
+
+
+def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
+    """Replace the measured pressure by the target, which packings share to the last digit."""
+    return table.assign(pressure=table["target_pressure"]) if "target_pressure" in table else table
 
 
 def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
@@ -192,3 +121,47 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     v = voids.assign(onset=at_onset, rho=np.round(rho, 9), voids=1, area=voids["area"] / voids["particle_area"])
     keys = ["model", "n", "seed", "ensemble", "onset", "rho", "sides"]
     return v.groupby(keys, as_index=False)[["voids", "area", "shape"]].sum()
+
+
+class EnsembleTables:
+    """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
+
+    Runs of flow without an answer are left out. For droplet_states and its kin see `jamlab.studies.droplet_tables`.
+
+    Args:
+        read: gives a table by its name, such as `jamlab.open_campaign(path).table`; can be pickled where several
+            processes draw.
+        facts: what the page says about the origin of the tables.
+    """
+
+    def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
+        self.read = read
+        self.facts = facts or {}
+
+    states = _prepared("states", lambda table: select_followed(select_usual(add_distances(table))))
+    void_counts = _shipped("void_counts", count_voids, "voids", then=select_usual)
+    spectra = _prepared("spectra", _converged_at_pressures)
+    quasistatic = _prepared("quasistatic", lambda table: _at_targets(table.dropna(subset=["sliding"])))
+    correlation = _prepared("correlation", _at_targets)
+    flow = _prepared("flow", lambda table: table.dropna(subset=["stress"]))
+    oscillation = _prepared("oscillation", lambda table: table.dropna(subset=["storage"]))
+    creep = _prepared("creep", lambda table: table.dropna(subset=["final_strain"]))
+    droplet_states = _shipped("droplet_states", droplet_states, "states")
+    droplet_spectra = _shipped("droplet_spectra", spectra_at_fractions, "states", "spectra")
+    droplet_modes = _shipped("droplet_modes", modes_at_fractions, "states", "modes")
+    droplet_voids = _shipped("droplet_voids", voids_by_state, "states", "voids")
+
+    @cached_property
+    def onset(self) -> pd.DataFrame:
+        """One row per packing at onset, of the usual protocol, with what `held_motions` counts if that is known."""
+        table = self._counted(select_usual(self.read("onset")))
+        return _require_rows("onset", table[table["converged"].astype(bool)])
+
+    def _counted(self, onset: pd.DataFrame) -> pd.DataFrame:
+        """Join onsets with the counts that a campaign keeps in its states; those that ship have them."""
+        if "task" not in onset or set(COUNTS) & set(onset.columns):
+            return onset
+        states = self.read("states")
+        if not set(COUNTS) <= set(states.columns):
+            return onset
+        return onset.merge(states.loc[states["state"] == 0, ["task", *COUNTS]], on="task", how="left")

@@ -1,6 +1,6 @@
 """Select rows of packings of one kind, arrange them at the same places, and average them with intervals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -139,15 +139,13 @@ def median(values: Array) -> Array:
 
 
 def mean_over_packings(groups: Sequence[Array]) -> Interval:
-    """Compute the mean of each group of packings, with intervals over packings.
-
-    Args:
-        groups: arrays (packings, ...), all (...) alike, such as one for each system size; nan where a packing has none.
-
-    Returns:
-        (groups, ...) means.
-    """
+    """Compute means (groups, ...) of groups of packings (packings, ...), nan where one has none, with intervals."""
     return bootstrap(groups, lambda drawn: np.array([average(values) for values in drawn]))
+
+
+def side_by_side(found: Iterable[Interval]) -> Interval:
+    """Join numbers (m,) with the ends of their intervals."""
+    return Interval(*np.array([[float(f.value), float(f.low), float(f.high)] for f in found]).T)
 
 
 def scaled(found: Interval, factor: ArrayLike) -> Interval:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -95,7 +96,9 @@ def check_names(names: Sequence[str]) -> list[str]:
     """
     unknown = [name for name in names if name not in FIGURES and name != "all"]
     if unknown or not names:
-        raise InputError(f"no figure {', '.join(unknown) or 'named'}: use all, or {', '.join(FIGURES)}")
+        meant = [found for name in unknown for found in get_close_matches(name, FIGURES, 1)]
+        guess = f"did you mean {', '.join(meant)}? " if meant else ""
+        raise InputError(f"no figure {', '.join(unknown) or 'named'}: {guess}Use all, or {', '.join(FIGURES)}")
     return list(FIGURES) if "all" in names else list(dict.fromkeys(names))
 
 
@@ -179,18 +182,7 @@ def write_all(
     opening: Sequence[Section] = (),
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Write figures, the table of verdicts, their summary and one self-contained HTML page.
-
-    Args:
-        names: of figures.
-        tables: to draw from; they can be pickled where there are several processes.
-        folder: made if it is not there.
-        progress: called before each figure.
-        opening: sections before those of the figures, such as those of `example_packings`.
-        processes: that draw side by side.
-
-    Returns:
-        What was drawn, and what could not be.
+    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`.
 
     Raises:
         StorageError: the folder cannot be written.

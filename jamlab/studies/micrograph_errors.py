@@ -46,15 +46,14 @@ def micrograph_errors(tables: EnsembleTables) -> Drawing:
             ax = axes[row * len(LABELS) + column]
             _draw(out, ax, table[table["parameter"] == parameter], quantity)
             label(ax, name, text, legend=False)
-    handles, names = axes[0].get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
+    out.legend_above(axes[0])
     good, right = table["quality"] == "good", table["right"]
     silent = int((good & ~right).sum())
     out.caption = (
         "Errors (measured minus true) of rendered pictures of 64 droplets, along one parameter at a time. Filled: "
         f"judged good ({good.sum()} of {len(table)}, {silent} of them beyond a limit); open: doubtful. Dashed: limits "
         "of what counts as right, 2 droplets, 0.02 in packing fraction, 0.4 in z, 0.02 in shape factor. Points beyond "
-        "the panel stand at its edge. The points of experiments in Boromand et al. fig 9 are printed in no table."
+        "the panel stand at its edge."
     )
     return out
 

@@ -60,7 +60,7 @@ def write_page(
     progress: Progress = no_progress,
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Draw studies one after the other, write their files, and one page of them.
+    """Draw studies one after the other, write their files, and one page of them; returns what was drawn, and what not.
 
     What was drawn before an interruption is there.
 
@@ -71,11 +71,6 @@ def write_page(
         draw: function of a name; can be pickled where there are several processes.
         facts: name -> value, how it was made, beside the versions.
         opening: sections before those of the studies.
-        progress: called before each study.
-        processes: that draw side by side.
-
-    Returns:
-        What was drawn, and what could not be.
 
     Raises:
         StorageError: the folder cannot be written.
@@ -103,7 +98,10 @@ def write_page(
     failures = [each for each in ended if isinstance(each, Failure)]
     if not drawn:
         raise InputError(f"no study could be drawn; {failures[0].name}: {failures[0].reason}")
-    sections = [*opening, *(_section(headings[each.name], each) for each in drawn)]
+    sections = list(opening)
+    for each in drawn:
+        verdicts = [_verdicts(each.claims)] if each.claims else []
+        sections.append(Section(headings[each.name], each.png, each.caption, [*verdicts, *each.tables]))
     if failures:
         sections.append(Section("Not drawn", tables=[TextTable(("study", "reason"), failures, words=True)]))
     lead = page.lead([c for each in drawn for c in each.claims])
@@ -142,11 +140,6 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
         paths.append(folder / f"{name}.csv")
         write_csv(paths[-1], shown.rows)
     return paths, png
-
-
-def _section(heading: str, shown: Shown) -> Section:
-    verdicts = [_verdicts(shown.claims)] if shown.claims else []
-    return Section(heading, shown.png, shown.caption, [*verdicts, *shown.tables])
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

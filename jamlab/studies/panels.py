@@ -190,6 +190,12 @@ class Drawing:
             ha="right" if above and exponent >= 0 else "left",
         )
 
+    def legend_above(self, axes: Any, fontsize: float = 9, ncols: int | None = None) -> None:
+        """Write the legend of some axes once, above all panels."""
+        handles, names = axes.get_legend_handles_labels()
+        place: dict[str, Any] = {"loc": "outside upper center", "frameon": False}
+        self.figure.legend(handles, names, ncols=ncols or len(names), fontsize=fontsize, **place)
+
     def window(self, axes: Any, low: float, high: float) -> None:
         """Shade the window of a fit."""
         axes.axvspan(low, high, color="#999999", alpha=0.13, linewidth=0, zorder=0)
@@ -225,10 +231,11 @@ def label(axes: Any, x: str, y: str, *, legend: bool = True, **place: Any) -> No
         axes.legend(**({"fontsize": 8.5, "framealpha": 0.85} | place))
 
 
-def scale(axes: Any, x: str = "log", y: str = "log") -> None:
+def scale(*axes: Any, x: str = "log", y: str = "log") -> None:
     """Set the scales before curves are drawn, so that points that a logarithm cannot show are left out."""
-    axes.set_xscale(x)
-    axes.set_yscale(y)
+    for part in axes:
+        part.set_xscale(x)
+        part.set_yscale(y)
 
 
 def _interval(found: Any) -> Interval:

@@ -209,7 +209,6 @@ def save(
         facts: name of the campaign, commit, versions and other entries for the page.
         campaign: text of the campaign file, kept in the record too.
         add: keep the runs that the folder has on record, since some packings are theirs, see `combine`.
-        names: of the tables to write.
 
     Returns:
         Name of each table -> bytes written. Tables without rows are left out.

@@ -44,13 +44,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is left to measure of a study.
-
-    Attributes:
-        name: of the study.
-        left: number of tasks.
-        seconds: CPU seconds that they take, by the table that ships; None if that is not known.
-    """
+    """How many tasks are left of a study, and their CPU seconds by the table that ships, None if that is not known."""
 
     name: str
     left: int
@@ -82,10 +76,6 @@ class Study(ABC):
     @abstractmethod
     def run(self, folder: Path, progress: Progress = no_progress) -> None:
         """Measure what a folder of results does not hold, and save after every task.
-
-        Args:
-            folder: made if it is not there.
-            progress: called at each task.
 
         Raises:
             StorageError: the folder cannot be written, or holds another measurement of this name.

@@ -169,12 +169,7 @@ def one_core() -> Iterator[None]:
 def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
     """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
 
-    On one core this equals the wall time on a machine without other load.
-
-    Args:
-        run: the function.
-        runs: upper limit.
-        budget: s after which no new run begins.
+    On one core this equals the wall time on a machine without other load. No run begins after `budget` seconds.
     """
     best, spent = float("inf"), 0.0
     for _ in range(runs):

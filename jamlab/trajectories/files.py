@@ -109,6 +109,11 @@ def _kind(path: FilePath) -> str:
             return kind
     if is_leiden(path):
         return "leiden"
+    if suffix not in ("", *hdf5.HDF5_ENDINGS) and Path(path).is_file():
+        raise StorageError(
+            f"{path} is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file ({', '.join(DATA)}) or dump "
+            f"({', '.join(DUMP)}), {', '.join((*GSD, *XYZ))}, or packings of other groups; pictures go to `analyze`"
+        )
     return "hdf5"  # its reader refuses other files with a reason
 
 

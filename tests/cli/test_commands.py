@@ -309,3 +309,21 @@ def test_analyze_does_not_call_unknown_unconverged(packed, tmp_path):
     found = json.loads(call(tmp_path, "analyze", "mixed.h5", "--json").stdout)
     assert found["converged"] == [True, None, False]
     assert "does not say whether" in call(tmp_path, "analyze", "mixed.h5").stdout
+
+
+@pytest.mark.parametrize("words", [(), ("campaign",)])
+def test_the_list_of_commands_is_not_cut(tmp_path, words):
+    done = call(tmp_path, *words, "--help")
+    assert done.exit_code == 0 and "..." not in done.stdout.partition("Commands:")[2], done.stdout
+
+
+def test_a_mistyped_name_is_guessed_and_a_file_of_no_kind_is_named(tmp_path):
+    (tmp_path / "x.toml").write_text("a = 1")
+    for words, message in {
+        ("figure", "boromand6", "--out", "f"): "did you mean boromand-6?",
+        ("analyze", "nothere.png"): "nothere.png: No such file or directory",
+        ("analyze", "x.toml"): "x.toml is of no kind that is read: give HDF5 of jamlab, a LAMMPS data file",
+    }.items():
+        done = call(tmp_path, *words)
+        assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
+        assert "Errno" not in done.stderr

@@ -57,7 +57,7 @@ def test_refusals(folder, monkeypatch):
     for words, message in {
         ("shear", "p.h5", "--rate", "0.1", "--plot", "p.txt"): "cannot draw p.txt",
         ("shear", "p.h5", "--rate", "0.1", "--out", "p.h5"): "it is what is read",
-        ("shear", "p.h5", "--rate", "1e9"): "rates = [1000000000.0]: give",
+        ("shear", "p.h5", "--rate", "1e9", "--out", "fast.h5"): "rates = [1000000000.0]: give",
         ("flow-curve", "p.h5", "--rate", "1e-6", "--within", "1", "--out", "slow.h5"): "s, of 1 s given",
     }.items():
         done = call(folder, *words)
@@ -70,3 +70,15 @@ def test_a_name_of_another_format_is_refused(folder):
         done = call(folder, *words, "--out", "x.csv")
         assert done.exit_code == 1 and "x.csv" in done.stderr and ".h5" in done.stderr
         assert not (folder / "x.csv").exists()
+
+
+def test_a_run_of_another_packing_stays_unless_forced(folder):
+    jamlab.pack(n=16, pressure=2e-2, seed=3).write(folder / "other.h5")
+    words = ["--rate", "0.1", "--strain", "0.02", "--rows", "2", "--out", "kept.h5"]
+    assert call(folder, "shear", "p.h5", *words).exit_code == 0
+    before = (folder / "kept.h5").read_bytes()
+    done = call(folder, "shear", "other.h5", *words)
+    assert done.exit_code == 1 and "kept.h5 exists and holds no part of this run" in " ".join(done.stderr.split())
+    assert (folder / "kept.h5").read_bytes() == before
+    assert call(folder, "shear", "other.h5", *words, "--force").exit_code == 0
+    assert (folder / "kept.h5").read_bytes() != before

@@ -1,11 +1,16 @@
 """Files that commands write: none is replaced unasked, and an interrupt loses no state that is finished."""
 
+import ctypes
+
 import pytest
 from commands import call
 
 import jamlab
+from jamlab.cli import interruption
+from jamlab.cli.flow import expect_files
 from jamlab.cli.interruption import Interrupted
 from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.main import app
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +77,46 @@ def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset):
         raise Interrupted(2)
     assert f"kept {len(kept.states)} states" in kept._describe()
     assert [p.phi for p in jamlab.read_all(tmp_path / "sweep.h5")] == [p.phi for p in kept.states]
+
+
+def test_what_ctypes_makes_of_a_signal_is_the_signal(tmp_path, onset, monkeypatch):
+    """An exception raised while arguments are converted comes out as ctypes.ArgumentError."""
+    monkeypatch.setattr(interruption, "_came", [2])
+    kept = KeptStates(tmp_path / "sweep.h5")
+    with pytest.raises(ctypes.ArgumentError), kept:
+        for _ in range(2):
+            kept.add(onset)
+        raise ctypes.ArgumentError("argument 7: Interrupted: 2")
+    assert len(jamlab.read_all(tmp_path / "sweep.h5")) == 2
+
+    def stop(*_, **__):
+        raise ctypes.ArgumentError("argument 7: Interrupted: 2")
+
+    onset.write(tmp_path / "onset.h5")
+    monkeypatch.setattr("jamlab.trajectories.files.read_all", stop)
+    with pytest.raises(Interrupted):
+        app(["analyze", str(tmp_path / "onset.h5")], standalone_mode=False)
+
+
+def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypatch):
+    def stop(*_):
+        raise Interrupted(2)
+
+    onset.write(tmp_path / "onset.h5")
+    monkeypatch.setattr("jamlab.cli.compress.print_packings", stop)
+    with pytest.raises(Interrupted):
+        words = ["compress", str(tmp_path / "onset.h5"), "--to", "0.86", "--out", str(tmp_path / "sweep.h5")]
+        app(words, standalone_mode=False)
+    assert len(jamlab.read_all(tmp_path / "sweep.h5")) > 2
+
+
+def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, monkeypatch):
+    monkeypatch.setattr(interruption, "_describe", lambda: "not told")
+    out = tmp_path / "run.h5"
+    expect_files(tmp_path / "onset.h5", out, None, None)
+    assert interruption._describe() == "nothing was written"
+    out.write_text("of yesterday")
+    assert "as it was last saved; the same command goes on" in interruption._describe()
 
 
 def test_the_start_alone_is_not_written_and_errors_write_nothing(tmp_path, onset):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from disk_flows import first_harmonic
+from droplet_drag import drag_stress
 from droplet_flows import CONTACT, STOKES, DropletFlow
 
 import jamlab
@@ -83,6 +84,38 @@ def test_drag_is_the_matrix_of_the_frequency_domain(tmp_path, packing):
     viscous = 0.5 * (first["viscous"] + row["viscous"])
     assert drag[-1] / packing.area == pytest.approx(viscous, rel=1e-3)
     assert drag[:-1].reshape(-1, 2) + share[:, None] * moved / dt == pytest.approx(forces, abs=1e-3 * abs(drag).max())
+
+
+def test_pressure_and_normal_stress_are_those_of_plain_sums(tmp_path, packing):
+    """Forces of the contacts, tension and areas, and the drag at the velocities of a flow, its torques included."""
+    with DropletFlow(tmp_path, packing, "rate 0.3 solver 1e-9 longest 1e-3", "drag 1 0.3 1 background 0.2") as flow:
+        first, start = flow.run(60), flow.state()
+        row, end = flow.run(1), flow.state()
+    mean = {name: 0.5 * (first[name] + row[name]) for name in row}
+    dt = row["time"] - first["time"]
+    moved = end.positions - start.positions
+    moved[:, 0] -= 0.3 * dt * 0.5 * (start.positions + end.positions)[:, 1]
+    middle = start.with_state(positions=0.5 * (start.positions + end.positions), box=0.5 * (start.box + end.box))
+    native, drag = jamlab.evaluate(middle), drag_stress(middle, moved / dt, 0.3, 0.3)
+    tension = drag - native.stress
+    size = np.abs(drag).max()
+    assert mean["viscous"] == pytest.approx(drag[0, 1], abs=1e-3 * size)
+    assert mean["pressure"] == pytest.approx(-0.5 * np.trace(tension), abs=1e-3 * size)
+    assert mean["normal_stress_difference"] == pytest.approx(tension[0, 0] - tension[1, 1], abs=1e-3 * size)
+
+
+def test_energy_and_stress_of_a_flow_are_those_of_its_state(tmp_path, packing):
+    """Steps look ahead: both follow the velocities that they find, to the order of the step squared."""
+    fix = "rate 0.1 tolerance 1e-2 solver 1e-8"
+    at_rest = jamlab.evaluate(packing).energy
+    with DropletFlow(tmp_path, packing, fix, "drag 1 0.3 1 background 0.2") as flow:
+        for steps in (30, 3, 3):
+            row, state = flow.run(steps), flow.state()
+            native = jamlab.evaluate(state)
+            gained = native.energy - at_rest
+            assert row["energy"] * state.area - at_rest == pytest.approx(gained, rel=1e-5)
+            assert row["elastic"] == pytest.approx(-native.stress[0, 1], abs=1e-6)
+    assert row["step"] > 0.03 and gained > 1e-3
 
 
 @pytest.mark.parametrize(

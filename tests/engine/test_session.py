@@ -328,3 +328,9 @@ def test_edges_that_lead_to_another_image_are_refused_however_the_box_leans(tilt
     )
     wanted = jamlab.measure(p, "energy")["energy"]
     assert jamlab.evaluate(twice).energy == pytest.approx(2 * wanted, rel=1e-12)
+
+
+def test_disks_in_one_place_are_refused():
+    p = jamlab.Packing("sp", [[3.0, 0], [0, 3.0]], [[1.0, 1.0], [1.0, 1.0]], {"k": 1.0}, "k", [1.0, 1.0])
+    with pytest.raises(jamlab.EngineError, match="lie in one place; move one of them"):
+        jamlab.evaluate(p)

@@ -11,8 +11,8 @@ import shapely
 
 import jamlab
 from jamlab.figures.explorer import write_page as page
-from jamlab.figures.explorer.observables import observe
-from jamlab.figures.explorer.states import STEPS, affine_part, displacements, pack_state
+from jamlab.figures.explorer.observables import observe, strains
+from jamlab.figures.explorer.states import STEPS, affine_part, displacements, pack_state, shear_between, unflipped_box
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
 from jamlab.studies.example_packings import example_file
@@ -160,6 +160,28 @@ def test_page_is_one_file_and_takes_every_kth_state(tmp_path):
     assert [row["strain"] - start for row in content["rows"]] == pytest.approx([0.0, 0.03, 0.06])
 
 
+@pytest.mark.parametrize("apart", [0.1, 0.25, 0.8])
+def test_strain_of_a_flow_goes_on_where_its_box_flips(tmp_path, apart):
+    """Frames may be farther apart than the box leans at most, since each knows its strain."""
+    start = jamlab.read(STATES / "disks.h5")
+    run = jamlab.shear(start, 1.0, 8 * apart, frames=apart, rows=8)
+    jamlab.write_page(tmp_path / "page.html", run.frames)
+    content = head((tmp_path / "page.html").read_text())
+    assert content["along"]["name"] == "strain"
+    assert [row["strain"] for row in content["rows"]] == pytest.approx(apart * np.arange(9), abs=1e-9)
+
+
+def test_a_flip_of_the_box_is_no_motion(packing):
+    """The same lattice with another tilt, before and after a little shear; a lattice alone says it as well."""
+    leans = sheared(packing, 0.5 * packing.box[0, 0] / packing.box[1, 1] - packing.box[1, 0] / packing.box[1, 1])
+    after = sheared(leans, 0.02)
+    flipped = after.with_state(box=after.box - [[0, 0], after.box[0]])
+    assert shear_between(leans, flipped) == pytest.approx(0.02)
+    np.testing.assert_allclose(unflipped_box(leans, flipped), after.box, atol=1e-12)
+    np.testing.assert_allclose(displacements(leans, flipped), 0, atol=1e-11)
+    assert strains([leans, flipped])[1] - strains([leans])[0] == pytest.approx(0.02)
+
+
 def test_what_does_not_belong_on_one_page_is_refused(tmp_path, monkeypatch):
     disks, droplets = (jamlab.read(STATES / f"{name}.h5") for name in ("disks", "droplets"))
     path = tmp_path / "page.html"
@@ -201,7 +223,7 @@ def test_a_value_that_the_file_lacks_is_said_to_be_lacking(tmp_path):
 
 def test_a_modulus_below_zero_is_explained():
     packing = jamlab.read(example_file("sp"), frame=6)
-    row = observe(packing, {})
+    row = observe(packing, {}, 0.0)
     assert row["g"] < 0 and "would shear by itself" in row["why"]
 
 

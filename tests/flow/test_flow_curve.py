@@ -1,11 +1,14 @@
 """Steady flow: averages, fits, files, plans, and flows that have no answer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import jamlab
 from jamlab.flow.flow_cost import require_time
+from jamlab.flow.flow_curve import steady_point
 from jamlab.flow.overdamped_session import OverdampedSession
 from jamlab.statistics.block_average import block_average
 from jamlab.statistics.herschel_bulkley import herschel_bulkley
@@ -34,6 +37,14 @@ def test_flow_curve(curve, disks):
     read = jamlab.read_flow(path)
     assert read.stress == pytest.approx(three.stress, abs=0) and repr(read) == repr(three)
     assert ("steady at every rate" in repr(three)) == bool(three.steady.all())
+
+
+def test_plastic_events_are_counted_per_strain_of_the_average(disks):
+    """Three falls of the elastic stress, one of them in start-up: two in a strain of 0.1."""
+    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
+    stress = np.arange(41) - 5.0 * np.sum(np.arange(41)[:, None] >= [11, 26, 36], axis=1)
+    found = steady_point(replace(run, elastic_stress=stress), discard=0.1)
+    assert found["plastic_events"] == pytest.approx(2 / 0.1)
 
 
 @pytest.mark.slow

@@ -89,6 +89,15 @@ def test_work_is_stored_but_for_what_events_release(run):
     assert work - released == pytest.approx(run.energy[-1] - run.energy[0], rel=0.05, abs=0.05 * released)
 
 
+def test_drops_begin_at_the_state_before_the_fall(run):
+    """Size and place are those of two states one after the other."""
+    assert len(run.drops.strain)
+    for strain, size in zip(*run.drops, strict=True):
+        k = int(np.argmin(np.abs(run.strain - strain)))
+        assert run.strain[k] == pytest.approx(strain, abs=1e-12)
+        assert run.stress[k] - run.stress[k + 1] == pytest.approx(size, rel=1e-12)
+
+
 def test_resolution_finds_where_an_event_is(packing, run):
     """Steps are halved at the first event only, down to the width asked for, and go on from behind it."""
     first = run.events.strain[0]
@@ -157,3 +166,21 @@ def test_states_that_miss_the_tolerance_say_so(packing):
 def test_numbers_out_of_range_are_refused(packing, arguments, message):
     with pytest.raises(jamlab.InputError, match=message):
         quasistatic_shear(packing, **arguments)
+
+
+@pytest.mark.parametrize(("s", "k"), [(1.0, 1e-9), (1e-6, 1e3), (300.0, 1e7)])
+def test_units_change_nothing_and_a_run_goes_on_in_its_own(packing, s, k, tmp_path):
+    """Tolerances are those of the packing in natural units; stresses go as k."""
+    plain = quasistatic_shear(packing, 0.01, 2e-3)
+    scaled = packing.with_state(
+        box=s * packing.box, positions=s * packing.positions, diameters=s * packing.diameters, params={"k": k}
+    )
+    quasistatic_shear(scaled, 0.004, 2e-3, out=tmp_path / "run.h5")
+    found = quasistatic_shear(scaled, 0.01, 2e-3, out=tmp_path / "run.h5")
+    assert found.converged.all() and found.converged.dtype == bool
+    for name in ("stress", "pressure", "energy", "work", "dissipated"):
+        wanted = getattr(plain, name)
+        assert getattr(found, name) / k == pytest.approx(wanted, rel=1e-6, abs=1e-9 * np.abs(plain.stress).max()), name
+    assert found.max_force.max() < 1e-12 * k * s
+    assert found.packing.box == pytest.approx(s * plain.packing.box, rel=1e-12)
+    assert found.packing.params == {"k": k}

@@ -1,5 +1,7 @@
 """Start-up of shear: balances, packings on the way, files, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,9 +79,21 @@ def test_a_run_goes_on_from_its_file(disks, tmp_path):
     assert rest.steps > half.steps
     again = jamlab.shear(disks, 0.01, 0.4, rows=20, out=path, **how)
     assert again.steps == rest.steps and np.array_equal(again.stress, rest.stress)
-    other = jamlab.shear(disks, 0.02, 0.04, rows=2, out=path)  # another rate: another run
-    assert other.strain[-1] == pytest.approx(0.04) and len(jamlab.read_flow(path).time) == 3
     assert jamlab.read(path).n == disks.n
+
+
+def test_nothing_but_a_part_of_the_same_run_is_replaced(disks, tmp_path):
+    """Not another rate, nor another packing, nor a packing, nor text."""
+    run, packing, notes = (tmp_path / name for name in ("run.h5", "packing.h5", "notes.txt"))
+    jamlab.shear(disks, 0.02, 0.04, rows=2, out=run)
+    disks.write(packing)
+    notes.write_text("work of a week")
+    other = jamlab.pack(n=disks.n, pressure=1e-2, seed=77)
+    for path, start, rate in ((run, disks, 0.01), (run, other, 0.02), (packing, disks, 0.02), (notes, disks, 0.02)):
+        before = path.read_bytes()
+        with pytest.raises(jamlab.StorageError, match="exists and holds no part of this run: choose another name"):
+            jamlab.shear(start, rate, 0.04, rows=2, out=path)
+        assert path.read_bytes() == before
 
 
 def test_what_it_has_reached_stands_in_its_repr(run, disks):
@@ -184,3 +198,10 @@ def test_rate_0_refuses_what_only_flow_in_time_uses(disks, given):
 def test_a_rate_refuses_the_step_of_quasistatic_shear(disks):
     with pytest.raises(jamlab.InputError, match=r"step = 0\.001: rate = 0\.1 is shear in time; leave step out"):
         jamlab.shear(disks, 0.1, 0.01, step=1e-3)
+
+
+@pytest.mark.parametrize(("dip", "end", "found"), [(0.9, 0.995, True), (0.99, 0.985, False), (0.9, 0.5, True)])
+def test_an_overshoot_is_a_peak_from_which_the_stress_falls_wherever_it_ends(disks, dip, end, found):
+    run = jamlab.shear(disks, 1.0, 0.2, rows=40)
+    stress = np.interp(np.arange(41), [0, 10, 20, 40], [0.0, 1.0, dip, end])
+    assert replace(run, stress=stress).peak == ((run.strain[10], 1.0) if found else None)

@@ -1,10 +1,13 @@
 """Oscillation, creep and relaxation by small strains are what the frequency domain says of the same packing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from creep_of_elements import compliance
 
 import jamlab
+from jamlab.flow.oscillate import fit_harmonics
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +31,15 @@ def test_oscillation(backbone, damping):
     assert lost == pytest.approx(np.pi * found.loss * 1e-10, rel=2e-3)
 
 
+def test_harmonics_do_not_see_a_drift():
+    """A slow rise looks like a sawtooth in each cycle, whose own sine would lower every G'_k."""
+    omega, amplitude = 0.3, 0.02
+    time = 100.0 + 2 * np.pi / omega * np.arange(1, 33) / 32
+    cycle = amplitude * (3.0 * np.sin(omega * time) + 0.5 * np.cos(omega * time) - 0.2 * np.sin(3 * omega * time))
+    found = fit_harmonics(time, 0.7 + 0.01 * time + cycle, omega, amplitude)
+    assert found == pytest.approx(np.array([3.0 + 0.5j, 0, -0.2, 0, 0, 0, 0]), abs=1e-9)
+
+
 def test_relaxation(backbone, spectrum):
     """G(t) = G_0 + sum g_i exp(-lambda_i t), over four decades of time."""
     found = jamlab.relax_stress(backbone, 1e-5, 100.0)
@@ -36,6 +48,15 @@ def test_relaxation(backbone, spectrum):
     assert np.max(np.abs(found.modulus / wanted - 1)) < 1e-3
     assert found.residual == pytest.approx(-jamlab.evaluate(backbone).stress[0, 1])
     assert "NOT RELAXED" in repr(found) and not found.packing.converged
+
+
+def test_relaxed_is_a_modulus_that_rests_over_the_last_half_of_the_time(backbone):
+    found = jamlab.relax_stress(backbone, 1e-5, 1.0)
+    time = np.linspace(0.0, 100.0, 201)
+    for fall, words in ((0.0, "relaxed to G = 0.2"), (0.01, "NOT RELAXED: G = 0.2 has changed by 0.01 ")):
+        modulus = 0.2 * (1 + np.interp(time, [0, 50, 80, 100], [1.0, fall, 0.0, 0.0]))
+        late = replace(found, time=time, stress=found.residual + found.step_strain * modulus)
+        assert late.reached.startswith(words)
 
 
 @pytest.mark.parametrize("damping", [jamlab.ContactDamping(), jamlab.StokesDrag(eta_f=0.5)], ids=str)
@@ -51,6 +72,35 @@ def test_creep(backbone, damping):
     assert np.max(np.abs(found.compliance[1:] / wanted - 1)[late]) < 3e-4
     assert found.stress == pytest.approx(found.residual + 1e-7, abs=1e-12)
     assert (found.time[-1] == 100.0 and "rest" in repr(found)) or "CREEPS" in repr(found)
+
+
+def test_a_stress_is_held_while_contacts_open_close_and_rub():
+    """What a rubbing contact is held by bears a part of the stress."""
+    found = jamlab.creep(jamlab.pack(16, 1e-2, 3), 0.02, 20.0)
+    assert found.strain[-1] > 0.3 and np.ptp(found.contacts) > 3
+    assert found.stress == pytest.approx(np.full(len(found.time), found.residual + 0.02), abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("exponent", "strain", "drag", "state"),
+    [
+        (0.0, 0.5, 0.0, "rests"),
+        (0.0, 0.5, 0.5, "creeps"),
+        (0.5, 0.5, 0.0, "creeps"),
+        (1.0, 0.5, 1.0, "flows"),
+        (1.0, 0.1, 1.0, "creeps"),
+    ],
+)
+def test_what_creep_does_is_told_from_the_last_half_of_the_time(backbone, exponent, strain, drag, state):
+    """Strain grows as the square root of time up to 40 % of it, whatever follows; below strain 0.2 nothing flows."""
+    found = jamlab.creep(backbone, 1e-7, 1.0)
+    time = np.linspace(0, 100, 201)
+    grown = np.where(time < 40, np.sqrt(time / 40), (np.maximum(time, 40) / 40) ** exponent)
+    grown *= strain / grown[-1]
+    found = replace(found, time=time, strain=grown, viscous_stress=drag * found.applied * np.ones(201))
+    assert found.slope == pytest.approx(exponent, abs=1e-12) and found.state == state
+    if exponent == 1.0:
+        assert found.final_rate == pytest.approx(strain / 100)
 
 
 def test_they_go_on_from_their_files(backbone, tmp_path):
@@ -78,6 +128,12 @@ def test_large_amplitudes_are_not_linear(backbone):
     assert "contacts open or close" in repr(found)
     assert found.third_over_first > 0.01 and found.harmonics.shape == (7,)
     assert found.storage < 0.5 * jamlab.complex_modulus(backbone, [0.1]).storage[0]
+
+
+def test_the_third_harmonic_is_the_third(backbone):
+    found = jamlab.oscillate(backbone, 1.0, 1e-5, cycles=2)
+    last = np.array([[3 + 4j, 0.7, 0.3j, 0.2, 0, 0, 0]])
+    assert replace(found, cycle_harmonics=last, converged=True).third_over_first == pytest.approx(0.3 / 5)
 
 
 def test_refused(backbone, disks):

@@ -52,6 +52,14 @@ def test_rattlers_are_pruned_one_after_the_other():
     assert not rattlers.any() and bearing.all()
 
 
+def test_two_contacts_hold_no_particle():
+    """A fifth particle beside a tetrahedron of contacts: by two of them it rattles, by three it bears."""
+    four = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
+    for fifth, loose in (([[2, 4], [3, 4]], True), ([[1, 4], [2, 4], [3, 4]], False)):
+        rattlers, bearing = find_rattlers(np.array(four + fifth), np.ones(5, dtype=bool))
+        assert rattlers.tolist() == [False] * 4 + [loose] and bearing.sum() == (6 if loose else 9)
+
+
 @pytest.mark.parametrize("name", ["sp_jammed", "dp_onset", "dp_dense"])
 def test_network_renumbers_what_a_new_search_finds(request, name):
     """Contacts of the particles that bear load, bit for bit: Newton steps depend on the order of sums."""

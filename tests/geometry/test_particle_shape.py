@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jamlab.geometry.particle_shape import particle_areas, shape_factors
+from jamlab.geometry.particle_shape import area_ratios, particle_areas, shape_factors
 from jamlab.packing.free_droplet import regular_polygon
 from jamlab.packing.packing import Packing
 
@@ -75,3 +75,10 @@ def test_shapes_do_not_depend_on_overlaps_but_areas_do():
     apart, close = (droplets([ring, ring + np.array([x, 0.0])], 0.3) for x in (3.0, 1.3))
     np.testing.assert_allclose(shape_factors(close, rim=True), shape_factors(apart, rim=True), rtol=1e-13)
     assert (particle_areas(close) < particle_areas(apart) - 1e-3).all()
+
+
+def test_area_ratio_of_each_droplet_is_that_to_its_own_rest_area():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    packing = droplets([square + 2, 2 * square + 6], 0.1)
+    packing = packing.with_state(params={**packing.params, "a0": np.array([1.25, 5.0])})
+    np.testing.assert_allclose(area_ratios(packing), [1 / 1.25, 4 / 5.0], rtol=1e-14)

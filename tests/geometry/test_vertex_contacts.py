@@ -158,3 +158,18 @@ def test_long_edges_that_only_touch_or_lie_apart_are_none_that_cross():
     for gap in (0.0, 0.1, 0.3):
         packing = _two(_rectangle(4.0, 1.0, [4.0, 3.0]), _rectangle(3.0, 1.0, [4.0, 4.0 + gap]))
         assert len(jamlab.contacts(packing).pairs) == (gap < 0.25)
+
+
+def test_bars_that_cross_a_few_widths_from_their_corners_are_refused():
+    """Of corners within delta of the other bar there is none."""
+    bar = (SQUARE - 0.5) * [1.0, 0.3]
+    with pytest.raises(InputError, match="outlines of polygons 0 and 1 cross"):
+        vertex_contacts(droplets([bar + 5, bar[:, ::-1][::-1] + 5], 0.06))
+
+
+def test_a_polygon_in_the_middle_of_another_one_is_refused_though_edges_are_short():
+    angle = 2 * np.pi * np.arange(64) / 64
+    outer = np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = 0.2 * outer[::4]
+    with pytest.raises(InputError, match="outlines of polygons 0 and 1 cross"):
+        vertex_contacts(droplets([outer + 5, inner + 5], 0.06))

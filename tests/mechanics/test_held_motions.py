@@ -9,6 +9,7 @@ from self_stress import independent_rings, loaded_without_pull, self_stress
 import jamlab
 from jamlab.errors import InputError
 from jamlab.geometry.vertex_contacts import vertex_contacts
+from jamlab.mechanics.force_network import _without_load
 from jamlab.mechanics.held_motions import MOST, conditions, count_motions
 
 STATES = Path(__file__).parents[1] / "protocols" / "states"
@@ -55,6 +56,34 @@ def test_a_corner_on_a_flat_is_one_contact_and_two_corners_as_well():
     assert len(jamlab.contacts(packing).pairs) == 3
     rows = conditions(packing, vertex_contacts(packing))  # but for the fourth all are loose, so nothing is counted
     assert rows.shape == (1 + 1 + 2, 12)
+
+
+def test_a_flat_that_leans_by_a_dent_holds_no_more_than_an_even_one():
+    """By 1e-3 the couple that stops a square from turning is left to rounding of shapes; by 1e-2 it is not."""
+    leaning = [(6.05, 5.3), (6.05, 6.35, 0.0), (5, 6.05, 0.0)]
+    found = [
+        jamlab.held_motions(squares((5, 5, 0.0), (*leaning[0], angle), *leaning[1:])) for angle in (0.0, 1e-3, 1e-2)
+    ]
+    assert [each.free for each in found] == [2, 2, 1]
+    assert all(each.contacts - each.self_stresses == 3 * 4 - 2 - each.free for each in found)
+
+
+def test_droplets_between_two_tips_bear_load_whether_by_their_corners_or_by_their_flats():
+    """A column of squares and of diamonds that stand on their tips: only diamonds touch with a vertex.
+
+    A diamond that leans on one of them from the side has nothing to bear against.
+    """
+    tip = np.sqrt(0.5)
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    diamond = tip * np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    height = 2 * (0.5 + tip + 0.05)
+    law = {"gamma": 0.1, "ka": 10.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": 1.2 * np.ones(3)}
+    corners = [(square, 3.0, 1.0), (diamond, 3.1, 1 + 0.5 * height), (diamond, 3.0 + 0.5 + tip + 0.05, 1.0)]
+    places = np.concatenate([shape + np.array(centre) for shape, *centre in corners])
+    packing = jamlab.Packing("dp", np.diag([6.0, height]), places, law, offsets=[0, 4, 8, 12])
+    network = jamlab.contacts(packing)
+    assert network.rattlers.all() and set(packing.particle[network.meetings.vertex]) == {1, 2}
+    assert _without_load(packing, network).tolist() == [False, False, True]
 
 
 def views(packing):

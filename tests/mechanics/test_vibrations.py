@@ -138,6 +138,13 @@ def test_zero_modes_are_translations_and_rattlers(packing, onset):
         assert jamlab.zero_modes(p) == 2 + 2 * c.rattlers.sum()
 
 
+def test_zero_modes_of_a_state_between_minima_leave_out_negative_ones(random_disks):
+    packing = random_disks(n=30, phi=1.0)
+    values = np.linalg.eigvalsh(jamlab.hessian(packing).toarray())
+    assert values[0] < -1e-3
+    assert jamlab.zero_modes(packing) == np.sum(np.abs(values) < 1e-9 * values[-1])
+
+
 def test_counting_at_onset(onset, mechanisms):
     """2 N' coordinates, N_c = 2 N' - 1 contacts, one state of self stress: two translations remain."""
     c = jamlab.contacts(onset)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from commands import call
+from PIL import Image
 
 import jamlab
 from jamlab.errors import InputError
@@ -80,3 +82,18 @@ def test_small_droplets_and_labels_are_refused(dp_dense):
     y, x = np.mgrid[:100, :100]
     with pytest.raises(InputError, match="no forces of droplets by labels"):
         _ = jamlab.micrograph(labels=(np.hypot(x % 50 - 25, y % 50 - 25) < 20).astype(int)).pressures
+
+
+def test_command_prints_the_balance_and_keeps_a_packing(dp_dense, tmp_path):
+    picture = jamlab.synthetic_micrograph(dp_dense, 300)
+    Image.fromarray((255 * picture.clip(0, 1)).astype(np.uint8)).save(tmp_path / "photo.png")
+    how = ("analyze", "photo.png", "--contrast", "bright", "--periodic")
+    done = call(tmp_path, *how, "--packing", "disks.h5", "--model", "sp")
+    assert done.exit_code == 0, done.stderr
+    residual = np.median(jamlab.micrograph(picture, contrast="bright", periodic=True).forces.residual)
+    shown = float(done.stdout.split("forces by shape leave ")[1].split("%")[0])
+    assert shown == pytest.approx(100 * residual, abs=2)
+    kept = jamlab.read(tmp_path / "disks.h5")
+    assert (kept.model, kept.n) == ("sp", dp_dense.n)
+    Image.fromarray((255 * picture[::4, ::4].clip(0, 1)).astype(np.uint8)).save(tmp_path / "photo.png")
+    assert "forces need 30 or more" in call(tmp_path, *how).stdout

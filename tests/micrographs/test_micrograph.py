@@ -13,7 +13,7 @@ import jamlab
 from jamlab.errors import InputError, StorageError
 from jamlab.measure import COLUMNS
 from jamlab.micrographs.measured_droplets import mean_of
-from jamlab.micrographs.quality import FEWEST, LIMITS
+from jamlab.micrographs.quality import FEWEST, LIMITS, doubt_few
 from jamlab.packing.free_droplet import regular_polygon
 
 pytest.importorskip("skimage")
@@ -60,7 +60,7 @@ def test_hexagonal_lattice(touching):
 
 
 def test_means_say_how_far_they_are_known(rendered):
-    """Standard errors by hand."""
+    """Standard errors by hand; a picture of few droplets is doubted for that, whatever it looks like."""
     found = jamlab.micrograph(rendered, contrast="bright", periodic=True)
     held = found.contacts[~found.rattlers]
     z = found.means["z"]
@@ -68,11 +68,15 @@ def test_means_say_how_far_they_are_known(rendered):
     assert z.interval == pytest.approx(stats.t.interval(0.95, len(held) - 1, z.value, z.error))
     assert found.means["rho"].value == found.rho and 0.001 < found.means["rho"].error < 0.02
     assert f"z = {found.z:.2f} ± {z.error:.2f}" in repr(found) and len(repr(found)) < 200
+    assert found.reasons[-1] == f"12 whole droplets only, needs {FEWEST}: means over more may differ"
 
 
-def test_means_of_few_droplets_have_wide_intervals():
+def test_enough_droplets_that_differ_too_much_are_doubted():
     tight, wide = mean_of(np.full(30, 0.9)), mean_of(np.arange(30) % 5.0)
     assert tight.half_width < 1e-12 and wide.half_width == pytest.approx(0.54, abs=0.01)
+    assert doubt_few(30, {"rho": tight, "z": tight, "shape_rim": tight}) == ()
+    (reason,) = doubt_few(30, {"rho": tight, "z": wide, "shape_rim": tight})
+    assert reason.startswith("z is known to ±0.54 over 30 droplets")
     assert mean_of(np.empty(0)).text(".2f") == "none" and mean_of(np.ones(1)).text(".1f") == "1.0"
 
 

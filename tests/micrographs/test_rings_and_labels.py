@@ -49,6 +49,13 @@ def test_rings_are_seen_as_such_and_borders_are_no_droplets(rings):
     np.testing.assert_allclose(rings.centres % a, a / 2 - 0.5, atol=0.3)
 
 
+def test_rings_are_always_doubted(rings):
+    """Of rendered rings to which nothing else objected, some had a wrong z."""
+    assert rings.quality == "doubtful" and "droplets are rings" in rings.reasons[0]
+    same = jamlab.micrograph(labels=np.maximum(rings.labels, 0))
+    assert not any("rings" in reason for reason in same.reasons)
+
+
 def test_dark_walls_all_around_touching_droplets():
     """Without a gap, four borders around a droplet are as light as it is, and concave."""
     found = find_rings(ring_picture(gap=0.0))

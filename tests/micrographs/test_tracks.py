@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from commands import call
 from PIL import Image
 
 import jamlab
@@ -71,6 +72,9 @@ def test_pictures_are_linked_whatever_their_order_of_droplets(tmp_path):
     again = jamlab.follow(pictures, contrast="bright")
     assert again.count == tracks.count
     assert tracks.plot().get_xlabel() == "x"
+    done = call(tmp_path, "analyze", ".", "--contrast", "bright", "--csv", "found.csv")
+    assert done.exit_code == 0 and f"{tracks.count} droplets are in every frame" in " ".join(done.stdout.split())
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "found.csv"), tracks.table, check_dtype=False)
     pytest.importorskip("MDAnalysis")
     u = tracks.universe()
     assert (u.trajectory.n_frames, u.atoms.n_atoms) == (4, tracks.count)

@@ -40,7 +40,7 @@ def without(name, values=LAW):
     [
         ({"model": "foam"}, "unknown model 'foam': use one of sp, dp"),
         ({"units": "SI"}, "unknown units 'SI': use one of eps, k"),
-        ({"units": "k"}, "params of model sp in units k lack 'k'"),
+        ({"units": "k"}, r"params\['eps'\]: the force law of model sp in units k has no such name"),
         ({"params": {}}, "params of model sp in units eps lack 'eps'"),
         ({"params": {}}, "params of model sp in units eps lack 'eps'"),
         ({"params": {"eps": 0.0}}, r"params\['eps'\] is 0.0: must be a positive number"),

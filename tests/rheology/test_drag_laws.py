@@ -5,6 +5,7 @@ import pytest
 
 import jamlab
 from jamlab.rheology.damping import law_of_record
+from jamlab.rheology.nonlinear_drag import equivalent_time
 
 LAWS = (
     jamlab.ContactDamping(beta=0.3, tau=2.0, alpha=0.5, arms="contact"),
@@ -36,6 +37,16 @@ def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
     stress = 1e-3 * float(np.hypot(found.storage[0], found.loss[0]))
     same = jamlab.nonlinear_modulus(packing, [0.3], damping=film, stress=stress)
     assert same.tau == pytest.approx(found.tau, rel=1e-3) and same.loss == pytest.approx(found.loss, rel=1e-3)
+
+
+def test_the_force_of_a_stress_is_that_on_a_mean_diameter():
+    packing = jamlab.pack(16, 1e-2, 1)
+    larger = packing.with_state(
+        positions=3 * packing.positions, box=3 * packing.box, diameters=3 * packing.diameters, params={"k": 2.0}
+    )
+    found = jamlab.nonlinear_modulus(larger, [1e-2, 1.0], 0.5, 1e-5)
+    mean = float(np.mean(larger.diameters))
+    assert found.tau == pytest.approx(equivalent_time([1e-2, 1.0], 1e-5 * mean, 0.5, stiffness=2.0), rel=1e-9)
 
 
 @pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])

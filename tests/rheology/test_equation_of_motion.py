@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import reference
 
 import jamlab
 from jamlab import ContactDamping, StokesDrag
@@ -85,6 +84,20 @@ def outline_rotation(p, ring, u, flow):
     return spin
 
 
+def foot_on(vertex, edge):
+    """Distance from a vertex to an edge, then who takes part and where; tuples compare by distance."""
+    (i, (x, y)), ((tail, (ax, ay)), (head, (bx, by))) = vertex, edge
+    square = (bx - ax) ** 2 + (by - ay) ** 2
+    t = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / square if square > 0 else 0.0
+    t = max(0.0, min(1.0, t))
+    nearest = (ax + t * (bx - ax), ay + t * (by - ay))
+    return float(np.hypot(x - nearest[0], y - nearest[1])), i, (x, y), tail, head, t, nearest
+
+
+def sides_of(outline):
+    return [(outline[k], outline[(k + 1) % len(outline)]) for k in range(len(outline))]
+
+
 def polygon_dissipation(p, law, u, flow):
     """The same for a vertex against the point of the outline that it meets, where half way between the rims touch."""
     total = 0.0
@@ -94,11 +107,12 @@ def polygon_dissipation(p, law, u, flow):
         for other in rings[:m] + rings[m + 1 :]:
             for image in np.ndindex(3, 3):
                 shift = (np.array(image) - 1) @ p.box
-                sides = reference._sides([(int(v), tuple(p.positions[v] + shift)) for v in other])
-                if reference._far(p.positions[ring], p.positions[other] + shift, p.params["delta"]):
-                    continue
+                one, two = p.positions[ring], p.positions[other] + shift
+                if np.max([one.min(axis=0) - two.max(axis=0), two.min(axis=0) - one.max(axis=0)]) >= p.params["delta"]:
+                    continue  # a gap wider than both rims lies between them
+                sides = sides_of([(int(v), tuple(p.positions[v] + shift)) for v in other])
                 for vertex in ring:
-                    foot = min(reference._foot((int(vertex), tuple(p.positions[vertex])), side) for side in sides)
+                    foot = min(foot_on((int(vertex), tuple(p.positions[vertex])), side) for side in sides)
                     distance, i, x, tail, head, t, nearest = foot
                     if distance < p.params["delta"]:
                         r = np.subtract(x, nearest)

@@ -7,7 +7,11 @@ from scipy.integrate import quad
 import jamlab
 from jamlab import ContactDamping, StokesDrag
 from jamlab.geometry.contact_network import without_rattlers
-from jamlab.rheology.displacement_correlation import correlation_along_x, displacement_correlations
+from jamlab.rheology.displacement_correlation import (
+    DisplacementCorrelation,
+    correlation_along_x,
+    displacement_correlations,
+)
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +93,25 @@ def test_displacements_give_the_modulus(packing):
     strain = 1 / (s.storage[0] + 1j * s.loss[0])
     assert len(u) == network.n == jamlab.contacts(packing).backbone
     assert s.loss[0] * abs(strain) ** 2 * packing.area == pytest.approx(omega * np.sum(np.abs(u) ** 2), rel=1e-9)
+
+
+def test_displacements_solve_the_dense_equation_at_unit_stress(packing):
+    """(K + i omega B) Q = A e_gamma, the real part at peak stress; rotations take no part under Stokes drag."""
+    omega, law = 1e-2, StokesDrag(eta_f=0.3)
+    backbone, u = jamlab.oscillating_displacements(packing, omega, law)
+    k, b = (matrix.toarray() for matrix in jamlab.dynamical_matrices(backbone, law))
+    kept = np.r_[0 : 2 * backbone.n, 3 * backbone.n]
+    load = np.zeros(len(kept))
+    load[-1] = backbone.area
+    wanted = np.linalg.solve((k + 1j * omega * b)[np.ix_(kept, kept)], load)[:-1].reshape(-1, 2)
+    wanted -= wanted.mean(axis=0)
+    assert np.abs(u - wanted).max() < 1e-7 * np.abs(wanted).max()
+    assert np.abs(wanted.imag).max() > 0.01 * np.abs(wanted).max()
+
+
+def test_the_length_is_where_a_straight_line_between_two_bins_crosses_zero():
+    found = DisplacementCorrelation(np.arange(4.0), np.array([1.0, 0.5, -0.25, -0.3]), np.ones(4))
+    assert found.length == pytest.approx(1 + 0.5 / 0.75)
 
 
 def test_correlations_reach_further_in_slow_flow():

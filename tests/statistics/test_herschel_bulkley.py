@@ -36,3 +36,9 @@ def test_curves_that_hold_no_exponent_are_refused():
         herschel_bulkley(RATES, 0.3 + 0 * RATES, 1e-3 * LAW)
     with pytest.raises(jamlab.ConvergenceError, match="end of its range"):
         herschel_bulkley(RATES, 0.3 + 0.05 * RATES**3, 1e-3 * LAW)
+
+
+def test_the_misfit_is_the_root_of_chi_squared_per_degree_of_freedom():
+    stress, error = LAW * (1 + 0.01 * np.array([1, -1, 1, -1, 0, 1, -1, 1, -1])), 0.02 * LAW
+    found = herschel_bulkley(RATES, stress, error)
+    assert found.misfit == pytest.approx(np.sqrt(np.sum(((found(RATES) - stress) / error) ** 2) / (9 - 3)), rel=1e-6)

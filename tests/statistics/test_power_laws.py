@@ -162,3 +162,18 @@ def test_values_that_are_nan_take_their_errors_with_them():
 def test_an_exponent_at_the_end_of_its_range_says_so(exponent):
     n = np.array([8.0, 16, 32, 64])
     assert finite_size(n, 0.84 - 0.3 * n**-exponent).at_end
+
+
+def test_the_spread_is_the_root_mean_square_of_the_residuals():
+    y = 2.0 * X**0.5 * np.where(np.arange(len(X)) % 5, 1.01, 0.9)
+    fit, weighted = power_law(X, y, (0.5,)), power_law(X, y, (0.5,), error=0.1 * X)
+    assert fit.spread == pytest.approx(np.sqrt(np.mean(((fit(X) - y) / y) ** 2)), rel=1e-9)
+    assert weighted.spread == pytest.approx(np.sqrt(np.mean(((weighted(X) - y) / (0.1 * X)) ** 2)), rel=1e-9)
+
+
+def test_the_widest_window_spans_decades_not_points():
+    """Twelve points in a third of a decade obey one law, six in two decades another."""
+    low, high = np.geomspace(1.0, 2.0, 12), np.geomspace(4.0, 400.0, 6)
+    y = np.concatenate([low**1.5, 0.1 * high**0.5])
+    fit = widest_window(np.concatenate([low, high]), y, tolerance=0.01)
+    assert fit.exponents == pytest.approx([0.5]) and (fit.low, fit.high) == pytest.approx((4.0, 400.0))

@@ -16,8 +16,7 @@ import jamlab
 from jamlab.rheology.reduced_model import SETTINGS
 from jamlab.studies.cost import droplet_vertices, onset_search, peer_descents
 from jamlab.studies.cost.chart import COLUMNS, Trial, defaults_off_the_front, write_charts
-from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.curve_points import Point, dominated, points_of, price
+from jamlab.studies.cost.curves import Point, curve_figure, dominated, points_of, price
 from jamlab.studies.cost.ensemble_means import limit_of_size
 from jamlab.studies.cost.packing_fractions import covered
 from jamlab.studies.other_codes.compare import jolted_minimum

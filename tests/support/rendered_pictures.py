@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import shapely
+from scipy import ndimage
 
-from jamlab.arrays import Mask
+from jamlab.arrays import Array, Mask
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.geometry.packing_fraction import packing_fraction
@@ -26,6 +27,9 @@ from jamlab.micrographs.micrograph import micrograph
 from jamlab.micrographs.quality import LIMITS
 from jamlab.micrographs.synthetic import synthetic_micrograph
 from jamlab.packing.packing import Packing
+
+FINER = 2  # samples a pixel, in each direction, that a picture of rings is drawn with
+FILM = 2.0  # pixels between droplets that touch, as `synthetic_micrograph` has it by default
 
 
 @dataclass(frozen=True)
@@ -64,9 +68,13 @@ def picture_errors(packing: Packing, pixels: int, known: Truth | None = None, **
     Returns:
         count, rho, z, shape; quality: "good", "doubtful" or "refused"; reasons; right: all errors within `LIMITS`.
     """
-    known = known or truth(packing)
+    return measured_errors(synthetic_micrograph(packing, pixels, **how), known or truth(packing))
+
+
+def measured_errors(picture: Array, known: Truth) -> dict[str, Any]:
+    """The same of a picture at hand, with its truth."""
     try:
-        found = micrograph(synthetic_micrograph(packing, pixels, **how))
+        found = micrograph(picture)
     except InputError as error:
         nan = float("nan")
         return dict.fromkeys(LIMITS, nan) | {"quality": "refused", "reasons": str(error), "right": False}
@@ -78,6 +86,32 @@ def picture_errors(packing: Packing, pixels: int, known: Truth | None = None, **
     }
     right = all(abs(errors[name]) <= limit for name, limit in LIMITS.items())
     return errors | {"quality": found.quality, "reasons": "; ".join(found.reasons), "right": right}
+
+
+def wall_distance(packing: Packing, pixels: int) -> Array:
+    """(h, w) distance to the nearest outline, in pixels of a picture `pixels` wide, `FINER` samples to each."""
+    droplet = synthetic_micrograph(packing, FINER * pixels, film=FINER * FILM, blur=0.0) > 0.5
+    margin = 8 * FINER
+    near = [ndimage.distance_transform_edt(np.pad(side, margin, mode="wrap")) for side in (droplet, ~droplet)]
+    return np.asarray(np.maximum(*near)[margin:-margin, margin:-margin] / FINER)
+
+
+def ring_picture(away: Array, wall: float, blur: float, noise: float, light: float, seed: int) -> Array:
+    """Droplets as rings: a dark wall along every outline, light inside and in the voids, as foams in brightfield.
+
+    Args:
+        away: `wall_distance` of the packing.
+        wall: width of the wall in pixels; films between droplets that touch are dark all through.
+        blur: standard deviation in pixels.
+        noise: standard deviation, where walls have 0.2 and all else has 1.
+        light: brightness at the right edge, 1 at the left; it falls evenly.
+        seed: of the noise.
+    """
+    fine = np.where(away <= wall / 2, 0.2, 1.0)
+    h, w = (size // FINER for size in fine.shape)
+    picture = fine[: FINER * h, : FINER * w].reshape(h, FINER, w, FINER).mean(axis=(1, 3))
+    picture = ndimage.gaussian_filter(picture, blur, mode="wrap") * np.linspace(1, light, w)
+    return np.asarray(picture + noise * np.random.default_rng(seed).normal(size=picture.shape))
 
 
 PIXELS = 450  # width of a picture of 64 droplets: radius 30 pixels

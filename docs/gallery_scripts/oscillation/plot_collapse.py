@@ -1,6 +1,6 @@
 """
-Pressures fall on one curve
-===========================
+Bring pressures onto one curve
+==============================
 
 Rescaled with the exponents that fit best, without pre-stress as in the paper.
 """

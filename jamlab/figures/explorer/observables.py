@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from jamlab.errors import InputError
+from jamlab.figures.explorer.states import shear_between
 from jamlab.measure import measure, why_no_modulus
 from jamlab.packing.hdf5 import LABELS, NEGATIVE_G
 from jamlab.packing.law_parameters import UNIT_OF_FORCE, UNIT_OF_LENGTH, UNIT_OF_STRESS
@@ -67,7 +69,7 @@ def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[st
     return columns
 
 
-def observe(packing: Packing, known: Mapping[str, float]) -> dict[str, Any]:
+def observe(packing: Packing, known: Mapping[str, float], strain: float) -> dict[str, Any]:
     """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None.
 
     `converged` is None where no minimisation is known, as in a dump that does not say.
@@ -77,7 +79,7 @@ def observe(packing: Packing, known: Mapping[str, float]) -> dict[str, Any]:
     return {
         **numbers,
         "phi": packing.phi,
-        "strain": strain(packing),
+        "strain": strain,
         "why": _why(packing, numbers["g"]),
         "converged": None if packing.max_force is None and not packing.converged else packing.converged,
         "on_target": packing.on_target,
@@ -92,9 +94,14 @@ def _why(packing: Packing, g: float | None) -> str:
     return NEGATIVE_G if g < 0 else ""
 
 
-def strain(packing: Packing) -> float:
-    """Shear of the box, the tilt over the height."""
-    return float(packing.box[1, 0] / packing.box[1, 1])
+def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:
+    """(m,) shear strain of each state: what a flow says of itself, else tilt over height, without flips of the box.
+
+    A box that leans by half its width is the same lattice as one that leans the other way, and boxes flip in a flow.
+    """
+    first = packings[0]
+    start = float(first.provenance.get("flow_strain", first.box[1, 0] / first.box[1, 1]))
+    return np.cumsum([start, *(shear_between(before, after) for before, after in pairwise(packings))])
 
 
 def along(packings: Sequence[Packing]) -> Quantity:
@@ -102,8 +109,8 @@ def along(packings: Sequence[Packing]) -> Quantity:
     phi = np.array([packing.phi for packing in packings])
     if np.ptp(phi) > SHEARED * phi.max():
         return Quantity("rho", "ρ", "true packing fraction ρ")
-    if np.ptp([strain(packing) for packing in packings]) > SHEARED:
-        return Quantity("strain", "γ", "shear strain γ of the box")
+    if np.ptp(strains(packings)) > SHEARED:
+        return Quantity("strain", "γ", "shear strain γ")
     return Quantity("number", "state", "state")
 
 

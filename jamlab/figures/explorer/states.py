@@ -119,7 +119,7 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
         "cells": {"points": grid.encode(walls.points), "ends": encode(walls.ends, "<u4")},
         "voids": _pack_voids(found, paths, no_voids, grid),
         "moves": None if before is None else encode(displacements(before, packing), "<f4"),
-        "affine": None if before is None else affine_part(before.box, packing.box),
+        "affine": None if before is None else affine_part(before.box, unflipped_box(before, packing)),
     }
     if packing.diameters is None:
         state["centres"] = grid.encode(centres)
@@ -134,9 +134,28 @@ def displacements(before: Packing, after: Packing) -> Array:
 
     With lattice coordinates s = x B^-1 they are (s_after - s_before) B_after.
     """
-    lattice = after.centroids @ np.linalg.inv(after.box) - before.centroids @ np.linalg.inv(before.box)
-    moved = (lattice - np.round(lattice)) @ after.box
+    box = unflipped_box(before, after)
+    lattice = after.centroids @ np.linalg.inv(box) - before.centroids @ np.linalg.inv(before.box)
+    moved = (lattice - np.round(lattice)) @ box
     return np.asarray(moved - np.median(moved, axis=0))
+
+
+def shear_between(before: Packing, after: Packing) -> float:
+    """Engineering shear strain from one state to the next: what a flow says, else the least that fits both lattices."""
+    if "flow_strain" in before.provenance and "flow_strain" in after.provenance:
+        return float(after.provenance["flow_strain"] - before.provenance["flow_strain"])
+    old, new = before.box, after.box
+    shear = new[1, 0] / new[1, 1] - old[1, 0] / old[1, 1]
+    period = new[0, 0] / new[1, 1]
+    return float(shear - period * np.round(shear / period))
+
+
+def unflipped_box(before: Packing, after: Packing) -> Array:
+    """(2, 2) box of the later state, of the same lattice, that leads from the one before without a flip."""
+    box: Array = after.box.copy()
+    lean = before.box[1, 0] / before.box[1, 1] + shear_between(before, after)
+    box[1] += np.round((lean * box[1, 1] - box[1, 0]) / box[0, 0]) * box[0]
+    return box
 
 
 def affine_part(before: Array, after: Array) -> dict[str, float]:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, unit_labels
+from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, strains, unit_labels
 from jamlab.figures.explorer.states import pack_state
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
@@ -180,13 +180,14 @@ def explorer_fragment(
     check_one_sweep(everything)
     known = stored_columns(observables or {}, len(everything))
     chosen = everything[::every]
-    rows, packed, size = [], [], 0
+    strain, rows, packed, size = strains(everything)[::every], [], [], 0
     for k, packing in enumerate(chosen):
         try:
             packed.append(htmlsafe_json_dumps(pack_state(packing, chosen[k - 1] if k else None)))
         except InputError as error:
             raise type(error)(f"state {k * every}: {error}") from error
-        rows.append(observe(packing, {name: float(values[k * every]) for name, values in known.items()}))
+        numbers = {name: float(values[k * every]) for name, values in known.items()}
+        rows.append(observe(packing, numbers, float(strain[k])))
         size += len(packed[-1])
         check_bytes(size / (k + 1), len(chosen), every)
         if progress is not None:

@@ -31,8 +31,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     contact, stokes = select_largest(balanced), select_largest(dragged)
     _draw_contact_correlation(out, a, balanced)
     _draw_stokes_correlation(out, b, stokes)
-    scale(c)
-    scale(d)
+    scale(c, d)
     n, side = int(stokes["n"].iloc[0]), float(stokes["box"].mean())
     pressures = sorted(stokes["pressure"].unique(), reverse=True)
     family: list[tuple[Array, Array]] = []
@@ -60,11 +59,9 @@ def figure_7(tables: EnsembleTables) -> Drawing:
 
 
 def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFrame) -> None:
-    """Claim l/L, the mean over pressures and frequencies: the paper has it independent of both.
+    """Claim l/L, the mean over pressures and frequencies, of which the paper has it independent.
 
-    Args:
-        part: rows of the size with several packings, at the frequencies that count.
-        table: rows of all sizes.
+    `part` holds the size with several packings at the frequencies that count, `table` all sizes.
     """
     pressures = enough(part, "pressure")[::-1]
     rows = [part[part["pressure"] == p] for p in pressures]

@@ -31,7 +31,9 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
         u = motion.real
         at = backbone.positions - np.floor(backbone.positions @ np.linalg.inv(packing.box)) @ packing.box
         size = float(np.sqrt((u**2).sum(axis=1).mean()))
-        _draw_arrows(out, axes, f"{regime}, omega = {omega:g}", at, u / size)
+        dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
+        out.curve(axes, f"{regime}, omega = {omega:g}", *at.T, label=None, **dots)
+        axes.quiver(*at.T, *(u / size).T, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.0035)
         frame_cell(axes, packing.box)
         axes.set_title(rf"{regime}: $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
     out.caption = (
@@ -39,12 +41,6 @@ def figure_1_fields(tables: EnsembleTables) -> Drawing:
         "in shear; each panel has its own scale: the root mean square is one diameter."
     )
     return out
-
-
-def _draw_arrows(out: Drawing, axes: Any, name: str, at: Array, u: Array) -> None:
-    """Draw arrows of (m, 2) displacements; the figure keeps where they begin."""
-    out.curve(axes, name, *at.T, label=None, color=BLACK, linestyle="none", marker=".", markersize=1)
-    axes.quiver(*at.T, *u.T, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.0035)
 
 
 def figure_2(tables: EnsembleTables) -> Drawing:

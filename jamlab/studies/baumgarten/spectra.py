@@ -144,8 +144,7 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     table = select_spectra(every)
     groups = group_by_pressure(table)
     out, (a, b) = drawing("baumgarten-3", 1, 2, 6.6, 4.6)
-    scale(a)
-    scale(b)
+    scale(a, b)
     _draw_collapse(out, a, b, groups)
     w = next(iter(groups.values())).omega
     lowest = list(groups.values())[-1]
@@ -179,8 +178,7 @@ def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) ->
 def figure_4(tables: EnsembleTables) -> Drawing:
     """Sliding that is damped less, or not at all."""
     out, (a, b) = drawing("baumgarten-4", 1, 2, 6.6, 4.8)
-    scale(a)
-    scale(b)
+    scale(a, b)
     every = select_law(tables.spectra, "contact")
     table = select_spectra(every)
     undamped = select_law(table, "contact", beta=0.0)
@@ -271,8 +269,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
     stokes = select_spectra(every)
     groups = group_by_pressure(select_law(stokes, "stokes", eta_f=1.0))
     out, (a, b) = drawing("baumgarten-6", 1, 2, 6.4, 4.8)
-    scale(a)
-    scale(b)
+    scale(a, b)
     _draw_collapse(out, None, a, groups)
     part = select_sweep(every, "eta_f")
     p = float(part["target_pressure"].iloc[0])
@@ -301,12 +298,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
 
 
 def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: dict[str, float]) -> None:
-    """Claim mu and lambda, with the half-widths that `jamlab.collapse` gives, and Delta of both parts of G*.
-
-    Args:
-        table: spectra of one law and size, with pre-stress and without.
-        parameters: of the law.
-    """
+    """Claim mu and lambda, with the half-widths that `jamlab.collapse` gives, and Delta of both parts of G*."""
     n = int(table["n"].iloc[0])
     kind = "contact" if "beta" in parameters else "stokes"
     stressed = select_law(table, kind, prestress=True, **parameters)

@@ -42,8 +42,9 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
     one, beyond, each = means("share with S = 1", "one"), means("S - 1", "more"), means("S - 1 a droplet", "more_each")
     _draw_more(out, more, n, beyond)
     last = _draw_shares(out, shares, table, n)
+    counts = ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
     out.caption = (
-        f"Droplets at onset, taken as rigid, {_counts(table, n)}: (a) pairs in contact, which scatter around the 2N' - "
+        f"Droplets at onset, taken as rigid, {counts}: (a) pairs in contact, which scatter around the 2N' - "
         "1 of disks; (b) states of self-stress of contacts of vertices with edges, "
         f"{int(table['self_stresses'].min())} or more in every packing, just one in {_of_sizes(one, n)}; (c) mean of "
         f"those beyond one: {_of_sizes(beyond, n)}; a droplet {_of_sizes(each, n, 3)}; (d) for each droplet that bears "
@@ -52,11 +53,6 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
         "docs/explanation/beyond_the_papers.md."
     )
     return out
-
-
-def _counts(table: pd.DataFrame, n: list[int]) -> str:
-    """Write how many packings there are of each size."""
-    return ", ".join(f"{int((table['n'] == m).sum())} packings of N = {m}" for m in n)
 
 
 def _of_sizes(mean: Interval, n: list[int], digits: int = 2) -> str:

@@ -12,7 +12,7 @@ from jamlab.rheology.mode_motion import MOTIONS
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies.droplet_tables import DRAGS, FRACTIONS, RATE_BINS, SCANNED, droplets_with, values_of
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import bootstrap
+from jamlab.studies.ensembles import bootstrap, side_by_side
 from jamlab.studies.panels import Drawing, drawing, label, style
 
 SHOWN = (0.86, 0.90, 0.96)  # packing fractions of the spectra drawn
@@ -42,8 +42,7 @@ def droplet_modes(tables: EnsembleTables) -> Drawing:
             label(part, r"rate $\lambda\,\tau_1$", "strength per decade / all", legend=False)
             part.annotate(name, (0.03, 0.95), xycoords="axes fraction", fontsize=9.5, va="top")
         _draw_shares(out, panels[3], rows, law)
-    handles, names = axes[0].get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=10, frameon=False)
+    out.legend_above(axes[0], fontsize=10)
     first = usual[np.isclose(usual["rho"], SHOWN[0])]
     out.caption = (
         f"Relaxation modes of {int(usual['n'].mode()[0])} droplets, means over {usual['seed'].nunique()} packings. "
@@ -93,8 +92,8 @@ def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
         shares = {rho: share for rho, share in found.items() if share is not None}
         if not shares:
             continue
-        ends = Interval(*(np.array([getattr(s, end) for s in shares.values()]) for end in ("value", "low", "high")))
-        out.curve(axes, f"{name}: whole droplets", np.array(list(shares)) + 0.001 * k, ends, band=False, **style(k))
+        places, ends = np.array(list(shares)) + 0.001 * k, side_by_side(shares.values())
+        out.curve(axes, f"{name}: whole droplets", places, ends, band=False, **style(k))
         out.keep(f"{DRAGS[law]}, {name}, whole droplets", list(shares.values()), rho=shares)
         if name in OTHER:
             for rho in (SHOWN[0], SHOWN[-1]):

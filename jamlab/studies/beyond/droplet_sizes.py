@@ -116,7 +116,7 @@ def _of_more_packings(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame
 
 def _draw_limits(out: Drawing, axes: Any, states: pd.DataFrame, column: str) -> None:
     """Draw a mean at fixed distances over 1/N, and keep its limit of many droplets."""
-    scale(axes, "linear", "log")
+    scale(axes, x="linear")
     n = sizes(states, "dp")
     for k, d in enumerate(DISTANCES[column]):
         groups = [ensemble(states, "dp", m, "d_rho", column, [d]).y[:, 0] for m in n]
@@ -170,7 +170,7 @@ def _crossing(curve: Array) -> float:
 
 def _draw_unstable(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     """Draw the share of packings whose fixed box would shear by itself, over the distance from onset."""
-    scale(axes, "log", "linear")
+    scale(axes, y="linear")
     for m in sizes(states, "dp"):
         e = ensemble(states, "dp", m, "d_rho", "g", NEAR)
         x, share = Ensemble(e.x, np.where(np.isfinite(e.y), e.y < 0, np.nan)).band

@@ -31,7 +31,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
         )
     usual = usual_law(table)
     out, (by_rho, by_overlap) = drawing("beyond-droplet-voids", 1, 2, 6.0, 4.4)
-    scale(by_overlap, "log", "linear")
+    scale(by_overlap, y="linear")
     said = []
     for k, law in enumerate(laws):
         rows = table[np.all([np.isclose(table[name], value) for name, value in zip(LAW, law, strict=True)], axis=0)]
@@ -55,8 +55,7 @@ def droplet_voids(tables: EnsembleTables) -> Drawing:
     shape_name = r"shape factor $\mathcal{A}$ of 3-sided voids"
     label(by_rho, r"true packing fraction $\rho$", shape_name, legend=False)
     label(by_overlap, "area that droplets share / area of the cell", shape_name, legend=False)
-    handles, names = by_overlap.get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=3, fontsize=9, frameon=False)
+    out.legend_above(by_overlap, ncols=3)
     size = int(table["n"].mode()[0])
     out.caption = (
         f"Mean shape factor of voids between three of {size} droplets, 95 % bands. (a) Over the true packing fraction. "

@@ -19,8 +19,7 @@ def figure_7(tables: EnsembleTables) -> Drawing:
     out, axes = drawing("boromand-7", 2, 2, 5.0, 3.9)
     reached = []
     for model, plain, times_n in (("sp", axes[0], axes[1]), ("dp", axes[2], axes[3])):
-        scale(plain)
-        scale(times_n)
+        scale(plain, times_n)
         curves: dict[int, Ensemble] = {}
         for n in sizes(states, model):
             every = states[(states["model"] == model) & (states["n"] == n)]

@@ -91,7 +91,7 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
 
 def _draw_shapes(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     """Draw packing fraction over shape factor."""
-    scale(axes, "log", "linear")
+    scale(axes, y="linear")
     for model, by, fill in (("sp", "d_phi", "full"), ("sp", "d_rho", "none"), ("dp", "d_rho", "none")):
         if not has(states, model):
             continue
@@ -286,7 +286,7 @@ def _draw_shape_laws(out: Drawing, axes: Any, states: pd.DataFrame, model: str) 
 
 def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw zeta and omega between neighbouring bins, which show where a single power holds."""
-    scale(axes, "log", "linear")
+    scale(axes, y="linear")
     curves: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
         ("sp", "lost", r"$\zeta$, SP", {"color": GREEN, "marker": "s"}),
         ("sp", "excess", r"$\omega$, SP", model_style("sp")),
@@ -311,12 +311,7 @@ def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) ->
 def _draw_laws(
     out: Drawing, axes: Any, e: Ensemble, what: tuple[str, int, str], laws: list[Law], swap: bool = False
 ) -> None:
-    """Draw a log-log curve with the paper's slopes and our fits, and claim the exponents.
-
-    Args:
-        what: model, number of particles, name of x.
-        swap: draw x upwards.
-    """
+    """Draw a log-log curve with the paper's slopes and our fits, and claim exponents; with `swap` x goes upwards."""
     scale(axes)
     model, n, column = what
     x, y = e.band

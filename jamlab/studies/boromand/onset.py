@@ -40,7 +40,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
         symbol = r"\phi_J" if model == "sp" else r"\rho_J"
         label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
-        scale(axes, "linear", "log")  # of 16 and of 1024 particles in one panel
+        scale(axes, x="linear")  # of 16 and of 1024 particles in one panel
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 1.1)
         inset.tick_params(labelsize=7)

@@ -1,6 +1,5 @@
 """Draw the pictures of packings in Boromand et al.: figs 1, 2, 3 and the snapshots of fig 8."""
 
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -98,7 +97,7 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
     """Voids of both models from onset to confluence, coloured by their number of sides."""
     out, panels = drawing("boromand-8-voids", 2, len(SNAPSHOTS), 4.4, 4.8)
     for row, model in enumerate(MODELS):
-        for axes, rho in zip(_row(panels, row), SNAPSHOTS, strict=True):
+        for axes, rho in zip(panels[row * len(SNAPSHOTS) :], SNAPSHOTS, strict=False):
             reached, packing = _nearest(model, rho)
             draw_background(axes, packing)
             found = voids(packing)
@@ -110,7 +109,3 @@ def figure_8_snapshots(tables: EnsembleTables) -> Drawing:
     out.figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=10)
     out.caption = f"Voids by their number of sides, as in the snapshots of fig 8. {STORED}"
     return out
-
-
-def _row(panels: Sequence[Any], row: int) -> Sequence[Any]:
-    return panels[row * len(SNAPSHOTS) : (row + 1) * len(SNAPSHOTS)]

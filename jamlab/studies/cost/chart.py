@@ -10,8 +10,7 @@ import pandas as pd
 
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.cost.curve_figure import curve_figure
-from jamlab.studies.cost.curve_points import SLACK, Point, dominated, points_of, price
+from jamlab.studies.cost.curves import SLACK, Point, curve_figure, dominated, points_of, price
 from jamlab.studies.page import Page, measured, source_fact, write_page
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task
@@ -123,16 +122,9 @@ OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest a
 def write_charts(
     out: Path, charts: Mapping[str, Chart], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, list[Point]]:
-    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html.
+    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points.
 
-    Args:
-        out: folder, made if it is not there.
-        charts: by name.
-        measure: measure the packings that OUT/CHART.csv does not hold, and draw these files instead of what ships.
-        progress: called before each chart, and each packing that is measured.
-
-    Returns:
-        Points of each chart.
+    With `measure` packings that OUT/CHART.csv does not hold are measured, and these files are drawn, not what ships.
 
     Raises:
         StorageError: the folder cannot be written, or holds another measurement.

@@ -12,7 +12,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cost.curve_points import points_of
+from jamlab.studies.cost.curves import points_of
 
 _N, _RHO = 8, 0.88
 _COUNTS = (6, 8, 10, 12, 16, 20, 24)  # of a small droplet

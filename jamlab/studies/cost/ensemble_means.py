@@ -11,7 +11,7 @@ from jamlab.arrays import Array
 from jamlab.measure import measure as measure_packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cost.curve_points import BAND, Point
+from jamlab.studies.cost.curves import BAND, Point
 
 _PRESSURE = 1e-3
 _SIZES = (16, 32, 64, 128, 256)
@@ -58,9 +58,6 @@ def limit_of_size(values: Mapping[int, Array]) -> tuple[float, float]:
     """Limit a of large N and its standard error, from a + b/N^c through the means of packings of four sizes or more.
 
     Where the means scatter about that curve by more than their errors, the error grows by as much.
-
-    Args:
-        values: N -> values of the packings.
     """
     size = np.array(list(values), dtype=np.float64)
     mean = np.array([each.mean() for each in values.values()])

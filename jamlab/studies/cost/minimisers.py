@@ -1,7 +1,8 @@
 """Charts of minimisers of disks and of droplets, LAMMPS' own and jamlab's, by the force that is left."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,9 @@ _DROPLET_ROUNDING = 1e-14  # of a sum of forces: distances err by 1e-16, and the
 def measure_disks(seed: int) -> Iterator[Trial]:
     """Measure every minimiser at every tolerance, from the loosest until one is not met within the steps."""
     for n, phi, place in _PANELS:
-        start = _half_relax(n, phi, seed)
+        with Session(random_disks(n, seed, phi=phi)) as session:
+            session.minimize(1e-6, style="fire", steps=_BEFORE)
+            start = session.packing()
         panel = f"N = {n}, φ = {phi:g}" + (f", {place}" if place else "")
         for name in _SETTINGS if n == 64 else _LARGE:
             yield from _measure_lammps(panel, start, name)
@@ -53,27 +56,36 @@ def measure_disks(seed: int) -> Iterator[Trial]:
                 yield Trial(panel, "jamlab relax", f"{tolerance:g}", seconds, left, _ROUNDING, default)
 
 
-def _half_relax(n: int, phi: float, seed: int) -> Packing:
-    """Relax random disks by a few steps of FIRE."""
-    with Session(random_disks(n, seed, phi=phi)) as session:
-        session.minimize(1e-6, style="fire", steps=_BEFORE)
-        return session.packing()
-
-
 def _measure_lammps(panel: str, start: Packing, name: str) -> Iterator[Trial]:
     with Session(start) as session:
         for line in _SETTINGS[name]:
             session.command(line)
-        note = ""
-        for tolerance in _TOLERANCES:
-            seconds = left = float("nan")
-            if not note:
-                try:
-                    seconds, left = shortest(partial(_descend, session, start, tolerance), runs=2, budget=0.05)
-                    note = "" if left <= tolerance else f"ends at {left:.1g}, by {_STEPS} steps or its line search"
-                except EngineError as error:
-                    note = str(error)
-            yield Trial(panel, name, f"{tolerance:g}", seconds, float("nan") if note else left, _ROUNDING, note=note)
+        descend, why = partial(_descend, session, start), f", by {_STEPS} steps or its line search"
+        yield from _until_missed(panel, name, _TOLERANCES, descend, _ROUNDING, why=why, runs=2, budget=0.05)
+
+
+def _until_missed(
+    panel: str,
+    name: str,
+    tolerances: Sequence[float],
+    descend: Callable[[float], float],
+    rounding: float,
+    usual: float | None = None,
+    why: str = "",
+    **timing: Any,
+) -> Iterator[Trial]:
+    """Measure a minimiser at every tolerance, from the loosest until one is not met."""
+    note = ""
+    for tolerance in tolerances:
+        seconds = left = float("nan")
+        if not note:
+            try:
+                seconds, left = shortest(partial(descend, tolerance), **timing)
+                note = "" if left <= tolerance else f"ends at {left:.1g}{why}"
+            except EngineError as error:
+                note = str(error).splitlines()[0]
+        numbers = (seconds, float("nan") if note else left, rounding)
+        yield Trial(panel, name, f"{tolerance:g}", *numbers, tolerance == usual, note)
 
 
 def _descend(session: Session, start: Packing, tolerance: float) -> float:
@@ -103,28 +115,14 @@ def measure_droplets(seed: int) -> Iterator[Trial]:
     """Measure at both packing fractions, from the loosest tolerance until one is not met."""
     onset = jam("sp", _DROPLETS, seed)
     for rho in _RHO:
-        start = _kicked(bring_on(default_way(_DROPLETS), onset, rho), seed)
+        found = bring_on(default_way(_DROPLETS), onset, rho)
+        kicks = _KICK * np.random.default_rng(seed).standard_normal(found.positions.shape)
+        start = found.with_state(positions=found.positions + kicks)
         with Session(start) as session:
             for style in (*_STYLES, "jamlab relax"):
-                note = ""
-                for tolerance in _DROPLET_TOLERANCES:
-                    seconds = left = float("nan")
-                    if not note:
-                        try:
-                            seconds, left = shortest(
-                                partial(_descend_droplets, session, start, style, tolerance), runs=1
-                            )
-                            note = "" if left <= tolerance else f"ends at {left:.1g}"
-                        except EngineError as error:
-                            note = str(error).splitlines()[0]
-                    default = style == "jamlab relax" and tolerance == force_tolerance("dp")
-                    numbers = (seconds, float("nan") if note else left, _DROPLET_ROUNDING)
-                    yield Trial(f"ρ = {rho}", style, f"{tolerance:g}", *numbers, default, note)
-
-
-def _kicked(packing: Packing, seed: int) -> Packing:
-    moves = _KICK * np.random.default_rng(seed).standard_normal(packing.positions.shape)
-    return packing.with_state(positions=packing.positions + moves)
+                usual = force_tolerance("dp") if style == "jamlab relax" else None
+                way = (_DROPLET_TOLERANCES, partial(_descend_droplets, session, start, style), _DROPLET_ROUNDING, usual)
+                yield from _until_missed(f"ρ = {rho}", style, *way, runs=1)
 
 
 def _descend_droplets(session: Session, start: Packing, style: str, tolerance: float) -> float:

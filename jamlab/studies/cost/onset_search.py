@@ -12,7 +12,7 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import ConvergenceError
 from jamlab.protocols.onset import jam
 from jamlab.studies.cost.chart import Chart, Trial
-from jamlab.studies.cost.curve_points import Point, points_of
+from jamlab.studies.cost.curves import Point, points_of
 
 _N = 16
 _STEPS = {"bisection": (0.1, 5e-2, 1e-2, 2e-3, 5e-4), "paper": (1e-2, 3e-3, 1e-3, 3e-4)}

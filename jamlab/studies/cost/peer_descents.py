@@ -84,8 +84,7 @@ def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
 
 
 def _runs_apart(item: tuple[Peer, Packing], _: Any) -> list[Run]:
-    peer, start = item
-    return _runs(peer.descent, start)
+    return _runs(item[0].descent, item[1])
 
 
 def _runs(prepare: Callable[[Packing], Descent], start: Packing) -> list[Run]:

@@ -13,7 +13,7 @@ from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import SOFTENING_EXPONENT
 from jamlab.studies.dynamics.steady_flows import balanced_disks, draw_mean
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap, of_packings, select_usual
+from jamlab.studies.ensembles import average, bootstrap, of_packings, select_usual, side_by_side
 from jamlab.studies.panels import Drawing, drawing, label, scale, style
 
 AMPLITUDE = r"amplitude of the strain $\gamma_0$"
@@ -61,7 +61,7 @@ def _draw_limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[f
         groups.append(storage)
     for share, name, look in ((SOFT, "softening", {"color": RED, "marker": "s"}), (YIELDED, "yielding", _YIELD)):
         found = [bootstrap([storage], partial(_limit, amplitude, share)) for storage in groups]
-        ends = Interval(*(np.array([float(getattr(f, end)) for f in found]) for end in ("value", "low", "high")))
+        ends = side_by_side(found)
         out.keep(f"amplitude of {name}", ends, p=pressures)
         out.curve(axes, name, pressures, ends, band=False, **look)
         if name == "softening":

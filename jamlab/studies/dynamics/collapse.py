@@ -39,7 +39,7 @@ def flow_collapse(tables: EnsembleTables) -> Drawing:
     best, free = fit([values]), collapse_through(phi, rate, average(values), START)
     found = bootstrap([values], lambda groups: _numbers(fit(groups)), resamples=100)
     out, (smooth, branches) = drawing("dynamics-collapse", 1, 2, 5.0, 4.2)
-    scale(smooth, "linear", "linear")
+    scale(smooth, x="linear", y="linear")
     scale(branches)
     _draw(out, smooth, branches, best, phi, rate, average(values))
     label(smooth, r"$(\phi - \phi_J)/\dot\gamma^{\,w}$", r"$\sigma/\dot\gamma^{\,q}$", loc="upper left")

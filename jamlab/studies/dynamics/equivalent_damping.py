@@ -21,10 +21,10 @@ def equivalent_damping(tables: EnsembleTables) -> Drawing:
     table = _small_oscillations(tables.oscillation)
     powers = sorted(table["alpha"].unique())
     out, (grid, *parts) = drawing("dynamics-equivalent-damping", 1, 3, 4.8, 4.0)
-    scale(grid, "log", "linear")
+    scale(grid, y="linear")
     said = []
     for axes, (part, name) in zip(parts, PARTS.items(), strict=True):
-        scale(axes, "log", "linear")
+        scale(axes, y="linear")
         for k, alpha in enumerate(powers):
             rows = table[table["alpha"] == alpha]
             omega, mean = mean_of_rows(rows, "omega", f"{part}_error")

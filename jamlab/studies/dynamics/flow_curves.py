@@ -33,7 +33,7 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
     table = steady_flows(tables.flow)
     out, (stress, friction, fit) = drawing("dynamics-flow-curves", 1, 3, 4.8, 3.9)
     for axes in (stress, friction, fit):
-        scale(axes, "log", "linear" if axes is friction else "log")
+        scale(axes, y="linear" if axes is friction else "log")
     fractions = sorted(table["phi"].unique())
     for k, phi in enumerate(fractions):
         rows = table[table["phi"] == phi]
@@ -146,8 +146,7 @@ def droplets_beside_disks(tables: EnsembleTables) -> Drawing:
         text = rf"{MODEL_STYLE[model]['label']}, $\rho$ = {rho:.2f}"
         draw_mean(out, last, text, rows, "rate", "flow_pressure", **look)
     label(last, RATE, "pressure $p$  [ε/l²]", legend=False)
-    handles, names = last.get_legend_handles_labels()
-    out.figure.legend(handles, names, loc="outside upper center", ncols=len(names), fontsize=9, frameon=False)
+    out.legend_above(last)
     out.caption = (
         f"Steady flow of {int(table['n'].iloc[0])} droplets and as many disks under drag against the affine flow "
         f"(Stokes, without the stress of the fluid), means over {table['seed'].nunique()} packings with 95 % "

@@ -15,6 +15,7 @@ from jamlab.studies.panels import Drawing, drawing, label, scale, style
 
 ALLOWED = 0.1  # by which stresses may miss the collapse
 CHECK = "ratio at the lowest rate"
+_NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}
 _SAME = 1e-2  # relative: rates whose powers are one rate of linear drag
 
 
@@ -29,7 +30,7 @@ def power_law_collapse(tables: EnsembleTables) -> Drawing:
     linear = linear[linear["phi"] == phi]
     out, (stress, ratio, checks) = drawing("dynamics-power-law", 1, 3, 4.6, 3.9)
     scale(stress)
-    scale(ratio, "log", "linear")
+    scale(ratio, y="linear")
     out.curve(stress, r"$\alpha$ = 1", *mean_of_rows(linear, "rate", "stress"), band=False, color=BLACK, marker="s")
     for k, alpha in enumerate(powers):
         bent = steady_flows(tables.flow, alpha)
@@ -74,7 +75,8 @@ def _ratios(bent: pd.DataFrame, linear: pd.DataFrame, alpha: float) -> tuple[Arr
 
 def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi: float) -> list[str]:
     """Draw and keep ratios at the lowest rate with other settings that both drag laws were run with; their names."""
-    bent, linear = (rows[(rows["phi"] == phi) & (rows["rate"] > 0)] for rows in _both(flow, alpha))
+    both = balanced_disks(flow, alpha), balanced_disks(flow)
+    bent, linear = (rows[(rows["phi"] == phi) & (rows["rate"] > 0)] for rows in both)
     usual = steady_flows(flow).iloc[0]
     bent = bent[bent["rate"] == bent["rate"].min()]
     names = []
@@ -90,10 +92,3 @@ def _draw_checks(out: Drawing, axes: Any, flow: pd.DataFrame, alpha: float, phi:
     axes.set_xticks(range(len(names)), names)
     axes.set_xlim(-0.5, max(len(names), 1) - 0.5)
     return [name.replace("\n", " ") for name in names]
-
-
-_NAMES = {"n": "N =", "background": "background", "tolerance": "tolerance"}
-
-
-def _both(flow: pd.DataFrame, alpha: float) -> tuple[pd.DataFrame, pd.DataFrame]:
-    return balanced_disks(flow, alpha), balanced_disks(flow)

@@ -49,8 +49,7 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
     if slow.empty or loaded.empty:
         raise InputError(f"no quasi-static shear or no creep at packing fraction {phi}: run a campaign with both")
     out, (flow, creep, ways) = drawing("dynamics-yield", 1, 3, 4.8, 3.9)
-    scale(flow)
-    scale(creep)
+    scale(flow, creep)
     found = _flows(out, flow, table, slow)
     found.append(Estimate("creep", _creeps(out, creep, loaded, table), _CREEP))
     for k, each in enumerate(found):
@@ -131,7 +130,7 @@ def overshoot(tables: EnsembleTables) -> Drawing:
     table = table[table["phi"] > LOOSE]
     out, (height, excess, strain) = drawing("dynamics-overshoot", 1, 3, 4.6, 3.9)
     for axes in (height, excess, strain):
-        scale(axes, "log", "log" if axes is height else "linear")
+        scale(axes, y="log" if axes is height else "linear")
     fractions = sorted(table["phi"].unique())
     for k, phi in enumerate(fractions):
         rows = _peaks(table[table["phi"] == phi])

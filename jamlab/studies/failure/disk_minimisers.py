@@ -26,13 +26,7 @@ _SHRUNK = 0.3  # of its diameter: such a disk finds room in the gaps
 
 @dataclass(frozen=True)
 class Jolted:
-    """Disks a little beside a minimum.
-
-    Attributes:
-        start: moved disks.
-        minimum: where they were.
-        energy: of the minimum.
-    """
+    """A packing whose sites were moved a little, the minimum where they were, and the energy there."""
 
     start: Packing
     minimum: Packing
@@ -46,14 +40,15 @@ class Jolted:
 
 def jolt_minimum(n: int, phi: float, seed: int = 1) -> Jolted:
     """Find a minimum and move its disks a little."""
-    return _jolt(random_disks(n, seed, phi=phi), seed)
+    return jolt(random_disks(n, seed, phi=phi), seed)
 
 
-def _jolt(start: Packing, seed: int) -> Jolted:
+def jolt(start: Packing, seed: int, length: float = _JOLT) -> Jolted:
+    """Relax a packing and move its sites, by `length` on average."""
     with Session(start) as session:
         found = relax(session)
         minimum = session.packing()
-    moves = _JOLT * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
+    moves = length * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
     return Jolted(minimum.with_state(positions=minimum.positions + moves), minimum, found.evaluation.energy)
 
 
@@ -127,7 +122,7 @@ def loosen(count: int, seed: int) -> Jolted:
     assert start.diameters is not None
     diameters = start.diameters.copy()
     diameters[np.random.default_rng(seed).permutation(24)[:count]] *= _SHRUNK
-    return _jolt(at_phi(start.with_state(diameters=diameters), 0.92), seed)
+    return jolt(at_phi(start.with_state(diameters=diameters), 0.92), seed)
 
 
 def steps_of_gradients(jolted: Jolted) -> float:

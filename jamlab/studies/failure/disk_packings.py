@@ -14,8 +14,12 @@ from jamlab.protocols.random_start import LARGEST_RATIO
 from jamlab.protocols.relaxation import force_tolerance
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
 from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
-from jamlab.studies.failure.plain_physics import plain_forces, plain_packing_fraction, plain_pressure
-from jamlab.studies.failure.plain_response import plain_shear_modulus
+from jamlab.studies.failure.plain_physics import (
+    plain_forces,
+    plain_packing_fraction,
+    plain_pressure,
+    plain_shear_modulus,
+)
 from jamlab.studies.failure.verdict import Trial, balanced, worst_of
 
 _SAME_ENERGY = 1e-4  # relative: states of a sweep meet their packing fraction to 1e-6 only

@@ -1,22 +1,20 @@
 """Maps where droplets fail: parameters, wide rims, few vertices, packing fraction, time steps, broken shapes."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy import linalg
 
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import EngineError
-from jamlab.mechanics.stiffness import hessian
 from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.droplets_from_disks import to_polygons
 from jamlab.protocols.onset import jam
 from jamlab.protocols.random_start import droplet_params
 from jamlab.protocols.relaxation import force_tolerance, relax
+from jamlab.studies.failure.disk_minimisers import Jolted, jolt
 from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
 from jamlab.studies.failure.plain_physics import plain_packing_fraction
 from jamlab.studies.failure.verdict import Trial, balanced, judge_descent, worst_of
@@ -57,24 +55,10 @@ def collapse(ka: float) -> float:
     return float(2 * ka * (params["a0"][0] / 3) ** 1.5 / np.sqrt(c))
 
 
-@dataclass(frozen=True)
-class Jolted:
-    """Droplets a little beside a minimum, and the energy and the largest stiffness there."""
-
-    start: Packing
-    energy: float
-    stiffest: float
-
-
 @lru_cache(maxsize=64)
 def jolt_droplets(ka: float, seed: int) -> Jolted:
     """Relax droplets of an area stiffness and move their vertices a little."""
-    with Session(to_polygons(jammed_disks(0.88, seed), ka=ka)) as session:
-        found = relax(session)
-        minimum = session.packing()
-    stiffest = float(linalg.eigvalsh(hessian(minimum).toarray())[-1])
-    moves = _JOLT * np.random.default_rng(seed).standard_normal(minimum.positions.shape)
-    return Jolted(minimum.with_state(positions=minimum.positions + moves), found.evaluation.energy, stiffest)
+    return jolt(to_polygons(jammed_disks(0.88, seed), ka=ka), seed, _JOLT)
 
 
 def try_fire(jolted: Jolted, timestep: float) -> Trial:
@@ -212,7 +196,7 @@ MAPS = (
         try_fire,
         "Converged: forces below 1e-4, since kinks of the contact energy keep FIRE from less.",
         "Forces anew from the energy terms, every vertex against every edge in every image.",
-        lambda jolted: float(2 / np.sqrt(jolted.stiffest)),
+        lambda jolted: float(2 / np.sqrt(jolted.stiffnesses[-1])),
         "$2/\\omega_{\\max}$",
     ),
     Map(

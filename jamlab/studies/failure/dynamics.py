@@ -20,8 +20,13 @@ from jamlab.rheology.damping import LEAST_ALPHA, ContactDamping
 from jamlab.studies.failure.droplets import jammed_disks
 from jamlab.studies.failure.elastic_moduli import opening_strain
 from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
-from jamlab.studies.failure.plain_physics import plain_forces, plain_max_force, plain_stress
-from jamlab.studies.failure.plain_response import plain_complex_modulus, plain_drag
+from jamlab.studies.failure.plain_physics import (
+    plain_complex_modulus,
+    plain_drag,
+    plain_forces,
+    plain_max_force,
+    plain_stress,
+)
 from jamlab.studies.failure.verdict import Trial, worst_of
 
 _N, _PRESSURE, _STRAIN = 8, 1e-2, 0.05

@@ -16,7 +16,7 @@ from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.studies.failure.disk_packings import modulus_trial
 from jamlab.studies.failure.map import Axis, Map, log_axis
-from jamlab.studies.failure.plain_response import plain_shear_modulus
+from jamlab.studies.failure.plain_physics import plain_shear_modulus
 from jamlab.studies.failure.verdict import Trial
 
 _FINITE = 1e-2  # of the affine modulus: error of a modulus by finite strain that would show in a plot

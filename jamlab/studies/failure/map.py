@@ -316,16 +316,9 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 def write_maps(
     out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html.
+    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map.
 
-    Args:
-        out: folder, made if it is not there.
-        maps: by name.
-        measure: measure the rows that OUT/MAP.csv does not hold, and draw these files instead of what ships.
-        progress: called before each map, and each row that is measured.
-
-    Returns:
-        Table of each map, a row for each pair of conditions.
+    With `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships.
 
     Raises:
         StorageError: the folder cannot be written, or holds another measurement.
@@ -448,11 +441,15 @@ def _draw_defaults(axes: Axes, chart: Map) -> list[Line2D]:
     for axis, draw in ((chart.x, axes.axvline), (chart.y, axes.axhline)):
         if axis.default is not None:
             halo = [withStroke(linewidth=4, foreground="w")]
-            drawn.append(draw(_place(axis), color="black", linewidth=1.6, linestyle=(0, (4, 2)), path_effects=halo))
+            drawn.append(
+                draw(
+                    float(axis.places(axis.default)),
+                    color="black",
+                    linewidth=1.6,
+                    linestyle=(0, (4, 2)),
+                    path_effects=halo,
+                )
+            )
     if drawn:
         drawn[0].set_label("default of jamlab")
     return drawn[:1]
-
-
-def _place(axis: Axis) -> float:
-    return float(axis.places(axis.default))

@@ -11,7 +11,7 @@ from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping
 from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.studies.failure.map import Axis, Map, log_axis
-from jamlab.studies.failure.plain_response import plain_complex_modulus
+from jamlab.studies.failure.plain_physics import plain_complex_modulus
 from jamlab.studies.failure.verdict import Trial
 
 _GOOD = 1e-4  # relative error of G' or G'' beyond which a result counts as failed: it would show in a plot or a fit

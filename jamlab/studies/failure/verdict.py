@@ -61,15 +61,7 @@ def attempt(run: Callable[[], Trial]) -> Trial:
 
 
 def judge_descent(left: float, tolerance: float, energy: float, start: float, minimum: float) -> str:
-    """Judge a minimisation by what it reached.
-
-    Args:
-        left: largest force at its end.
-        tolerance: the force asked for.
-        energy: at its end.
-        start: energy at its start.
-        minimum: energy of the minimum whose basin it started in.
-    """
+    """Judge a minimisation by the largest force left, and by energies at its end, its start and the minimum beside."""
     if not (np.isfinite(left) and np.isfinite(energy)) or energy > _RUNAWAY * start:
         return "blew up"
     if left > tolerance:
@@ -80,12 +72,7 @@ def judge_descent(left: float, tolerance: float, energy: float, start: float, mi
 def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
     """Check the claim that no force above a tolerance is left, by forces computed anew.
 
-    Args:
-        verdict: of the run.
-        packing: where it ended.
-        tolerance: on the largest force.
-        note: of the run.
-        stiffness: force over length that rounding of positions is multiplied with.
+    Rounding of positions is multiplied with a stiffness, force over length.
     """
     left = plain_max_force(packing)
     size = float(np.abs(packing.box).max())

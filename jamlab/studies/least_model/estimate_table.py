@@ -61,14 +61,9 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
 def make_table(
     out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
 ) -> Ways:
-    """Measure the table, and write it.
+    """Measure the table seed by seed, and write it; a run goes on where it stopped.
 
-    Args:
-        out: file to write, `ways.csv.gz`, saved seed by seed, so that a run goes on where it stopped.
-        seeds: of the packings.
-        groups: ways of a seed, see `groups`.
-        levels: rho, ascending; of droplets carried beyond 0.88 they must hold 0.88.
-        how: `progress`, see `jamlab.studies.table.measure_table`.
+    Levels of rho ascend; those of droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`.
 
     Raises:
         StorageError: the file cannot be written; raised before the work.

@@ -65,12 +65,7 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
 
 
 def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
-    """Measure the table and save it after every packing; goes on from a file that holds a part.
-
-    Args:
-        out: file to write, `flow_errors.csv.gz`.
-        parts: seeds of packings by part of the table; default those of `SEEDS`.
-        how: `progress`, see `jamlab.studies.table.measure_table`.
+    """Measure the table and save it after every packing; goes on from a file with a part. `how`: see `measure_table`.
 
     Raises:
         StorageError: the file cannot be written.

@@ -59,14 +59,9 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
 
 @dataclass(frozen=True)
 class AnalysisRow:
-    """One quantity of one library.
+    """One quantity of one library, and its largest difference from jamlab, over the largest value.
 
-    Attributes:
-        name: of the library.
-        version: as installed; None if it is not, and then `note` says what to install and all else is None.
-        quantity: what was measured.
-        difference: largest difference from jamlab, over the largest value.
-        note: what a reader must know.
+    Of a library that is not installed version and difference are None, and the note says what to install.
     """
 
     name: str
@@ -79,8 +74,7 @@ class AnalysisRow:
 def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[AnalysisRow]:
     """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps".
 
-    Returns:
-        A row for each quantity of each library. One that is not installed is a row that says so.
+    A row for each quantity of each library; one that is not installed is a row that says so.
     """
     backbone = without_rattlers(minimum)
     rows = []

@@ -76,19 +76,10 @@ class Row:
 def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
-    """Compare jamlab and its peers on one packing of disks in units "eps".
+    """Compare jamlab and its peers on one packing of an even number of disks in units "eps"; jamlab's row is the first.
 
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
-
-    Args:
-        n: even number of disks; each peer searches neighbours in its own way.
-        seed: of the start.
-        phi: nominal packing fraction, above onset.
-        peers: which codes.
-        progress: called with the name of each code when its turn comes.
-
-    Returns:
-        Rows, jamlab first. A code that is not installed is a row that says so.
+    A code that is not installed is a row that says so.
 
     Raises:
         ConvergenceError: no stable minimum was found to start from.
@@ -126,11 +117,7 @@ def _jamlab_row(start: Packing) -> Row:
 
 
 def _peer_row(item: tuple[Peer, Packing, dict[str, float], Row], _: Any = None) -> Row:
-    """A peer: its point, its minimum and its time beside jamlab's.
-
-    Args:
-        item: the peer; the start; what `measure` gives at jamlab's minimum; the row of jamlab, for the ratios of times.
-    """
+    """A peer beside jamlab, whose row and `measure` at its minimum are given: its point, its minimum and its time."""
     peer, start, target, jamlab = item
     if peer.version is None:
         return Row(peer.name, peer.method, note=f"not installed: {peer.install}")
@@ -168,14 +155,8 @@ def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, A
 
 
 def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
-    """Find a jammed packing without negative modes, and move its disks a little.
-
-    Args:
-        n, seed, phi: as in `compare`.
-        jolt: mean diameters, standard deviation of the moves.
-
-    Returns:
-        The moved disks, and the minimum that jamlab finds from them.
+    """Find a jammed packing without negative modes; returns its disks moved a little, by `jolt` mean diameters, and the
+    minimum that jamlab finds from them.
 
     Raises:
         ConvergenceError: no such packing was found.
@@ -222,17 +203,17 @@ def _time_descent(prepare: Callable[[], Descent]) -> tuple[float, float, Array]:
 
 def _differences(point: Point, here: Point) -> dict[str, Any]:
     """Differences between two codes at the same coordinates, over the largest value."""
+
+    def over_largest(there: Array, values: Any) -> float:
+        return float(np.abs(there - np.asarray(values)).max() / np.abs(values).max())
+
     return {
         "energy": abs(point.energy / here.energy - 1),
-        "forces": float(np.abs(point.forces - here.forces).max() / np.abs(here.forces).max()),
-        "stress": None if point.stress is None else _over_largest(point.stress - np.asarray(here.stress), here.stress),
+        "forces": over_largest(point.forces, here.forces),
+        "stress": None if point.stress is None else over_largest(point.stress, here.stress),
         "pressure": abs(point.pressure / here.pressure - 1),
     }
 
 
 def _largest_force(point: Point) -> float:
     return float(np.hypot(*point.forces.T).max())
-
-
-def _over_largest(difference: Array, values: Any) -> float:
-    return float(np.abs(difference).max() / np.abs(values).max())

@@ -1,19 +1,26 @@
-"""Draw curves of cost against error: one for each method along its parameter, bands over packings, defaults ringed."""
+"""Curves of cost against error: their points from many packings, those that no other point beats, and how they look."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
-from jamlab.studies.cost.curve_points import Point
+
+SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
+ALIKE = 1.25  # errors within this ratio are the same: means over twenty packings
+BETTER = 100.0  # times, that a reference must be known than what is compared with it
+BAND = (0.1, 0.9)  # quantiles
 
 # Okabe & Ito, light yellow left out
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C510A")
@@ -30,6 +37,113 @@ _PALE = 0.5  # of marks that are not ranked
 _EXACT = 1.3  # decades between the break and the line of what is exact
 _SHORT = 100.0  # ratio of the ends of the axis of times below which powers of ten are too few ticks
 _BELOW = 10.0  # times the error of the reference may be what is drawn below it
+
+
+@dataclass(frozen=True)
+class Point:
+    """One setting of one method, over many packings.
+
+    Attributes:
+        panel, method, setting, default: as in `Trial`.
+        seconds: median CPU time on one core: what other programs do to a busy machine would carry a mean.
+        error: mean of the magnitudes.
+        low, high: 10 and 90 % quantiles of the magnitudes.
+        floor: errors below are not told from 0: 100 times the error of the reference, or just that if `loose`.
+        packings: how many gave a number.
+        failed: how many gave none.
+        note: of the first packing that has one; that of a run that was cut short goes first.
+        cut: on how many packings the run was cut short by a limit of time: the number is where it came.
+        loose: no reference is known a hundred times better: the floor is its own error, and nothing below is ranked.
+    """
+
+    panel: str
+    method: str
+    setting: str
+    seconds: float
+    error: float
+    low: float
+    high: float
+    floor: float
+    packings: int
+    failed: int
+    default: bool
+    note: str = ""
+    cut: int = 0
+    loose: bool = False
+
+    @property
+    def exact(self) -> bool:
+        """Whether the mean cannot be told from the reference."""
+        return self.error <= self.floor
+
+    @property
+    def ranked(self) -> bool:
+        """Whether its error is known well enough to be compared: not if the reference itself may err by more."""
+        return not (self.loose and self.exact)
+
+    @property
+    def drawn(self) -> bool:
+        """Whether there is a number."""
+        return bool(np.isfinite(self.error) and np.isfinite(self.seconds))
+
+
+def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
+    """Average trials (columns of `Trial`) over packings, in their order; the floor is `better` times the median error
+    of the reference in each panel, and loose if that is less than a hundred times."""
+    errors = trials.groupby("panel")["reference_error"].median()
+    floors = {str(panel): better * float(error) for panel, error in errors.items()}
+    points = []
+    for (panel, method, setting), rows in trials.groupby(["panel", "method", "setting"], sort=False):
+        good = rows[np.isfinite(rows["error"]) & np.isfinite(rows["seconds"])]
+        size = np.abs(good["error"].to_numpy(dtype=np.float64))
+        low, high = np.quantile(size, BAND) if len(size) else (np.nan, np.nan)
+        mean, seconds = (float(size.mean()), float(good["seconds"].median())) if len(size) else (np.nan, np.nan)
+        cut = rows["cut"].to_numpy(dtype=bool)
+        notes = [str(note) for note in [*rows["note"][cut], *rows["note"]] if note]
+        names: Any = (str(panel), str(method), str(setting))
+        numbers: Any = (seconds, mean, float(low), float(high), floors[str(panel)], len(good), len(rows) - len(good))
+        loose = better < BETTER and floors[str(panel)] > 0
+        rest: Any = (bool(rows["default"].any()), next(iter(notes), ""), int(cut.sum()), loose)
+        points.append(Point(*names, *numbers, *rest))
+    return points
+
+
+def dominated(points: Sequence[Point]) -> NDArray[np.bool_]:
+    """Mark the points (m,) for which another one of the same panel is as good and cheaper, or better and as cheap.
+
+    Costs and errors within 25 % of each other count as equal, and so do errors below the floor. Points without a number
+    count as dominated, those that are not ranked do not.
+    """
+    beaten = [not one.drawn or any(_beats(other, one) for other in points) for one in points]
+    return np.array(beaten, dtype=bool)
+
+
+def price(one: Point, points: Sequence[Point]) -> float:
+    """How many times more a point costs than the cheapest of its panel that is as good; at least 1, and 1 if it is not
+    ranked."""
+    if not one.ranked:
+        return 1.0
+    others = [other.seconds for other in points if other.panel == one.panel and other.drawn and _as_good(other, one)]
+    return max(1.0, one.seconds / min(others, default=one.seconds))
+
+
+def _beats(other: Point, one: Point) -> bool:
+    if other.panel != one.panel or other is one or not other.drawn or not one.ranked:
+        return False
+    cheaper = other.seconds * SLACK < one.seconds
+    better = _size(other) * ALIKE < _size(one)
+    return (_as_good(other, one) and cheaper) or (better and other.seconds <= one.seconds)
+
+
+def _as_good(other: Point, one: Point) -> bool:
+    return _size(other) <= ALIKE * _size(one) and other.failed <= one.failed
+
+
+def _size(point: Point) -> float:
+    return max(point.error, point.floor)
+
+
+# pictures -------------------------------------------------------------------------------------------------------------
 
 
 class _Scale(NamedTuple):
@@ -65,11 +179,6 @@ def curve_figure(title: str, error: str, points: Sequence[Point]) -> Figure:
     stands on a line of its own below a break of the axis; where no reference is a hundred times better than what is
     compared with it, its own error is a hatched strip, and what lies in there is not ranked. Open marks: some packings
     gave no number. Half marks: runs were cut short by a limit of time, and stand where they came.
-
-    Args:
-        title: above all panels.
-        error: label of the vertical axes.
-        points: of all panels.
     """
     names = list(dict.fromkeys(point.panel for point in points))
     methods = list(dict.fromkeys(point.method for point in points if point.drawn))
@@ -154,14 +263,10 @@ def _scale(points: Sequence[Point]) -> _Scale:
 
 
 def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
-    """Settings at both ends of curves and at defaults, these first, once where curves begin with the same.
+    """Write settings at both ends of curves and at defaults, these first, once where curves begin with the same.
 
-    What would lie on a mark or a label is left out.
-
-    Args:
-        axes: with their limits.
-        labels: in data.
-        curves: (k, 2) marks of each curve, in data. Of the places around a mark the one with least of them is taken.
+    Of the places around a mark, the one with least of the curves (k, 2) is taken; what would lie on a mark or another
+    label is left out.
     """
     within = axes.transData + axes.transAxes.inverted()
     ends = [within.transform(curve) for curve in curves]
