@@ -2,11 +2,10 @@
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from jamlab.checks import check_bidisperse, check_choice, check_number, checked
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -14,11 +13,13 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import Progress, check_tolerance, force_tolerance, quench
+from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.storage.verified_file import versions
 
 HIGHEST_PRESSURE = 0.3  # k: phi = 1.27 and overlaps of 15 % (n = 64), far beyond the range of either paper
@@ -53,6 +54,7 @@ def pack(
     tolerance: float | None = None,
     ratio: float | None = None,
     large: float = 0.5,
+    sizes: Sizes | None = None,
     progress: Progress | None = None,
     **parameters: float,
 ) -> Packing:
@@ -72,6 +74,8 @@ def pack(
             1e-4 of the pressure.
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
         large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
+        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`. Any n from 2.
         progress: called with the stage and phi after each minimisation.
         parameters: of the force law, values that replace those of `sp.parameters`.
 
@@ -91,7 +95,7 @@ def pack(
     """
     force = _check_force(pressure, tolerance)
     search = {name: float(value) for name, value in defaults("pressure").items()}
-    check_bidisperse(n, seed, search["phi_jammed"], large)
+    diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
     strains = COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
     began = time.perf_counter()
@@ -102,9 +106,10 @@ def pack(
             f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
             "beyond, disks pass through each other"
         )
-    sizes: dict[str, Any] = {"ratio": ratio, "large": large}
-    start = random_disks(n, seed, phi=search["phi_jammed"] + 2 * overlap, units="k", **sizes, **parameters)
-    start = start.with_state(ensemble=ensemble)
+    phi = search["phi_jammed"] + 2 * overlap
+    given = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
+    scales = natural_scales(given)
+    start = scales.to_natural(given)
     with Session(start, ranks=ranks) as session:
         _walk(session, pressure, search, progress)
         found = relax_disks_and_box(session, Border(strains, pressure), force)
@@ -117,8 +122,9 @@ def pack(
             f"pressure {pressure:g} not met with n = {n}: the search ended at {reached:g} with a force of "
             f"{found.evaluation.max_force:.2g}; try another seed"
         )
-    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, "wall_time": time.perf_counter() - began}
-    return record(packing, found, **entries, **versions())
+    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, **sizes_record(sizes, diameters)}
+    recorded = record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
+    return scales.from_natural(recorded)
 
 
 def _check_force(pressure: float, tolerance: float | None) -> float:
