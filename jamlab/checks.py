@@ -256,15 +256,21 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
     check_number("phi", phi, 2.0)
 
 
-def check_count(n: Any, large: float = 0.5) -> None:
-    """Refuse a number of particles that no packing of small and large ones has, see `check_bidisperse`.
+def check_count(n: Any, large: float | None = 0.5) -> None:
+    """Refuse a number of particles that no packing has; an odd one where half of them are large.
+
+    Args:
+        n: number of particles.
+        large: number share of the large ones; None: of any sizes.
 
     Raises:
         InputError: naming the value.
     """
     whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
-    if not whole or (large == 0.5 and n % 2):
+    if large == 0.5 and not (whole and n % 2 == 0):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
+    if not whole:
+        raise InputError(f"n = {n}: must be a whole number of particles, 2 or more")
     if n > MOST_PARTICLES:
         raise InputError(f"n = {n}: must be {MOST_PARTICLES} or less, a run takes one core half a year there")
 

@@ -220,7 +220,7 @@ void FixOverdamped::make_solver()
 {
   GhostExchange &exchange = *this;
   settings.fluid = fluid * area();
-  const auto *const style = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
+  auto *const style = dynamic_cast<PairDiskDrag *>(force->pair_match("disk/drag", 1));
   droplets = !style;
   if (droplets) {
     disks = nullptr;

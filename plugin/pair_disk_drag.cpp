@@ -48,6 +48,7 @@ void PairDiskDrag::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
   found.clear();
+  find_sizes();
 
   double **const x = atom->x, **const f = atom->f;
   const int *const type = atom->type;
@@ -59,10 +60,10 @@ void PairDiskDrag::compute(int eflag, int vflag)
       const double factor = force->special_lj[sbmask(neighbors[jj])];
       const int j = neighbors[jj] & NEIGHMASK;
       const double dx = x[i][0] - x[j][0], dy = x[i][1] - x[j][1], rsq = dx * dx + dy * dy;
-      const double s = reach[type[i]][type[j]];
+      const double s = own ? 0.5 * (own[i] + own[j]) : reach[type[i]][type[j]];
       if (factor == 0.0) continue;
-      const double K = factor * strength[type[i]][type[j]];
-      remember(i, j, -dx, -dy, K);
+      const double K = factor * stiffness(type[i], type[j], s);
+      remember(i, j, -dx, -dy, s, K);
       if (rsq >= s * s) continue;
       if (rsq == 0.0)
         error->one(FLERR, "{}: atoms {} and {} are in one place, where their contact has no direction", WHO,
@@ -85,19 +86,41 @@ void PairDiskDrag::compute(int eflag, int vflag)
 
 /* ---------------------------------------------------------------------- */
 
-void PairDiskDrag::remember(int i, int j, double x, double y, double K)
+void PairDiskDrag::find_sizes()
 {
-  const int a = atom->type[i], b = atom->type[j];
-  const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
-  found.push_back({i, j, x, y, reach[a][b], K, 0.5 * reach[a][a], 0.5 * reach[b][b], share});
+  own = nullptr;
+  if (sizes.empty()) return;
+  int is_double = 0, columns = 0;
+  const int index = atom->find_custom(sizes.c_str(), is_double, columns);
+  if (index < 0 || is_double != 1 || columns != 0)
+    error->all(FLERR, "{}: no per-atom property d_{}: define it by fix property/atom d_{} ghost yes", WHO, sizes, sizes);
+  own = atom->dvector[index];
 }
 
 /* ---------------------------------------------------------------------- */
 
-double PairDiskDrag::mean_diameter() const
+double PairDiskDrag::stiffness(int itype, int jtype, double s) const
 {
+  const double K = strength[itype][jtype];
+  return own && power != 0.0 ? K * pow(s, power) : K;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void PairDiskDrag::remember(int i, int j, double x, double y, double s, double K)
+{
+  const double share = force->newton_pair || j < atom->nlocal ? 1.0 : 0.5;
+  const double di = diameter(i, atom->type[i]), dj = diameter(j, atom->type[j]);
+  found.push_back({i, j, x, y, s, K, 0.5 * di, 0.5 * dj, share});
+}
+
+/* ---------------------------------------------------------------------- */
+
+double PairDiskDrag::mean_diameter()
+{
+  find_sizes();
   double total = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) total += reach[atom->type[i]][atom->type[i]];
+  for (int i = 0; i < atom->nlocal; i++) total += diameter(i, atom->type[i]);
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_DOUBLE, MPI_SUM, world);
   return atom->natoms > 0 ? total / static_cast<double>(atom->natoms) : 1.0;
 }
@@ -116,15 +139,19 @@ void PairDiskDrag::allocate()
 }
 
 /* ----------------------------------------------------------------------
-   pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value]
+   pair_style disk/drag tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]
 ------------------------------------------------------------------------- */
 
 void PairDiskDrag::settings(int narg, char **arg)
 {
-  if (narg < 2 || narg % 2) error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value]", WHO);
+  if (narg < 2 || narg % 2)
+    error->all(FLERR, "{} needs: tau beta [alpha value] [arms radius|contact] [exponent value] [sizes d_name] [power value]",
+               WHO);
 
   law = DragLaw();
   exponent = 2.0;
+  power = 0.0;
+  sizes.clear();
   law.tau = utils::numeric(FLERR, arg[0], false, lmp);
   law.beta = utils::numeric(FLERR, arg[1], false, lmp);
   for (int k = 2; k < narg; k += 2) {
@@ -132,12 +159,18 @@ void PairDiskDrag::settings(int narg, char **arg)
       law.alpha = utils::numeric(FLERR, arg[k + 1], false, lmp);
     else if (strcmp(arg[k], "exponent") == 0)
       exponent = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "power") == 0)
+      power = utils::numeric(FLERR, arg[k + 1], false, lmp);
+    else if (strcmp(arg[k], "sizes") == 0 && utils::strmatch(arg[k + 1], "^d_"))
+      sizes = arg[k + 1] + 2;
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "radius") == 0)
       law.arms_to_contact = false;
     else if (strcmp(arg[k], "arms") == 0 && strcmp(arg[k + 1], "contact") == 0)
       law.arms_to_contact = true;
     else
-      error->all(FLERR, "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value", WHO, arg[k], arg[k + 1]);
+      error->all(FLERR,
+                 "{}: {} {} is not one of: alpha value, arms radius, arms contact, exponent value, sizes d_name, power value",
+                 WHO, arg[k], arg[k + 1]);
   }
 
   if (!(law.tau >= 0.0)) error->all(FLERR, "{}: tau {} must be a time, 0 for disks without contact drag", WHO, law.tau);
@@ -146,6 +179,8 @@ void PairDiskDrag::settings(int narg, char **arg)
   if (!(law.alpha >= LEAST_ALPHA && law.alpha <= 1.0))
     error->all(FLERR, "{}: alpha {} must lie between {} and 1 (linear); of the drag of thin films, it is 1/2 or 2/3",
                WHO, law.alpha, LEAST_ALPHA);
+  if (power != 0.0 && sizes.empty()) error->all(FLERR, "{}: power {} is for disks with sizes d_name", WHO, power);
+  restartinfo = sizes.empty() ? 1 : 0;    // a restart file has no place for the name: give the style again
   if (!(exponent >= 2.0 && exponent <= LARGEST_EXPONENT))
     error->all(FLERR, "{}: exponent {} must lie between 2 (springs) and {}; Hertz: 2.5", WHO, exponent, LARGEST_EXPONENT);
 }
@@ -182,6 +217,7 @@ void PairDiskDrag::coeff(int narg, char **arg)
 void PairDiskDrag::init_style()
 {
   if (domain->dimension != 2) error->all(FLERR, "{}: disks need dimension 2", WHO);
+  find_sizes();
   neighbor->add_request(this);
 }
 
@@ -267,12 +303,14 @@ void PairDiskDrag::write_data_all(FILE *fp)
 
 /* ---------------------------------------------------------------------- */
 
-double PairDiskDrag::single(int, int, int itype, int jtype, double rsq, double, double factor, double &fforce)
+double PairDiskDrag::single(int i, int j, int itype, int jtype, double rsq, double, double factor, double &fforce)
 {
-  const double r = sqrt(rsq), overlap = reach[itype][jtype] - r;
+  find_sizes();
+  const double s = own ? 0.5 * (own[i] + own[j]) : reach[itype][jtype];
+  const double r = sqrt(rsq), overlap = s - r;
   fforce = 0.0;
   if (overlap <= 0.0) return 0.0;
-  const Repulsion push(factor * strength[itype][jtype], overlap, exponent);
+  const Repulsion push(factor * stiffness(itype, jtype, s), overlap, exponent);
   fforce = push.force / r;
   return push.energy;
 }

@@ -8,11 +8,14 @@
 #include "drag_law.h"
 #include "pair.h"
 
+#include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
 
 /* Disks that repel by E = K (s - r)^exponent, 2 as in pair_style harmonic/cut, and remember who is near to whom.
+   K and s are those of two types; or s is half the sum of two diameters of the atoms' own and K that of s = 1, times
+   s^power, where types are classes of size and their s is how far two of them may reach.
    Their drag is no force of this style: fix overdamped balances it against the elastic force. */
 
 class PairDiskDrag : public Pair {
@@ -36,7 +39,7 @@ class PairDiskDrag : public Pair {
 
   const std::vector<DiskPair> &pairs() const { return found; }    // of the last force evaluation
   const DragLaw &drag() const { return law; }
-  double mean_diameter() const;
+  double mean_diameter();
   Repulsion repulsion(double strength, double overlap) const { return {strength, overlap, exponent}; }
 
  private:
@@ -44,9 +47,15 @@ class PairDiskDrag : public Pair {
   double exponent = 2.0;
   double **strength, **reach;    // K and s of two types
   std::vector<DiskPair> found;
+  std::string sizes;       // per-atom property with the diameters; empty: those of the types
+  double power = 0.0;      // of s in K, with diameters of the atoms' own
+  const double *own = nullptr;    // their diameters, of ghosts too, at this force evaluation
 
+  void find_sizes();
+  double diameter(int i, int type) const { return own ? own[i] : reach[type][type]; }
+  double stiffness(int itype, int jtype, double s) const;
   void allocate();
-  void remember(int i, int j, double x, double y, double strength);
+  void remember(int i, int j, double x, double y, double s, double strength);
 };
 
 }    // namespace LAMMPS_NS

@@ -135,7 +135,7 @@ class Sweep(FileTable):
     Attributes:
         name: of the sweep, for `--only` and `table(..., sweep=...)`.
         model: "sp", "dp" or a list of both.
-        n: even number of particles, or a list.
+        n: number of particles, or a list; even where half of them are large.
         seeds: number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used.
         until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
             of each named column of "states", at the last state of each packing and for each model and n. The first
@@ -151,6 +151,8 @@ class Sweep(FileTable):
             are columns. Only its name enters the names of tasks: rename it when it changes.
         force_law: parameters that replace the defaults; `exponent` of disks, any of droplets.
         tolerances: see `Tolerances`.
+        sizes: of disks, a distribution by name such as "lognormal:0.3", or a list of n diameters; see
+            `jamlab.protocols.size_distributions`. By default half of the disks are large.
         ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
             so many cores. Pays from about 10 000 disks.
     """
@@ -158,7 +160,7 @@ class Sweep(FileTable):
     name: Annotated[str, Field(pattern=_NAME)]
     model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(as_list), AfterValidator(distinct)]
     n: Annotated[
-        list[Annotated[int, Field(ge=2, le=MOST_PARTICLES, multiple_of=2)]],
+        list[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]],
         BeforeValidator(as_list),
         Field(max_length=MOST_SIZES),
         AfterValidator(distinct),
@@ -174,6 +176,7 @@ class Sweep(FileTable):
         default=[STATES]
     )
     force_law: dict[str, Any] = Field(default={})
+    sizes: str | list[float] | None = None
     tolerances: Tolerances = Tolerances()
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
 
@@ -227,6 +230,7 @@ class Sweep(FileTable):
         if self.ranks > 1:
             self._only("sp", f"ranks = {self.ranks} is", "", "ranks = 1")
         self._check_force_law()
+        self._check_sizes()
         self._check_observables()
         return self
 
@@ -245,6 +249,19 @@ class Sweep(FileTable):
                 check_force_law(model, self.force_law)
             except JamlabError as error:
                 raise ValueError(f"force_law: {error}") from None
+
+    def _check_sizes(self) -> None:
+        from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
+
+        if self.sizes is not None:
+            self._only("sp", "sizes are")
+        if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
+            raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
+        for n in self.n:
+            try:
+                disk_diameters(n, self.seeds[0] if self.seeds else 0, sizes=self.sizes)
+            except JamlabError as error:
+                raise ValueError(str(error)) from None
 
     def _check_observables(self) -> None:
         for name, observable in OBSERVABLES.items():
@@ -448,7 +465,6 @@ _REMEDIES = {
     "greater_than": "must be above {gt}",
     "greater_than_equal": "must be {ge} or more",
     "less_than_equal": "must be {le} or less",
-    "multiple_of": "half of the particles are large, so it must be an even number",
     "literal_error": "use one of {expected}",
     "int_type": "must be a whole number",
     "float_type": "must be a number",

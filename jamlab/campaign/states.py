@@ -56,7 +56,7 @@ def _at_pressures(
     for pressure in parameters.pressures or ():
         try:
             how: dict[str, Any] = {"ensemble": parameters.ensemble, "tolerance": parameters.tolerances.max_force}
-            how |= law_changes(parameters)
+            how |= law_changes(parameters) | _sizes(parameters)
             packings.append(pack(parameters.n, pressure, parameters.seed, ranks=ranks, **how))
             targets.append(pressure)
         except ConvergenceError as error:
@@ -72,11 +72,16 @@ def law_changes(parameters: Parameters) -> dict[str, Any]:
     return dict(law) if parameters.model == "dp" else {name: law[name] for name in OPTIONAL["sp"] if name in law}
 
 
+def _sizes(parameters: Parameters) -> dict[str, Any]:
+    return {} if parameters.sizes is None else {"sizes": parameters.sizes}
+
+
 def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
     """Quench random disks of the same seed at each packing fraction; loose ones too."""
     packings, tolerance = [], parameters.tolerances.max_force
     for phi in parameters.phi or ():
-        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **law_changes(parameters))
+        how = law_changes(parameters) | _sizes(parameters)
+        start = random_disks(parameters.n, parameters.seed, phi=phi, units="k", **how)
         with Session(start, ranks=ranks) as session:
             found = relax(session, tolerance)
             packings.append(record(session.packing(), found, protocol="quench", seed=parameters.seed, **versions()))
@@ -85,7 +90,7 @@ def _quenched(parameters: Parameters, ranks: int) -> list[Packing]:
 
 def _from_onset(parameters: Parameters, ranks: int, missing: list[dict[str, str]]) -> list[Packing]:
     """Jam and compress; a sweep that breaks off keeps the states made so far."""
-    law = law_changes(parameters)
+    law = law_changes(parameters) | _sizes(parameters)
     effort: dict[str, Any] = {"tolerance": parameters.tolerances.max_force, "ranks": ranks}
     onset = jam(parameters.model, parameters.n, parameters.seed, ensemble=parameters.ensemble, **effort, **law)
     how = parameters.compress

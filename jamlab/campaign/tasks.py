@@ -45,6 +45,7 @@ class Parameters:
         tolerances: of the sweep.
         observables: of jamlab's own, by name, beside "states".
         own: those that are functions of the user's own, as module:function.
+        sizes: of disks: a distribution by name, or diameters; None: half of the particles are large.
         compress, pressures, phi: how packings are made; without any of them, only those at onset.
         seed: of the random start; in a batch that of its first task.
     """
@@ -61,6 +62,7 @@ class Parameters:
     compress: Compression | None = None
     pressures: tuple[float, ...] | None = None
     phi: tuple[float, ...] | None = None
+    sizes: str | tuple[float, ...] | None = None
 
     @property
     def label(self) -> str:
@@ -104,6 +106,8 @@ class Parameters:
         }
         if self.tolerances.max_force is not None:
             record["minimized_to"] = self.tolerances.max_force  # jamlab 0.1.0 only marked states by it
+        if self.sizes is not None:  # younger than stored tasks
+            record["sizes"] = self.sizes if isinstance(self.sizes, str) else list(self.sizes)
         if self.compress is not None:
             record["compress"] = self.compress.record()
         elif self.pressures is not None:
@@ -141,6 +145,7 @@ class Parameters:
                 compress=Compression.model_validate(record["compress"]) if "compress" in record else None,
                 pressures=tuple(record["pressures"]) if "pressures" in record else None,
                 phi=tuple(record["phi"]) if "phi" in record else None,
+                sizes=_frozen(record.get("sizes")),
             )
         except (KeyError, TypeError, ValidationError) as error:
             raise StorageError(f"parameters of another version of jamlab: {error!r:.200}") from error
@@ -274,7 +279,12 @@ def _parameters(sweep: Sweep, model: str, n: int) -> Parameters:
         compress=sweep.compress,
         pressures=None if sweep.pressures is None else tuple(sorted(map(float, sweep.pressures), reverse=True)),
         phi=None if sweep.phi is None else tuple(sorted(map(float, sweep.phi))),
+        sizes=_frozen(sweep.sizes),
     )
+
+
+def _frozen(sizes: str | list[float] | None) -> str | tuple[float, ...] | None:
+    return tuple(sizes) if isinstance(sizes, list) else sizes
 
 
 def _plain(value: Any) -> Any:

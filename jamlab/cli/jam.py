@@ -6,7 +6,21 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Force, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
+from jamlab.cli.options import (
+    Ensemble,
+    Force,
+    Json,
+    Large,
+    Law,
+    N,
+    Out,
+    Ranks,
+    Ratio,
+    Seed,
+    Sizes,
+    Tolerance,
+    law_values,
+)
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -23,6 +37,7 @@ def jam(
     law: Law = None,
     ratio: Ratio = None,
     large: Large = 0.5,
+    sizes: Sizes = None,
     search: Annotated[str, typer.Option(help="bisection, or paper: steps of 1e-4 throughout.")] = "bisection",
     ensemble: Ensemble = "fixed-box",
     ranks: Ranks = 1,
@@ -39,7 +54,9 @@ def jam(
     with progress_bar("to onset") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-        how |= {"large": large, "ranks": ranks} | {name: value for name, value in given.items() if value is not None}
+        how |= {"large": large, "sizes": sizes, "ranks": ranks} | {
+            name: value for name, value in given.items() if value is not None
+        }
         how |= law_values(law)
         packing = run(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)

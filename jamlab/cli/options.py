@@ -55,6 +55,13 @@ Law = Annotated[
 N = Annotated[int, typer.Option("--n", help="Number of particles, even if half of them are large.")]
 Ratio = Annotated[float | None, typer.Option(help="Large over small diameter of disks, 1 to 10; default 1.4.")]
 Large = Annotated[float, typer.Option(help="Number share of the large particles.")]
+Sizes = Annotated[
+    str | None,
+    typer.Option(
+        help="Diameters of disks: monodisperse, bidisperse:RATIO,SHARE, uniform:W, gaussian:W, lognormal:W, "
+        "power-law:EXP,SMALLEST,LARGEST (W: standard deviation over mean; ,random: drawn at random) or from-file:PATH."
+    ),
+]
 Seed = Annotated[int, typer.Option(help="Seed of the random start.")]
 Out = Annotated[Path, typer.Option(help="HDF5 file to write, .h5.", callback=_check_hdf5)]
 Force = Annotated[bool, typer.Option("--force", help="Replace files that are there already.")]

@@ -6,7 +6,21 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Ensemble, Force, Json, Large, Law, N, Out, Ranks, Ratio, Seed, Tolerance, law_values
+from jamlab.cli.options import (
+    Ensemble,
+    Force,
+    Json,
+    Large,
+    Law,
+    N,
+    Out,
+    Ranks,
+    Ratio,
+    Seed,
+    Sizes,
+    Tolerance,
+    law_values,
+)
 from jamlab.cli.packing_table import print_packings
 from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
@@ -21,6 +35,7 @@ def pack(
     law: Law = None,
     ratio: Ratio = None,
     large: Large = 0.5,
+    sizes: Sizes = None,
     tolerance: Tolerance = None,
     out: Out = Path("packing.h5"),
     force: Force = False,
@@ -38,6 +53,7 @@ def pack(
             "tolerance": tolerance,
             "ratio": ratio,
             "large": large,
+            "sizes": sizes,
             **law_values(law),
         }
         packing = run(n, pressure, seed, progress=progress, **how)

@@ -29,7 +29,7 @@ from jamlab.engine.disk_fire import FireSettings, fire_disks
 from jamlab.engine.installation import check_lammps, lammps_class
 from jamlab.engine.mpi_ranks import COMPONENT, check_ranks, minimize_on_ranks
 from jamlab.errors import EngineError, InputError
-from jamlab.packing.force_laws import has_springs, lammps_variables
+from jamlab.packing.force_laws import disk_law, has_springs, lammps_variables
 from jamlab.packing.lammps_files import types, wrap, write_data
 from jamlab.packing.natural_units import Scales, natural_scales
 from jamlab.packing.outlines import self_crossings
@@ -237,7 +237,7 @@ class Session:
         component = COMPONENT * force
         if style == "fire" and self.model == "sp" and self._fire_disks(force, steps, stretch, border, fire):
             return self.evaluate()
-        if self._ranks > 1:
+        if self._ranks > 1 and not types(self._packing).classes:  # decks take a size from its type
             effort: dict[str, Any] = {"force": force, "style": style, "steps": steps, "stretch": stretch}
             self._set_positions(minimize_on_ranks(self._state(), **effort, ranks=self._ranks))
             return self.evaluate()
@@ -341,6 +341,9 @@ class Session:
         settings = lammps_variables(packing)
         settings |= {"ntypes": table.ntypes, "skin": defaults(f"{packing.model}.minimum")["skin"]}
         settings |= {f"d{k + 1}": d for k, d in enumerate(table.values)}
+        own = packing.model == "sp" and table.classes  # diameters go by disk instead of by type
+        if own:
+            settings["own_sizes"] = f"sizes d_diameter power {_text(disk_law(packing).power_of_reach)}"
         if packing.model == "dp":
             settings["longest_edge"] = self._edge_limit = _edge_limit(packing)
 
@@ -348,6 +351,7 @@ class Session:
         self.command(f"newton {'on' if self._newton else 'off'}")
         self.include("common.settings")
         self.command(f"atom_style {'atomic' if packing.model == 'sp' else 'molecular'}")
+        self.command("variable own_sizes delete")
         self.set_variables(settings)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "packing.data"
@@ -356,6 +360,9 @@ class Session:
                 if packing.model == "dp":
                     self.command("fix d_a0 all property/atom d_a0")
                     self.command(f'read_data "{name}" fix d_a0 NULL d_a0')
+                elif own:
+                    self.command("fix d_diameter all property/atom d_diameter ghost yes")
+                    self.command(f'read_data "{name}" fix d_diameter NULL d_diameter')
                 else:
                     self.command(f'read_data "{name}"')
         self.include(f"{packing.model}.force")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from jamlab.geometry.contact_network import contact_lines, contacts
 from jamlab.packing.packing import Packing
-from jamlab.packing.packing_plot import draw_particles, home_moves, periodic_moves, size_colours
+from jamlab.packing.packing_plot import add_size_bar, draw_particles, home_moves, periodic_moves, size_colours
 from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
 from jamlab.plotting.drawable import label_axes
 from jamlab.plotting.palette import COLOURS, MODEL_STYLE, RATTLER, ordered_colours
@@ -33,13 +33,14 @@ __all__ = [
 def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     """Draw one periodic cell with its particles, as fig 2 of Boromand et al.: large blue, small pink, rattlers grey.
 
-    DP: the fill is the outline with its rim of width delta/2, the line inside it the bare polygon. Black lines join the
-    centroids of particles in contact.
+    Where there are more than two sizes, a bar says what the colours mean. DP: the fill is the outline with its rim of
+    width delta/2, the line inside it the bare polygon. Black lines join the centroids of particles in contact.
     """
     network = contacts(packing)
     draw_particles(axes, packing, np.where(network.rattlers, RATTLER, size_colours(packing)))
     line_everywhere(axes, contact_lines(network), packing.box, color="black", linewidth=1.1)
     frame_cell(axes, packing.box)
+    add_size_bar(axes, packing)
     axes.set_title(title, fontsize=12)
 
 

@@ -87,6 +87,11 @@ class DiskLaw:
         """Variables that `lammps_inputs/sp.force` needs to know the law."""
         return {"law": self.name, self.name: self.strength, "exponent": self.exponent}
 
+    @property
+    def power_of_reach(self) -> float:
+        """p in E = K (s - r)^alpha with K ~ s^p for two disks that touch at s."""
+        return -self.exponent if self.name == "eps" else 2.0 - self.exponent
+
     def kernel_arguments(self) -> tuple[float, int, float]:
         """Strength, relative and exponent, as `plugin/kernels/disk_fire.cpp` takes them."""
         return self.strength, int(self.relative), self.exponent

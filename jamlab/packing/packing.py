@@ -378,16 +378,18 @@ class Packing:
     def plot(self, axes: Any, /, **style: Any) -> None:
         """Draw the particles in their periodic cell: large ones blue, small ones pink; droplets with their rims.
 
+        Where there are more than two sizes, a bar beside the axes says what the colours mean.
         `jamlab.contacts(p).plot(ax)` draws the force network over it.
 
         >>> ax = jamlab.jam(n=64, seed=1).plot()
         >>> ax.figure.savefig("packing.png")
         """
-        from jamlab.packing.packing_plot import draw_particles, size_colours
+        from jamlab.packing.packing_plot import add_size_bar, draw_particles, size_colours
         from jamlab.plotting.periodic_cell import frame_cell
 
         draw_particles(axes, self, size_colours(self), **style)
         frame_cell(axes, self.box)
+        add_size_bar(axes, self)
 
     @property
     def _polygon_offsets(self) -> NDArray[np.int64]:

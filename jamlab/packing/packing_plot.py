@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
@@ -37,7 +37,8 @@ def draw_svg(packing: Packing) -> str:
     scale = _WIDTH / packing.box[0, 0]
     width, height = packing.box[0, 0] + abs(packing.box[1, 0]), packing.box[1, 1]
     left = min(0.0, packing.box[1, 0])
-    shapes = [_shape(packing, m, move, scale, left, height) for m, move in _copies(packing)]
+    colours = size_colours(packing)
+    shapes = [_shape(packing, m, move, colours[m], scale, left, height) for m, move in _copies(packing)]
     corners = np.array([[0, 0], packing.box[0], packing.box.sum(axis=0), packing.box[1]])
     cell = _points(corners, scale, left, height)
     name = f"cell{crc32(packing.positions.tobytes())}"  # a notebook holds several pictures, and names must differ
@@ -73,14 +74,13 @@ def _reach(packing: Packing) -> np.ndarray:
     return np.asarray(np.maximum.reduceat(np.hypot(*from_centre.T), packing.offsets[:-1]) + rim)
 
 
-def _shape(packing: Packing, m: int, move: np.ndarray, scale: float, left: float, height: float) -> str:
-    sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    colour = LARGE if sizes[m] > sizes.mean() else SMALL
+def _shape(packing: Packing, m: int, move: np.ndarray, colour: str, scale: float, left: float, height: float) -> str:
     fill = f'fill="{colour}"'
-    if packing.offsets is None:
+    if packing.diameters is not None:
         x, y = packing.positions[m] + move
         place = f'cx="{scale * (x - left):.1f}" cy="{scale * (height - y):.1f}"'
-        return f'<circle {place} r="{0.5 * scale * sizes[m]:.1f}" {fill}/>'
+        return f'<circle {place} r="{0.5 * scale * packing.diameters[m]:.1f}" {fill}/>'
+    assert packing.offsets is not None
     ring = packing.positions[packing.offsets[m] : packing.offsets[m + 1]] + move
     rim = f'stroke="{colour}" stroke-width="{scale * packing.params["delta"]:.1f}" stroke-linejoin="round"'
     return f'<polygon points="{_points(ring, scale, left, height)}" {fill} {rim}/>'
@@ -94,9 +94,33 @@ _QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
 
 
 def size_colours(packing: Packing) -> NDArray[np.str_]:
-    """(n,) colours: particles larger than the mean blue, the others pink."""
-    sizes = packing.diameters if packing.diameters is not None else packing.params["a0"]
-    return np.where(sizes > sizes.mean(), LARGE, SMALL)
+    """(n,) colours: of two sizes the large ones blue and the small ones pink; more sizes on a scale of colours."""
+    sizes = particle_sizes(packing)
+    if not has_many_sizes(packing):
+        return np.where(sizes > sizes.mean(), LARGE, SMALL)
+    return np.array([to_hex(colour) for colour in matplotlib.colormaps["cividis"](_size_scale(sizes)(sizes))])
+
+
+def particle_sizes(packing: Packing) -> Array:
+    """(n,) diameters of disks; of droplets the root of the rest area."""
+    return packing.diameters if packing.diameters is not None else np.sqrt(packing.params["a0"])
+
+
+def has_many_sizes(packing: Packing) -> bool:
+    """Whether particles have more sizes than two colours can tell apart."""
+    return len(np.unique(particle_sizes(packing))) > 2
+
+
+def add_size_bar(axes: Axes, packing: Packing) -> None:
+    """Say beside the axes what the colours of `size_colours` mean, where there are more than two."""
+    if has_many_sizes(packing):
+        label = "diameter" if packing.model == "sp" else r"$\sqrt{a_0}$"
+        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), "cividis")
+        axes.figure.colorbar(scale, ax=axes, label=label, shrink=0.8)
+
+
+def _size_scale(sizes: Array) -> Normalize:
+    return Normalize(sizes.min(), sizes.max())
 
 
 def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:

@@ -25,6 +25,7 @@ from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance
+from jamlab.protocols.size_distributions import Sizes, shown_sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
@@ -48,6 +49,7 @@ def jam(
     ranks: int = 1,
     ratio: float | None = None,
     large: float = 0.5,
+    sizes: Sizes | None = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: Any,
@@ -71,6 +73,8 @@ def jam(
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
+        sizes: SP: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3",
+            see `jamlab.protocols.size_distributions`. Any n from 2.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation with the share of the work that is done, and in words.
         parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
@@ -95,20 +99,29 @@ def jam(
         (0.4, 'outline')
     """
     protocol = {name: float(value) for name, value in defaults("onset").items()}
-    _check(model, search, ensemble, start, ratio, parameters)
+    _check(model, search, ensemble, start, {"ratio": ratio, "sizes": sizes}, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
-    check_bidisperse(n, seed, protocol["phi_start"], large)
+    if sizes is None:
+        check_bidisperse(n, seed, protocol["phi_start"], large)
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
-    placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large)
+    placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
     scales = natural_scales(placed)
     loose = scales.to_natural(placed)
     force = force_tolerance(model) if tolerance is None else tolerance
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
-    entries = {"protocol": "boromand-2.3", "search": search, "start": start, "seed": seed, "step": first_step}
+    entries: dict[str, Any] = {
+        "protocol": "boromand-2.3",
+        "search": search,
+        "start": start,
+        "seed": seed,
+        "step": first_step,
+    }
+    if placed.diameters is not None:
+        entries |= sizes_record(sizes, placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
     return scales.from_natural(recorded)
@@ -117,7 +130,9 @@ def jam(
 _ARGUMENTS = tuple(signature(jam).parameters)
 
 
-def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
+def _check(
+    model: str, search: str, ensemble: str, start: str, of_disks: dict[str, Any], parameters: dict[str, Any]
+) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
@@ -129,8 +144,12 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
-    if model == "dp" and ratio is not None:
-        raise InputError(f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large")
+    for name, value in of_disks.items():
+        if model == "dp" and value is not None:
+            raise InputError(
+                f"{name} = {shown_sizes(value)}: droplets have the ratio of their vertices, give nv_small and "
+                "nv_large; or hand disks over by to_polygons"
+            )
     if model == "sp":
         disk_params("eps", **parameters)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jamlab.arrays import Array
-from jamlab.checks import check_bidisperse, check_choice, is_number
+from jamlab.checks import check_choice, check_number, is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
@@ -15,6 +15,7 @@ from jamlab.packing.free_droplet import free_area, free_polygon_area, regular_po
 from jamlab.packing.law_parameters import OPTIONAL, UNITS, check_params
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
+from jamlab.protocols.size_distributions import Sizes, disk_diameters
 
 _TOUCHING = 1e-12  # energy per disk above which the disks that hold the droplets have jammed
 
@@ -28,6 +29,7 @@ def place_loose(
     parameters: dict[str, Any],
     ratio: float | None = None,
     large: float = 0.5,
+    sizes: Sizes | None = None,
 ) -> Packing:
     """Place random particles without contacts: disks at phi_start, droplets at `highest` or where their disks jam.
 
@@ -36,7 +38,7 @@ def place_loose(
     """
     phi = protocol["phi_start"]
     if model == "sp":
-        return random_disks(n, seed, phi=phi, ratio=ratio, large=large, **parameters)
+        return random_disks(n, seed, phi=phi, ratio=ratio, large=large, sizes=sizes, **parameters)
     nv, params = droplet_params(n, large, **parameters)
     side = droplet_cell(nv, params, phi)
     disks = random_disks(n, seed, phi=phi, large=large)
@@ -60,7 +62,6 @@ def place_loose(
 MOST_VERTICES = 10_000  # of a droplet; [B] has 12 and 17
 WIDEST_RIM = 10.0  # in l, the size of a droplet
 WIDEST_RANGE = 1e12  # of stiffness and energy in units of eps and l: float64 keeps no digits of what is smaller
-LARGEST_RATIO = 10.0  # beyond, small disks rattle in the gaps and neighbor lists grow with the square of the ratio
 
 
 def random_disks(
@@ -71,9 +72,10 @@ def random_disks(
     units: str = "eps",
     ratio: float | None = None,
     large: float = 0.5,
+    sizes: Sizes | None = None,
     **parameters: float,
 ) -> Packing:
-    """Place small and large disks uniformly at random in a square box.
+    """Place disks uniformly at random in a square box.
 
     Args:
         n: number of disks, even if half of them are large; the small ones come first.
@@ -82,20 +84,16 @@ def random_disks(
         units: "eps" or "k"; in both the mean of the two diameters is 1.
         ratio: large over small diameter; default that of `sp.parameters`.
         large: number share of the large disks, rounded to whole disks.
+        sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
         parameters: of the force law, those of `OPTIONAL`.
 
     Raises:
         InputError: a value out of range, or a parameter that the law of disks does not have.
     """
-    check_bidisperse(n, seed, phi, large)
+    check_number("phi", phi, 2.0)
     check_choice("units", units, UNITS)
     params = disk_params(units, **parameters)
-    if ratio is None:
-        ratio = float(defaults("sp")["ratio"])
-    elif not is_number(ratio) or not 1 <= ratio <= LARGEST_RATIO:
-        raise InputError(f"ratio = {ratio!r}: large over small diameter must be a number from 1 to {LARGEST_RATIO:g}")
-    small = 2 / (1 + ratio)
-    diameters = np.repeat([small, ratio * small], _counts(n, large))
+    diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     side = float(np.sqrt(np.pi / 4 * np.sum(diameters**2) / phi))
     positions = side * np.random.default_rng(seed).random((n, 2))
     return Packing("sp", np.diag([side, side]), positions, params, units, diameters)

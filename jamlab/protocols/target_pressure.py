@@ -1,11 +1,10 @@
 """Pack disks at a target pressure, in the law and units of Baumgarten & Tighe."""
 
 import time
-from typing import Any
 
 import numpy as np
 
-from jamlab.checks import check_bidisperse, check_choice, check_number, checked
+from jamlab.checks import check_choice, check_number, checked
 from jamlab.engine.box_border import COMPRESSION, SHEARS, Border
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -13,12 +12,14 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import DiskLaw, disk_law
 from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.natural_units import natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_relaxation import relax_disks_and_box
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, random_disks
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance, quench
+from jamlab.protocols.size_distributions import Sizes, disk_diameters, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.storage.verified_file import versions
 
@@ -37,6 +38,7 @@ def pack(
     tolerance: float | None = None,
     ratio: float | None = None,
     large: float = 0.5,
+    sizes: Sizes | None = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: float,
@@ -57,6 +59,8 @@ def pack(
             1e-4 of the pressure.
         ratio: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4.
         large: number share of the large disks, rounded to whole ones. d stays the mean of the two diameters.
+        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`. Any n from 2.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation, with nan for the share of the work, and in words.
         parameters: of the force law, values that replace those of `sp.parameters`.
@@ -77,7 +81,7 @@ def pack(
     """
     force = _check_force(pressure, tolerance)
     search = {name: float(value) for name, value in defaults("pressure").items()}
-    check_bidisperse(n, seed, search["phi_jammed"], large)
+    diameters = disk_diameters(n, seed, ratio=ratio, large=large, sizes=sizes)
     check_choice("ensemble", ensemble, ENSEMBLES)
     strains = COMPRESSION if ensemble == "fixed-box" else np.concatenate([COMPRESSION, SHEARS])
     began = time.perf_counter()
@@ -88,9 +92,10 @@ def pack(
             f"pressure = {pressure:g}: must be at most {law.pressure_at(HIGHEST_PRESSURE):.4g} with {parameters}: "
             "beyond, disks pass through each other"
         )
-    sizes: dict[str, Any] = {"ratio": ratio, "large": large}
-    start = random_disks(n, seed, phi=search["phi_jammed"] + 2 * overlap, units="k", **sizes, **parameters)
-    start = start.with_state(ensemble=ensemble)
+    phi = search["phi_jammed"] + 2 * overlap
+    given = random_disks(n, seed, phi=phi, units="k", sizes=diameters, **parameters).with_state(ensemble=ensemble)
+    scales = natural_scales(given)
+    start = scales.to_natural(given)
     with Session(start, ranks=ranks) as session:
         _walk(session, pressure, search, settings, progress)
         found = relax_disks_and_box(session, Border(strains, pressure), force, settings=settings)
@@ -103,8 +108,9 @@ def pack(
             f"pressure {pressure:g} not met with n = {n}: the search ended at {reached:g} with a force of "
             f"{found.evaluation.max_force:.2g}; try another seed"
         )
-    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, "wall_time": time.perf_counter() - began}
-    return record(packing, found, **entries, **versions())
+    entries = {"protocol": "pressure", "seed": seed, "pressure": reached, **sizes_record(sizes, diameters)}
+    recorded = record(packing, found, **entries, wall_time=time.perf_counter() - began, **versions())
+    return scales.from_natural(recorded)
 
 
 def _check_force(pressure: float, tolerance: float | None) -> float:

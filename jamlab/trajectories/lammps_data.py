@@ -57,6 +57,8 @@ def read_data(path: FilePath) -> Sites:
         radius = 0.5 * numbers(rows, columns.index("diameter")) if "diameter" in columns else None
         if radius is not None:
             error += rounding([row[columns.index("diameter")] for row in rows], radius, chosen=True)
+        elif "d_diameter" in sections:
+            radius = 0.5 * _by_atom(sections["d_diameter"][1], place)
         ends = [word for name in ("xlo xhi", "ylo yhi", "xy xz yz") for word in header.get(name, ())]
         error += rounding(ends, box, chosen=True)
         bonds = [[place[int(word)] for word in row[2:4]] for row in sections.get("Bonds", ("", []))[1]]
@@ -133,7 +135,10 @@ def _columns(style: str, count: int) -> tuple[str, ...]:
 def _rest_areas(sections: Sections, place: dict[int, int]) -> Array | None:
     if "d_a0" not in sections:
         return None
-    rows: Any = sections["d_a0"][1]
+    return _by_atom(sections["d_a0"][1], place)
+
+
+def _by_atom(rows: Any, place: dict[int, int]) -> Array:
     values = np.full(len(place), np.nan)
     values[[place[int(row[0])] for row in rows]] = numbers(rows, 1)
     return values

@@ -19,7 +19,7 @@ from jamlab.errors import InputError
     ("changes", "message"),
     [
         ({"model": "spx"}, r"sweep\[1\] \(disks\)\.model\[1\] = 'spx': use one of 'sp' or 'dp'"),
-        ({"n": 15}, r"n\[1\] = 15: .* even"),
+        ({"n": 15}, r"n = 15: .* even"),
         ({"n": 0}, r"n\[1\] = 0: must be 2 or more"),
         ({"n": "x"}, r"n\[1\] = 'x': must be a whole number"),
         ({"n": []}, r"n = \[\]: the list is empty"),

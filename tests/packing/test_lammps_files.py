@@ -7,6 +7,7 @@ import MDAnalysis
 import numpy as np
 import pytest
 
+import jamlab
 from jamlab.engine.installation import lammps_class
 from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import describe, described, types, write_data, write_dump
@@ -148,15 +149,22 @@ def test_types_rank_the_sizes():
     assert table.types.tolist() == [2, 3, 2, 1]
 
 
-def test_too_many_sizes_are_refused(tmp_path):
+def test_beyond_64_sizes_types_are_classes_and_files_hold_the_diameter_of_each_disk(tmp_path):
     def packing(n):
-        return Packing("sp", np.eye(2), np.zeros((n, 2)), {"eps": 1.0}, diameters=np.linspace(1, 2, n))
+        positions = np.random.default_rng(1).random((n, 2))
+        return Packing("sp", 9 * np.eye(2), positions, {"eps": 1.0}, diameters=np.linspace(1, 2, n)[::-1])
 
     assert types(packing(64)).ntypes == 64
-    for call in (types, lambda p: write_data(tmp_path / "p.data", p), lambda p: write_dump(tmp_path / "p.dump", [p])):
-        with pytest.raises(InputError, match="65 different diameters"):
-            call(packing(65))
-    assert os.listdir(tmp_path) == []
+    given = packing(65)
+    table = types(given)
+    assert table.classes and table.ntypes == 8
+    assert (given.diameters <= table.values[table.types - 1]).all()
+    assert (table.types[np.argsort(given.diameters)] == np.sort(table.types)).all()
+    assert [given.diameters[table.types == k + 1].max() for k in range(8)] == table.values.tolist()
+    write_data(tmp_path / "p.data", given)
+    write_dump(tmp_path / "p.dump", [given])
+    for name in ("p.data", "p.dump"):
+        assert (jamlab.read(tmp_path / name).diameters == given.diameters).all()
 
 
 @pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")

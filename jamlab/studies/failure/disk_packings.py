@@ -10,8 +10,8 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.compression import compress
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.protocols.onset import jam
-from jamlab.protocols.random_start import LARGEST_RATIO
 from jamlab.protocols.relaxation import force_tolerance
+from jamlab.protocols.size_distributions import LARGEST_RATIO
 from jamlab.protocols.target_pressure import LEAST_NOISE, pack
 from jamlab.studies.failure.map import Axis, Map, linear_axis, log_axis
 from jamlab.studies.failure.plain_physics import (

@@ -1,0 +1,208 @@
+"""Distributions of disk sizes: moments, packings of many sizes against plain loops, and what no packing can have."""
+
+import numpy as np
+import pytest
+from jamlab.studies.failure.plain_response import plain_complex_modulus, plain_shear_modulus
+from scipy.integrate import quad
+
+import jamlab
+from jamlab.packing import lammps_files
+from jamlab.protocols.random_start import random_disks
+from jamlab.protocols.size_distributions import SizeDistribution
+from jamlab.studies.failure.plain_physics import plain_packing_fraction
+from tests.support.reference import evaluate as plain_sums
+from tests.support.tiled_packings import tiled
+
+NAMED = [
+    "monodisperse",
+    "bidisperse:1.4,0.25",
+    "uniform:0.3",
+    "gaussian:0.2",
+    "lognormal:0.3",
+    "lognormal:0.6",
+    "power-law:-3,0.5,5",
+    "power-law:-1,1,10",
+    "power-law:-2,1,20",
+]
+ONE_TO_TEN = np.geomspace(0.2, 2.0, 80)
+
+
+@pytest.mark.parametrize("text", NAMED)
+def test_mean_and_width_of_64_drawn_disks_are_those_of_the_distribution(text):
+    law = SizeDistribution.of(text)
+    points = np.linspace(0, 1, 9)[1:-1].tolist()
+    mean, square = (
+        quad(lambda u, k=k: law.quantiles(np.array([u]))[0] ** k, 0, 1, limit=400, points=points)[0] for k in (1, 2)
+    )
+    drawn = law.draw(64, seed=1)
+    assert drawn.mean() == pytest.approx(1.0, abs=1e-12)
+    assert mean == pytest.approx(1.0, abs=1e-6)
+    assert law.width == pytest.approx(np.sqrt(max(square - mean**2, 0.0)), abs=1e-4)
+    assert drawn.std() == pytest.approx(law.width, abs=1e-3)
+    assert (drawn**2).mean() == pytest.approx(square, rel=1e-3)
+    assert (np.diff(drawn) >= 0).all() and drawn[0] > 0
+
+
+@pytest.mark.parametrize("text", NAMED[:-1])
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_few_disks_have_the_mean_and_the_width_as_well(text, n):
+    law = SizeDistribution.of(text)
+    if law.name == "bidisperse" and n == 2:
+        with pytest.raises(jamlab.InputError, match=r"large = 0\.25: of n = 2 particles that leaves one size only"):
+            law.draw(n, 1)
+        return
+    drawn = law.draw(n, 1)
+    assert drawn.mean() == pytest.approx(1.0, abs=1e-12)
+    if law.name != "bidisperse":
+        assert drawn.std() == pytest.approx(law.width, abs=1e-12)
+
+
+def test_random_draws_follow_the_law_and_the_seed():
+    law = SizeDistribution.of("lognormal:0.3,random")
+    first, again, other = law.draw(20_000, 1), law.draw(20_000, 1), law.draw(20_000, 2)
+    assert (first == again).all() and (first != other).all()
+    assert first.mean() == pytest.approx(1.0, abs=5 * 0.3 / np.sqrt(20_000))
+    assert np.log(first).std() == pytest.approx(np.sqrt(np.log(1.09)), rel=0.03)
+    assert SizeDistribution.of(law.text) == law
+
+
+def test_short_forms_and_names_give_the_same_two_sizes_bit_by_bit():
+    short, named = (random_disks(16, 3, phi=0.5, **how) for how in ({"ratio": 1.7}, {"sizes": "bidisperse:1.7,0.5"}))
+    assert (short.diameters == named.diameters).all() and (short.positions == named.positions).all()
+
+
+@pytest.fixture(scope="module")
+def many():
+    return jamlab.pack(n=len(ONE_TO_TEN), pressure=1e-2, seed=2, sizes=ONE_TO_TEN)
+
+
+def test_a_packing_of_80_sizes_is_that_of_plain_loops(many):
+    assert many.converged and (many.diameters == ONE_TO_TEN).all()
+    found, expected = jamlab.evaluate(many), plain_sums(many)
+    assert found.energy == pytest.approx(expected.energy, rel=1e-12)
+    assert np.abs(found.forces - expected.forces).max() < 1e-12
+    assert np.abs(found.stress - expected.stress).max() < 1e-12
+    assert found.pressure == pytest.approx(1e-2, rel=1e-6)
+    assert jamlab.packing_fraction(many) == pytest.approx(plain_packing_fraction(many), abs=1e-4)
+    voids = jamlab.voids(many)
+    assert voids.area.sum() == pytest.approx((1 - jamlab.packing_fraction(many)) * many.area, rel=1e-10)
+    assert jamlab.shear_modulus(many) == pytest.approx(plain_shear_modulus(many), rel=1e-9)
+    spectrum = jamlab.complex_modulus(many, [0.1])
+    expected = plain_complex_modulus(many, 0.1)
+    assert spectrum.storage[0] + 1j * spectrum.loss[0] == pytest.approx(expected, rel=1e-9)
+    record = many.provenance["sizes"]
+    assert record["law"] == "given" and record["smallest"] == 0.2 and record["largest"] == 2.0
+
+
+def test_doubling_the_cell_changes_nothing(many):
+    one, four = many, tiled(many, 2)
+    first, second = jamlab.evaluate(one), jamlab.evaluate(four)
+    assert second.energy == pytest.approx(4 * first.energy, rel=1e-10)
+    assert np.abs(second.stress - first.stress).max() < 1e-10
+    assert jamlab.contacts(four).z == pytest.approx(jamlab.contacts(one).z, rel=1e-10)
+    assert jamlab.packing_fraction(four) == pytest.approx(jamlab.packing_fraction(one), rel=1e-10)
+    # without prestress, since of four cells it makes longer modes unstable
+    moduli = [jamlab.complex_modulus(p, [0.1], prestress=False) for p in (one, four)]
+    assert moduli[1].storage[0] == pytest.approx(moduli[0].storage[0], rel=1e-10)
+    assert moduli[1].loss[0] == pytest.approx(moduli[0].loss[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("units", ["eps", "k"])
+@pytest.mark.parametrize("exponent", [2.0, 2.5])
+def test_diameters_by_disk_and_by_type_are_one_law(monkeypatch, units, exponent):
+    """One packing with a type for each size, and with types as classes of size."""
+    packing = random_disks(41, 5, phi=1.0, units=units, sizes="lognormal:0.4", exponent=exponent)
+    by_type, expected = lammps_files.types(packing), jamlab.evaluate(packing)
+    monkeypatch.setattr(lammps_files, "MAX_TYPES", 3)
+    classes, found = lammps_files.types(packing), jamlab.evaluate(packing)
+    assert not by_type.classes and by_type.ntypes == 41
+    assert classes.classes and classes.ntypes <= lammps_files.CLASSES
+    assert found.energy == pytest.approx(expected.energy, rel=1e-12)
+    assert np.abs(found.forces - expected.forces).max() < 1e-12
+    assert np.abs(found.stress - expected.stress).max() < 1e-12
+
+
+@pytest.mark.parametrize("exponent", [2.0, 2.5])
+def test_flow_is_the_same_with_diameters_by_disk_and_by_type(monkeypatch, exponent):
+    packing = jamlab.pack(n=41, pressure=1e-2, seed=5, sizes="lognormal:0.4", exponent=exponent)
+    how = {"rate": 1e-3, "strain": 0.01, "damping": jamlab.ContactDamping(beta=0.5)}
+    expected = jamlab.shear(packing, **how)
+    monkeypatch.setattr(lammps_files, "MAX_TYPES", 3)
+    found = jamlab.shear(packing, **how)
+    assert found.stress == pytest.approx(expected.stress, rel=1e-6)
+    assert found.viscous_stress == pytest.approx(expected.viscous_stress, rel=1e-6)
+
+
+def test_packings_keep_their_own_unit_of_length():
+    given, small = (jamlab.pack(n=5, pressure=1e-2, seed=1, sizes=unit * np.arange(5.0, 10.0)) for unit in (1.0, 2e-6))
+    assert small.converged and small.diameters == pytest.approx(2e-6 * given.diameters, rel=1e-12)
+    assert small.phi == pytest.approx(given.phi, rel=1e-5)
+    assert jamlab.evaluate(small).pressure == pytest.approx(1e-2, rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_few_disks_jam(n):
+    onset = jamlab.jam(n=n, seed=1, sizes="lognormal:0.3")
+    assert onset.n == n and onset.converged and 0 < jamlab.evaluate(onset).energy < 1e-12
+    packed = jamlab.pack(n=n, pressure=1e-3, seed=1, sizes="lognormal:0.3")
+    assert jamlab.evaluate(packed).pressure == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_disks_of_one_to_twenty_pack_and_are_handed_over():
+    packing = jamlab.pack(n=40, pressure=1e-2, seed=1, sizes="power-law:-2,1,20")
+    found, expected = jamlab.evaluate(packing), plain_sums(packing)
+    assert np.abs(found.forces - expected.forces).max() < 1e-12
+    droplets = jamlab.to_polygons(jamlab.pack(n=9, pressure=1e-3, seed=1, sizes="uniform:0.2"))
+    assert droplets.n == 9 and droplets.converged
+
+
+def test_diameters_from_a_file(tmp_path):
+    path = tmp_path / "diameters.txt"
+    path.write_text("1.0\n1.25\n0.75, 1.0 1.5\n")
+    assert random_disks(5, 1, phi=0.2, sizes=f"from-file:{path}").diameters.tolist() == [1.0, 1.25, 0.75, 1.0, 1.5]
+    path.write_text("1.0 wide")
+    with pytest.raises(jamlab.InputError, match=r"'wide' is no number; write diameters"):
+        jamlab.pack(n=2, pressure=1e-3, sizes=f"from-file:{path}")
+
+
+@pytest.mark.parametrize(
+    ("n", "sizes", "message"),
+    [
+        (8, "", r"sizes = '': use one of monodisperse, bidisperse:RATIO,SHARE"),
+        (8, "log-normal:0.3", r"sizes = 'log-normal:0\.3': use one of"),
+        (8, "lognormal", r"sizes = 'lognormal': write it as lognormal:WIDTH"),
+        (8, "lognormal:wide", r"write it as lognormal:WIDTH"),
+        (8, "lognormal:nan", r"write it as lognormal:WIDTH"),
+        (8, "lognormal:0.3,0.4", r"write it as lognormal:WIDTH"),
+        (8, "lognormal:-0.3", r"the width must be above 0 and at most 1"),
+        (64, "gaussian:0.5", r"would have the diameter -0\.\d+: take a smaller width"),
+        (2, "power-law:-2,1,20", r"would have the diameter -0\.\d+: take a smaller width"),
+        (8, "uniform:0.6", r"the width must be above 0 and at most 0\.55"),
+        (8, "bidisperse:1.4", r"write it as bidisperse:RATIO,SHARE"),
+        (8, "bidisperse:1.4,1", r"SHARE, that of the large disks by number, must lie between 0 and 1"),
+        (8, "bidisperse:1.4,0.01", r"of n = 8 particles that leaves one size only"),
+        (7, "bidisperse:1.4,0.5", r"n = 7: half of the particles are large, so n must be an even number"),
+        (8, "bidisperse:0.5,0.5", r"RATIO, large over small diameter, must be from 1 to 50"),
+        (8, "power-law:-3,2,1", r"SMALLEST must be above 0 and LARGEST above it"),
+        (8, "power-law:-3,1,1000", r"by a factor of at most 50"),
+        (8, "from-file:nowhere.txt", r"sizes = 'from-file:nowhere\.txt': No such file"),
+        (8, [], r"sizes hold 0 diameters for n = 8 disks: give 2 or more"),
+        (8, [1.0] * 7, r"sizes hold 7 diameters for n = 8 disks: give n = 7"),
+        (2, [1.0, -1.0], r"sizes\[1\] is -1: must be positive"),
+        (2, [1.0, float("nan")], r"sizes\[1\] is nan"),
+        (2, [1.0, 1e6], r"sizes from 1 to 1e\+06: the largest may have 50 times the smallest"),
+        (1, "monodisperse", r"n = 1: must be a whole number of particles, 2 or more"),
+    ],
+)
+def test_sizes_that_no_packing_has_are_one_line(n, sizes, message):
+    for call in (jamlab.jam, lambda **how: jamlab.pack(pressure=1e-3, **how)):
+        with pytest.raises(jamlab.InputError, match=message) as caught:
+            call(n=n, sizes=sizes)
+        assert "\n" not in str(caught.value)
+
+
+def test_sizes_replace_the_short_forms_and_are_of_disks():
+    with pytest.raises(jamlab.InputError, match=r"ratio = 1\.4 and sizes = 'monodisperse': give one of them"):
+        jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse")
+    with pytest.raises(jamlab.InputError, match=r"sizes = 'monodisperse': droplets have the ratio of their vertices"):
+        jamlab.jam(model="dp", n=8, sizes="monodisperse")
