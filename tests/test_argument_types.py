@@ -92,6 +92,7 @@ def test_every_public_function_is_checked():
 
 
 @pytest.mark.filterwarnings("ignore:mass of choose_flow:DeprecationWarning")
+@pytest.mark.filterwarnings("ignore:bright=:FutureWarning")
 @pytest.mark.parametrize("name", FUNCTIONS + CLASSES)
 def test_only_errors_of_jamlab(name, required, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -139,7 +139,7 @@ def follow(source: Any, **how: Any) -> Tracks:
         if not path.is_dir():
             raise InputError(f"{path} is no folder of pictures and no track table (CSV)")
         source = sorted(part for part in path.iterdir() if part.suffix.lower() in PICTURES)
-    if not isinstance(source, Sequence | np.ndarray):
+    if not isinstance(source, Sequence) and not (isinstance(source, np.ndarray) and source.ndim):
         raise InputError(f"a {type(source).__name__} is neither pictures, nor a folder of them, nor a track table")
     if len(source) < 2:
         raise InputError(f"{len(source)} pictures: droplets are followed through two or more")

@@ -1,6 +1,6 @@
 """Numbers of the solvers that make packings, each with its reason; `settings=` hands in others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 
 @dataclass(frozen=True)
@@ -309,6 +309,10 @@ class SolverSettings:
     onset: OnsetSettings = OnsetSettings()
     sweep: SweepSettings = SweepSettings()
     pressure: PressureSettings = PressureSettings()
+
+    def __repr__(self) -> str:
+        changed = (f.name for f in fields(self) if getattr(self, f.name) != f.default)
+        return f"SolverSettings({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
 
 SOLVERS = SolverSettings()

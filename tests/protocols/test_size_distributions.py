@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from jamlab.studies.failure.plain_response import plain_complex_modulus, plain_shear_modulus
 from scipy.integrate import quad
 
 import jamlab
 from jamlab.packing import lammps_files
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.size_distributions import SizeDistribution
-from jamlab.studies.failure.plain_physics import plain_packing_fraction
+from jamlab.studies.failure.plain_physics import plain_complex_modulus, plain_packing_fraction, plain_shear_modulus
 from tests.support.reference import evaluate as plain_sums
 from tests.support.tiled_packings import tiled
 
