@@ -122,6 +122,14 @@ def follow(source: Any, **how: Any) -> Tracks:
 
     Raises:
         InputError: fewer than two pictures, a table without a column, or what `jamlab.micrograph` raises.
+
+    Example:
+        >>> import pandas as pd
+        >>> x, y = np.array([0.0, 4.0, 0.0, 4.0, 2.0]), np.array([0.0, 0.0, 4.0, 4.0, 2.0])
+        >>> rows = [(t, k, x[k] + 0.1 * t * y[k], y[k]) for t in range(3) for k in range(5)]
+        >>> tracks = jamlab.follow(pd.DataFrame(rows, columns=["frame", "particle", "x", "y"]))
+        >>> int(tracks.table["particle"].nunique())
+        5
     """
     import pandas as pd
 

@@ -49,7 +49,7 @@ def jam(
     ranks: int = 1,
     ratio: float | None = None,
     large: float = 0.5,
-    sizes: Sizes | None = None,
+    sizes: "Sizes | None" = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: Any,

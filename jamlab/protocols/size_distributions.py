@@ -130,7 +130,7 @@ class SizeDistribution:
     Example:
         >>> from jamlab.protocols.size_distributions import SizeDistribution
         >>> d = SizeDistribution.of("lognormal:0.3").draw(64, seed=1)
-        >>> round(d.mean(), 12), round(d.std(), 12)
+        >>> round(float(d.mean()), 12), round(float(d.std()), 12)
         (1.0, 0.3)
     """
 

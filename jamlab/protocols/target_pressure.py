@@ -38,7 +38,7 @@ def pack(
     tolerance: float | None = None,
     ratio: float | None = None,
     large: float = 0.5,
-    sizes: Sizes | None = None,
+    sizes: "Sizes | None" = None,
     settings: SolverSettings = SOLVERS,
     progress: Progress | None = None,
     **parameters: float,

@@ -65,7 +65,7 @@ def law(packing):
     values |= {"law": packing.units, "skin": 0.1, "longest_edge": 1.5}
     if packing.model == "sp":
         sizes = np.unique(packing.diameters)
-        values |= {"ntypes": len(sizes)} | {f"d{k}": size for k, size in enumerate(sizes, start=1)}
+        values |= {"exponent": 2, "ntypes": len(sizes)} | {f"d{k}": size for k, size in enumerate(sizes, start=1)}
     texts = {key: f"{value:.17g}" if isinstance(value, float) else value for key, value in values.items()}
     return "\n".join(f"variable {key} delete\nvariable {key} index {text}" for key, text in texts.items())
 

@@ -211,7 +211,7 @@ def test_the_command_prints_the_plan_in_short_lines(tmp_path):
     assert [option["why"] for option in printed["options"]] == made.choice.options["why"].tolist()
     lines = call(tmp_path, *asked).stdout.strip().splitlines()
     assert lines[0].startswith(f"{made.packings} packings of 64 droplets") and max(map(len, lines)) < 130
-    assert lines[3].endswith("taken") and lines[-1].startswith("no promise of 5 more")
+    assert any(line.endswith("taken") for line in lines) and lines[-1].startswith("no promise of 5 more")
     done = call(tmp_path, "estimate", "g", "--error", "0.03")
     assert done.exit_code == 1 and "g needs rho" in done.stderr
 

@@ -169,7 +169,7 @@ def test_noise_without_end_is_doubted_or_refused(dp_dense):
         (np.dstack([np.eye(20)] * 4), {}, "transparent"),
         (np.eye(20), {"film": 0.0}, "film is 0"),
         (np.eye(20), {"pixel": -1.0}, "pixel is -1"),
-        ("nowhere.png", {}, "nowhere.png cannot be read"),
+        ("nowhere.png", {}, "nowhere.png: No such file"),
         (np.random.default_rng(1).normal(size=(60, 60)), {}, "stand out from light and noise"),
         (np.mgrid[:60, :60][0] / 60, {}, "stand out from light and noise"),
     ],

@@ -155,7 +155,7 @@ def test_files_of_labels(tmp_path, numbers, kind):
         (np.dstack([np.eye(50), np.zeros((50, 50)), np.eye(50)]), "labels are colours"),
         (np.array([["a", "b"]]), "labels"),
         ("nowhere.npy", "nowhere.npy cannot be read as labels"),
-        ("nowhere.tif", "nowhere.tif cannot be read"),
+        ("nowhere.tif", "nowhere.tif: No such file"),
     ],
 )
 def test_labels_that_are_none_are_refused(labels, message):
