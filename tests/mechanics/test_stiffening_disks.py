@@ -198,6 +198,7 @@ def test_moduli_are_the_same_in_other_units():
     assert jamlab.relaxed(other).converged
 
 
+@pytest.mark.slow
 def test_scenes_of_hertzian_disks_are_made_where_disks_are_chosen():
     made = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5}, model="sp", exponent=2.5)
     assert made.packing.params["exponent"] == 2.5 and made.packing.converged
