@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import newton
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
@@ -24,6 +23,8 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
     Raises:
         InputError: no area balances, line tension shrinks a droplet to a point.
     """
+    from scipy.optimize import newton  # half of the time that jamlab needs to start, and disks do not need it
+
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)
     gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)

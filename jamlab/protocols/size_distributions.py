@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from jamlab.arrays import Array
 from jamlab.checks import check_bidisperse, check_count, check_positive, check_seed, finite_array, is_number
@@ -56,10 +55,14 @@ def _uniform(u: Array, numbers: tuple[float, ...]) -> Array:
 
 
 def _gaussian(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri  # only who asks for such sizes waits for it
+
     return np.asarray(1 + numbers[0] * ndtri(u))
 
 
 def _lognormal(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri
+
     variance = np.log1p(numbers[0] ** 2)
     return np.asarray(np.exp(np.sqrt(variance) * ndtri(u) - 0.5 * variance))
 
