@@ -30,10 +30,6 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
 
     Returns:
         Numbers of files that were "copied", already "present", and "damaged", hence left out.
-
-    Raises:
-        InputError: there is no campaign in a source.
-        StorageError: the folder is in use or cannot be written.
     """
     for source in sources:
         if not (source / "tasks").is_dir():
@@ -57,12 +53,7 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
 
 
 def export_table(frame: "pd.DataFrame", path: Path) -> None:
-    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing.
-
-    Raises:
-        InputError: the path has another suffix, or pyarrow is missing for Parquet.
-        StorageError: the file cannot be written.
-    """
+    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing."""
     if path.suffix not in (".csv", ".parquet"):
         raise InputError(f"cannot tell what to write to {path}: end its name in .csv or .parquet")
     if path.suffix == ".parquet":
@@ -75,11 +66,7 @@ def export_table(frame: "pd.DataFrame", path: Path) -> None:
 
 
 def check_parquet() -> None:
-    """Check that Parquet can be written.
-
-    Raises:
-        InputError: pyarrow is not installed.
-    """
+    """Check that Parquet can be written."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
@@ -107,10 +94,6 @@ def export(
 
     Returns:
         Paths of the files written.
-
-    Raises:
-        InputError: the format, a table or the sweep is unknown.
-        StorageError: a file is damaged or cannot be written.
     """
     check_choice("format", form, FORMATS)
     if form == "parquet":

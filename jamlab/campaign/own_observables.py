@@ -27,9 +27,6 @@ def check_function(observable: str, folders: Sequence[str]) -> None:
     Args:
         observable: its name.
         folders: searched for the module before the places where Python looks.
-
-    Raises:
-        InputError: there is no such module or function.
     """
     module, _, name = observable.partition(":")
     places: list[str] | None = [*folders, *sys.path]
@@ -74,9 +71,6 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
     Args:
         observable: its name.
         folders: searched for the module before the places where Python looks.
-
-    Raises:
-        InputError: the module cannot be imported, or has no such function.
     """
     module, _, name = observable.partition(":")
     with _search(folders):
@@ -105,9 +99,6 @@ def measure_own(
 
     Returns:
         Column -> (packings,); a single number makes the column `function`.
-
-    Raises:
-        InputError: the function fails, or returns anything else.
     """
     rows = [_row(observable, function, packing, k) for k, packing in enumerate(packings)]
     for k, row in enumerate(rows):

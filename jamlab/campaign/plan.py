@@ -133,35 +133,21 @@ def machine_speed() -> float:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of one sweep, model and n.
+    """Estimated cost of one sweep, model and n."""
 
-    Attributes:
-        sweep: its name.
-        model: "sp" or "dp".
-        n: number of particles.
-        tasks: number of tasks; with `until` the most there may be, or, once the standard errors are met, those needed.
-        left: number of tasks neither finished nor failed; one that an earlier sweep has too is counted there.
-        stored: number of tasks left whose states another finished task holds.
-        states: number of packings in each task.
-        seconds: of cores, for the tasks left; functions of the user's own count nothing.
-        bytes: on disk, for the tasks left.
-        measured: whether the time is that of finished tasks of the same kind.
-        until: column -> wanted standard error; empty without `until`.
-        ranks: MPI ranks of each task, hence cores of a worker.
-    """
-
-    sweep: str
-    model: str
-    n: int
+    sweep: str  # its name
+    model: str  # "sp" or "dp"
+    n: int  # number of particles
+    # number of tasks; with `until` the most there may be, or, once the standard errors are met, those needed
     tasks: int
-    left: int
-    stored: int
-    states: int
-    seconds: float
-    bytes: int
-    measured: bool
-    until: dict[str, float]
-    ranks: int
+    left: int  # number of tasks neither finished nor failed; one that an earlier sweep has too is counted there
+    stored: int  # number of tasks left whose states another finished task holds
+    states: int  # number of packings in each task
+    seconds: float  # of cores, for the tasks left; functions of the user's own count nothing
+    bytes: int  # on disk, for the tasks left
+    measured: bool  # whether the time is that of finished tasks of the same kind
+    until: dict[str, float]  # column -> wanted standard error; empty without `until`
+    ranks: int  # MPI ranks of each task, hence cores of a worker
 
 
 def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) -> list[Estimate]:

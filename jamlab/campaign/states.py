@@ -35,9 +35,6 @@ def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
     Args:
         parameters: of the task, see `tasks.py`.
         ranks: MPI ranks that minimise.
-
-    Raises:
-        ConvergenceError: no onset was found, no pressure was reached, or the onset lies above `compress.to`.
     """
     missing: list[dict[str, str]] = []
     if parameters.pressures is not None:

@@ -54,10 +54,6 @@ def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFr
     Returns:
         Columns `TABLE_COLUMNS[name]`; "states" also has those of the user's own observables, nan where a task lacks
         them. Rows are sorted by model, n and seed, and within a task as in its file.
-
-    Raises:
-        InputError: there is no such table, or two of the user's own observables have a column of the same name.
-        StorageError: a file is damaged.
     """
     import pandas as pd
 
@@ -139,11 +135,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
 
 
 def states_at(frame: "pd.DataFrame", column: str, value: float) -> "pd.DataFrame":
-    """Choose the rows of one state of each packing: the one whose column is nearest to a value, and within 0.5 % of it.
-
-    Raises:
-        InputError: there is no such column, or no packing has a state there.
-    """
+    """Choose the rows of one state of each packing: the one whose column is nearest to a value, and within 0.5 % of it."""
     check_choice("column", column, frame.columns)
     if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
         raise InputError(f"{column} = {value:g}: a table with states is needed, and a column of numbers")
@@ -205,10 +197,6 @@ def aggregate(
         One row per group: `by`, the mean of `along`, `packings`, their number, and for each value `<value>`,
         `<value>_low`, `<value>_high` and `<value>_packings`, the number of packings that have it. Intervals of one
         packing are nan.
-
-    Raises:
-        InputError: a missing column, `bins` without `along`, numbers out of range, or a group of more than one
-            ensemble or unit, whose mean would be one of nothing.
     """
     import pandas as pd
 

@@ -35,10 +35,6 @@ def write_campaign_page(campaign: Campaign, path: Path, progress: Progress = no_
         campaign: see `jamlab.open_campaign`.
         path: HTML file to create or replace.
         progress: called after each sweep.
-
-    Raises:
-        InputError: no task is finished.
-        StorageError: a file of the campaign is damaged, or the page cannot be written.
     """
     check_target(path)
     if not campaign.finished():

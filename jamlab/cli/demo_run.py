@@ -47,19 +47,12 @@ FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure"
 
 @dataclass(frozen=True)
 class ModelSweep:
-    """One model from onset to the densest state.
+    """One model from onset to the densest state."""
 
-    Attributes:
-        model: "sp" or "dp".
-        packings: onset first.
-        measured: column -> (len(packings),), see `jamlab.measure`.
-        seconds: wall time of the whole sweep.
-    """
-
-    model: str
-    packings: list[Packing]
-    measured: dict[str, NDArray[np.float64]]
-    seconds: float
+    model: str  # "sp" or "dp"
+    packings: list[Packing]  # onset first
+    measured: dict[str, NDArray[np.float64]]  # column -> (len(packings),), see `jamlab.measure`
+    seconds: float  # wall time of the whole sweep
 
 
 def run_demo(
@@ -77,11 +70,6 @@ def run_demo(
 
     Returns:
         Sweeps by model, and G*(omega) of the densest SP packing, or None if that packing is unstable.
-
-    Raises:
-        InputError, ConvergenceError: from the protocols.
-        EngineError: a process was killed.
-        StorageError: the folder cannot be written.
     """
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)

@@ -17,9 +17,6 @@ def open_tables(source: Path | None) -> EnsembleTables:
 
     Args:
         source: None stands for the reference data installed with jamlab.
-
-    Raises:
-        InputError, StorageError: `source` is neither.
     """
     if source is None:
         return reference_tables()
@@ -43,10 +40,6 @@ def save_reference(
 
     Returns:
         Table -> size in bytes.
-
-    Raises:
-        InputError: there is no campaign, or none of its tasks is finished.
-        StorageError: the folder cannot be written, or with `add` one of its tables is damaged.
     """
     names = _check_tables(only)
     campaign = open_campaign(source)
@@ -63,11 +56,7 @@ def save_reference(
 
 
 def _check_tables(only: Sequence[str]) -> Sequence[str]:
-    """Names of the tables asked for, all if none is.
-
-    Raises:
-        InputError: an unknown name.
-    """
+    """Names of the tables asked for, all if none is."""
     for name in only:
         check_choice("only", name, NAMES)
     return only or NAMES

@@ -116,12 +116,7 @@ _PICTURES = (".png", ".pdf", ".svg")
 
 
 def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -> None:
-    """Refuse, before anything runs, what cannot be written at the end.
-
-    Raises:
-        InputError: the ending of a name does not fit.
-        StorageError: see `check_target`.
-    """
+    """Refuse, before anything runs, what cannot be written at the end."""
     check_target(out, source)
     if plot is not None and plot.suffix.lower() not in _PICTURES:
         raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")

@@ -118,11 +118,7 @@ def _json(found: "Micrograph") -> dict[str, object]:
 
 
 def write_droplets(table: "pd.DataFrame", path: Path) -> None:
-    """Write a table of droplets or tracks as CSV.
-
-    Raises:
-        StorageError: the file cannot be written.
-    """
+    """Write a table of droplets or tracks as CSV."""
     from jamlab.storage.atomic_file import atomic_file
 
     with atomic_file(path) as temporary:

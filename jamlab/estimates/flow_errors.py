@@ -43,22 +43,15 @@ _DIGITS = 1e-4  # relative: the table has five digits
 
 
 class Flow(NamedTuple):
-    """What is asked of the table.
+    """What is asked of the table."""
 
-    Attributes:
-        kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
-            the rate to the power alpha.
-        alpha: of contact drag, or `STOKES`.
-        drag: see `relative_drag`; of flow, the rate of linear drag.
-        amplitude: see `relative_amplitude`; 1 of flow.
-        beta: of contact drag.
-    """
-
+    # "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at the rate
+    # to the power alpha
     kind: str
-    alpha: float
-    drag: float
-    amplitude: float = 1.0
-    beta: float = 1.0
+    alpha: float  # of contact drag, or `STOKES`
+    drag: float  # see `relative_drag`; of flow, the rate of linear drag
+    amplitude: float = 1.0  # see `relative_amplitude`; 1 of flow
+    beta: float = 1.0  # of contact drag
 
 
 class Outside(NamedTuple):
@@ -232,11 +225,7 @@ def _quantile(errors: Any) -> Any:
 
 
 def read_errors(path: Path | None = None) -> FlowErrors:
-    """Read the shipped runs, or those written by `jamlab chart flow-table`.
-
-    Raises:
-        StorageError: it cannot be read, or is no such table.
-    """
+    """Read the shipped runs, or those written by `jamlab chart flow-table`."""
     return FlowErrors(read_table(path, "flow_errors.csv.gz", COLUMNS, "jamlab chart flow-table"))
 
 

@@ -35,17 +35,11 @@ class Stop(StrEnum):
 
 @dataclass
 class Sample:
-    """Packings made so far.
+    """Packings made so far."""
 
-    Attributes:
-        plan: that they follow.
-        values: one for each seed that was tried; nan where it has none.
-        seconds: CPU time of all.
-    """
-
-    plan: EnsemblePlan
-    values: list[float] = field(default_factory=list)
-    seconds: float = 0.0
+    plan: EnsemblePlan  # that they follow
+    values: list[float] = field(default_factory=list)  # one for each seed that was tried; nan where it has none
+    seconds: float = 0.0  # CPU time of all
 
     @property
     def good(self) -> list[float]:
@@ -83,11 +77,7 @@ class Sample:
 
 
 def sample(plan: EnsemblePlan, error: float, make: Make) -> tuple[Sample, Stop]:
-    """Make packings until the error is reached, or until more would not help; and say which.
-
-    Raises:
-        ConvergenceError: nearly no seed gives a value.
-    """
+    """Make packings until the error is reached, or until more would not help; and say which."""
     found, wanted, aim = Sample(plan), plan.packings, room(error, plan.bias_error)
     while True:
         found.extend(wanted, make)

@@ -26,9 +26,6 @@ def read_table(path: Path | None, shipped: str, columns: Iterable[str], command:
         shipped: name of the shipped file in this package.
         columns: that it must have.
         command: of the shell that makes such a file, for the message.
-
-    Raises:
-        StorageError: the file cannot be read, or holds no such table.
     """
     source = path or resources.files("jamlab.estimates").joinpath(shipped)
     try:

@@ -25,34 +25,21 @@ _FEWEST_VALUES = 12  # of them that have the quantity, at the levels beside rho
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of two ensemble means.
+    """Difference of two ensemble means."""
 
-    Attributes:
-        value: mean of the first way minus that of the reference.
-        error: standard error.
-        freedom: degrees of freedom of it.
-    """
-
-    value: float
-    error: float
-    freedom: float
+    value: float  # mean of the first way minus that of the reference
+    error: float  # standard error
+    freedom: float  # degrees of freedom of it
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """What one packing of a way gives and costs at rho.
+    """What one packing of a way gives and costs at rho."""
 
-    Attributes:
-        deviation: standard deviation from packing to packing.
-        freedom: degrees of freedom of it.
-        share: of the seeds that give a value.
-        seconds: CPU time of a seed.
-    """
-
-    deviation: float
-    freedom: float
-    share: float
-    seconds: float
+    deviation: float  # standard deviation from packing to packing
+    freedom: float  # degrees of freedom of it
+    share: float  # of the seeds that give a value
+    seconds: float  # CPU time of a seed
 
 
 def scatter(record: WayRecord, quantity: str, rho: float) -> Scatter:

@@ -32,32 +32,21 @@ _COMMAND = "jamlab chart estimates"
 
 @dataclass(frozen=True)
 class WayRecord:
-    """Packings made in one way.
+    """Packings made in one way."""
 
-    Attributes:
-        way: how they were made.
-        seeds: (m,) int64.
-        levels: (k,) rho, ascending.
-        values: quantity -> (m, k), nan where a packing is not jammed or has no such value; "rho-J" -> (m, 1).
-        seconds: (m, k) CPU time from the random start to each level, also of packings that failed there.
-    """
-
-    way: EnsembleWay
-    seeds: NDArray[np.int64]
-    levels: Array
+    way: EnsembleWay  # how they were made
+    seeds: NDArray[np.int64]  # (m,) int64
+    levels: Array  # (k,) rho, ascending
+    # quantity -> (m, k), nan where a packing is not jammed or has no such value; "rho-J" -> (m, 1)
     values: dict[str, Array]
-    seconds: Array
+    seconds: Array  # (m, k) CPU time from the random start to each level, also of packings that failed there
 
 
 Ways = Mapping[EnsembleWay, WayRecord]
 
 
 def read_ways(path: Path | None = None) -> Ways:
-    """Read the shipped table, or one written by `jamlab chart estimates`.
-
-    Raises:
-        StorageError: it cannot be read, is not such a table, or was made with other parameters than the present ones.
-    """
+    """Read the shipped table, or one written by `jamlab chart estimates`."""
     return _shipped_ways() if path is None else _read(path)
 
 
@@ -80,11 +69,7 @@ def _read(path: Path | None) -> Ways:
 
 
 def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
-    """Collect rows by the way that their packings were made in.
-
-    Raises:
-        ValueError: there is none, or a packing lacks a level.
-    """
+    """Collect rows by the way that their packings were made in."""
     if table.empty:
         raise ValueError("it has no rows")
     levels = np.unique(table["rho"].to_numpy(dtype=np.float64))

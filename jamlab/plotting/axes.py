@@ -22,9 +22,6 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> It
         ax: matplotlib Axes, or None.
         style: what the caller gave for matplotlib's artist; named in the error if matplotlib refuses it.
         size: of a new figure, inches.
-
-    Raises:
-        InputError: `ax` is something else, or matplotlib refuses the style.
     """
     figure = None
     if ax is None:

@@ -20,17 +20,11 @@ LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 @dataclass(frozen=True)
 class BlockAverage:
-    """Mean of a series.
+    """Mean of a series."""
 
-    Attributes:
-        value: mean.
-        error: standard error of the mean.
-        drift: mean of the second half less that of the first, over its standard error.
-    """
-
-    value: float
-    error: float
-    drift: float
+    value: float  # mean
+    error: float  # standard error of the mean
+    drift: float  # mean of the second half less that of the first, over its standard error
 
     @property
     def steady(self) -> bool:
@@ -49,9 +43,6 @@ def block_average(values: ArrayLike) -> BlockAverage:
 
     Args:
         values: (m,).
-
-    Raises:
-        InputError: too few values, or one that is not finite.
     """
     series = np.asarray(values, dtype=np.float64)
     if series.ndim != 1 or len(series) < 2 * FEWEST_BLOCKS or not np.isfinite(series).all():

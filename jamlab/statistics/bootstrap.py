@@ -33,16 +33,12 @@ MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then
 
 @dataclass(frozen=True)
 class Interval:
-    """A statistic with the ends of its confidence interval.
+    """A statistic with the ends of its confidence interval."""
 
-    Attributes:
-        value: statistic of the ensemble itself, float64 of any shape.
-        low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give
-            nan, where the statistic depends on a group of a single packing, which says nothing about its spread, and
-            everywhere if too few packings were given.
-    """
-
-    value: Array
+    value: Array  # statistic of the ensemble itself, float64 of any shape
+    # low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give nan,
+    # where the statistic depends on a group of a single packing, which says nothing about its spread, and everywhere if
+    # too few packings were given
     low: Array
     high: Array
 
@@ -70,9 +66,6 @@ def bootstrap(
         level: nominal coverage of the interval.
         seed: of the random numbers.
         least: packings that every group must have, else there is no interval.
-
-    Raises:
-        InputError: no group or an empty one, fewer than one resample, a level outside (0, 1).
     """
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):

@@ -22,23 +22,14 @@ ORDER = 4  # of the polynomial
 
 @dataclass(frozen=True)
 class CriticalCollapse:
-    """What brings the data onto one curve.
+    """What brings the data onto one curve."""
 
-    Attributes:
-        critical: x_c.
-        q: y ~ s^q at x_c.
-        w: the width of the critical region in x grows as s^w.
-        coefficients: (k,) of ln f, highest power first.
-        spread: root mean square distance of ln y from the curve.
-        before: the same of ln y from one curve in x alone.
-    """
-
-    critical: float
-    q: float
-    w: float
-    coefficients: Array = field(repr=False)
-    spread: float
-    before: float
+    critical: float  # x_c
+    q: float  # y ~ s^q at x_c
+    w: float  # the width of the critical region in x grows as s^w
+    coefficients: Array = field(repr=False)  # (k,) of ln f, highest power first
+    spread: float  # root mean square distance of ln y from the curve
+    before: float  # the same of ln y from one curve in x alone
 
     @property
     def above(self) -> float:
@@ -80,9 +71,6 @@ def collapse_through(
         start: first guess of (x_c, q, w).
         critical: x_c, if it is known.
         order: of the polynomial ln f.
-
-    Raises:
-        InputError: fewer points than unknowns, or values that are not positive.
     """
     points = [finite_array(name, value, (None,)) for name, value in (("x", x), ("s", s), ("y", y))]
     place, log_s, log_y = points[0], *(np.log(np.maximum(p, 1e-300)) for p in points[1:])

@@ -24,9 +24,6 @@ def measure_spread(curves: Sequence[Curve]) -> float:
 
     Args:
         curves: (x, y), each (m,) ascending and positive.
-
-    Raises:
-        InputError: fewer than two curves; values that are not positive.
     """
     return _spread_of_logarithms(_take_logarithms(curves))
 
@@ -54,18 +51,13 @@ def _spread_of_logarithms(logs: list[Curve]) -> float:
 
 @dataclass(frozen=True)
 class ScalingExponents:
-    """Exponents for which x scale^a and y scale^b of all curves fall on one.
+    """Exponents for which x scale^a and y scale^b of all curves fall on one."""
 
-    Attributes:
-        a, b: exponents.
-        spread: of the rescaled curves, see `measure_spread`; inf if no two of them overlap.
-        before: spread of the curves before rescaling.
-    """
-
+    # a, b: exponents
     a: float
     b: float
-    spread: float
-    before: float
+    spread: float  # of the rescaled curves, see `measure_spread`; inf if no two of them overlap
+    before: float  # spread of the curves before rescaling
 
     @property
     def quality(self) -> float:
@@ -88,9 +80,6 @@ def fit_scaling_exponents(
         families: each m curves, such as G' and G'' of every pressure; all families share the exponents.
         a, b: exponents to hold fixed; None is fitted.
         start: first guess of (a, b).
-
-    Raises:
-        InputError: a family without one curve for each scale; see `measure_spread`.
     """
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):

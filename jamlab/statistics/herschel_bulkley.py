@@ -89,10 +89,6 @@ def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLik
     Args:
         rates, stress, stress_error: (m,), three points at least, all rates and errors positive.
         unit: of stress, for labels.
-
-    Raises:
-        InputError: too few points, rates or errors that are not positive, the same stress at all rates.
-        ConvergenceError: no fit is found, or one whose exponent lies at an end of its range, 0 to 2.
     """
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:

@@ -12,22 +12,15 @@ Distance = TypeVar("Distance", float, NDArray[np.float64])
 
 
 class Published(NamedTuple):
-    """A number as printed.
+    """A number as printed."""
 
-    Attributes:
-        value: the number.
-        margin: the error that the paper states, else half a unit of its last digit, or what its words allow.
-        relation: "=", or ">" and "<" where the paper gives a bound only.
-        scale: what an interval must be narrow against to tell anything: 0 stands for the value itself; the distance to
-            onset of a packing fraction, A - 1 of a shape factor.
-        where: figure, table, equation or section that prints it.
-    """
-
-    value: float
-    margin: float = 0.0
-    relation: str = "="
+    value: float  # the number
+    margin: float = 0.0  # the error that the paper states, else half a unit of its last digit, or what its words allow
+    relation: str = "="  # "=", or ">" and "<" where the paper gives a bound only
+    # what an interval must be narrow against to tell anything: 0 stands for the value itself; the distance to onset of
+    # a packing fraction, A - 1 of a shape factor
     scale: float = 0.0
-    where: str = ""
+    where: str = ""  # figure, table, equation or section that prints it
 
 
 NEAR_ONSET = 0.04  # scale of packing fractions and of z at onset: what models part at, and the spread of small systems

@@ -23,9 +23,6 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Yields:
         Path of the temporary file, which exists and is empty.
-
-    Raises:
-        StorageError: as in `check_target`, or the disk is full.
     """
     target = check_target(path)
     temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
@@ -50,11 +47,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder unless it is there, before the work whose results go into it.
-
-    Raises:
-        StorageError: it cannot be made, or nothing can be written into it.
-    """
+    """Make a folder unless it is there, before the work whose results go into it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
@@ -64,11 +57,7 @@ def make_folder(folder: Path) -> None:
 
 
 def check_ending(path: str | os.PathLike[str], endings: Sequence[str], format_: str) -> None:
-    """Refuse a name whose ending promises another format; names without an ending promise nothing.
-
-    Raises:
-        InputError: naming the path and an ending that fits.
-    """
+    """Refuse a name whose ending promises another format; names without an ending promise nothing."""
     if Path(os.fspath(path)).suffix.lower() not in ("", *endings):
         raise InputError(f"{os.fspath(path)}: {format_}; name a file that ends in {endings[0]}")
 
@@ -83,10 +72,6 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str],
 
     Returns:
         The file behind all symbolic links.
-
-    Raises:
-        StorageError: `path` is a folder, a device, a pipe, a socket, one of the sources, write-protected or a file
-            that may not be replaced, or its folder is missing or not writable.
     """
     try:
         target = Path(os.path.realpath(path))

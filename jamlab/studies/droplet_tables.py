@@ -54,11 +54,7 @@ def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFram
 
 
 def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
-    """Count voids of each state: of all, of those with three sides, and the sum of the shape factors of these.
-
-    Raises:
-        InputError: the states lack the area that droplets share.
-    """
+    """Count voids of each state: of all, of those with three sides, and the sum of the shape factors of these."""
     three = voids["sides"] == 3
     counted = voids.assign(voids=1, three=three.astype(int), shape_of_three=np.where(three, voids["shape"], 0.0))
     sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
@@ -110,11 +106,7 @@ def _weights(rho: Array, place: float) -> Array | None:
 
 
 def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
-    """Select droplets with the counts of `held_motions`, and what the figure draws of them.
-
-    Raises:
-        InputError: there are none.
-    """
+    """Select droplets with the counts of `held_motions`, and what the figure draws of them."""
     rows = onset[onset["model"] == "dp"]
     if not set(COUNTS) <= set(rows.columns) or rows[list(COUNTS)].dropna().empty:
         raise InputError(
@@ -136,11 +128,7 @@ def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
 
 
 def usual_law(table: pd.DataFrame) -> dict[str, float]:
-    """Find the force law that most rows of droplets have.
-
-    Raises:
-        InputError: there are no droplets.
-    """
+    """Find the force law that most rows of droplets have."""
     droplets = table[table["model"] == "dp"]
     if droplets.empty:
         raise InputError("the table has no droplets: run the campaign beyond_the_papers")

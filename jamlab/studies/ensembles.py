@@ -104,11 +104,7 @@ def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """Pick the size with enough packings that is nearest to the paper's, by ratio.
-
-    Raises:
-        InputError: there is no packing of the model.
-    """
+    """Pick the size with enough packings that is nearest to the paper's, by ratio."""
     found = sampled_sizes(table, model)
     if not found:
         raise InputError(
@@ -165,12 +161,9 @@ def line_in_inverse(n: Sequence[float], groups: Sequence[Array]) -> tuple[float,
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Values of each packing at the same places.
+    """Values of each packing at the same places."""
 
-    Attributes:
-        x, y: (packings, places); nan where a packing does not reach a place.
-    """
-
+    # x, y: (packings, places); nan where a packing does not reach a place
     x: Array
     y: Array
 

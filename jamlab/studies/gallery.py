@@ -89,11 +89,7 @@ def titles() -> dict[str, str]:
 
 
 def check_names(names: Sequence[str]) -> list[str]:
-    """Names of the figures asked for; "all" stands for every one.
-
-    Raises:
-        InputError: an unknown name.
-    """
+    """Names of the figures asked for; "all" stands for every one."""
     unknown = [name for name in names if name not in FIGURES and name != "all"]
     if unknown or not names:
         meant = [found for name in unknown for found in get_close_matches(name, FIGURES, 1)]
@@ -103,12 +99,7 @@ def check_names(names: Sequence[str]) -> list[str]:
 
 
 def draw(name: str, tables: EnsembleTables) -> Drawing:
-    """Draw one figure.
-
-    Raises:
-        InputError: the tables lack the data of the figure.
-        StorageError: a table cannot be read.
-    """
+    """Draw one figure."""
     try:
         drawing = FIGURES[name](tables)
     except KeyError as error:
@@ -120,11 +111,7 @@ def draw(name: str, tables: EnsembleTables) -> Drawing:
 
 
 def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes | None]:
-    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself.
-
-    Raises:
-        StorageError: the folder cannot be written.
-    """
+    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself."""
     return write_files(drawing.name, _shown(drawing), folder)
 
 
@@ -138,13 +125,9 @@ def _draw_shown(name: str, tables: EnsembleTables) -> Shown:
 
 @dataclass(frozen=True)
 class FigureStudy(CampaignStudy):
-    """A figure that is drawn from the tables of a campaign.
+    """A figure that is drawn from the tables of a campaign."""
 
-    Attributes:
-        made_by: name of the campaign, one of those that ship.
-    """
-
-    made_by: str
+    made_by: str  # name of the campaign, one of those that ship
     kind: ClassVar[str] = "figure"
 
     @property
@@ -182,12 +165,7 @@ def write_all(
     opening: Sequence[Section] = (),
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`.
-
-    Raises:
-        StorageError: the folder cannot be written.
-        InputError: no figure could be drawn.
-    """
+    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`."""
     headings = {study.name: study.heading for study in studies()}
     drawn, failures = write_page(
         folder,

@@ -64,23 +64,15 @@ def size_style(n: int) -> dict[str, Any]:
 
 @dataclass
 class Drawing:
-    """A figure with its points, its numbers, and what it says of them.
+    """A figure with its points, its numbers, and what it says of them."""
 
-    Attributes:
-        name: such as "boromand-6".
-        figure: matplotlib.
-        claims: numbers of the paper beside ours.
-        values: further numbers of the figure, of which captions and reasons are written; nan ends: without interval.
-        caption: what is drawn, and what of the paper's figure is missing.
-        rows: one table per curve drawn.
-    """
-
-    name: str
-    figure: Figure
-    caption: str = ""
-    claims: list[Claim] = field(default_factory=list)
+    name: str  # such as "boromand-6"
+    figure: Figure  # matplotlib
+    caption: str = ""  # what is drawn, and what of the paper's figure is missing
+    claims: list[Claim] = field(default_factory=list)  # numbers of the paper beside ours
+    # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
     values: dict[str, Interval] = field(default_factory=dict)
-    rows: list[pd.DataFrame] = field(default_factory=list)
+    rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
 
     def claim(
         self,

@@ -80,20 +80,12 @@ def _who(name: str, table: pd.DataFrame) -> pd.MultiIndex:
 
 
 def reference_tables() -> EnsembleTables:
-    """Tables of the reference data shipped with jamlab.
-
-    Raises:
-        StorageError: the data are missing.
-    """
+    """Tables of the reference data shipped with jamlab."""
     return read_folder(Path(str(resources.files("jamlab.studies"))) / "reference")
 
 
 def read_folder(folder: Path) -> EnsembleTables:
-    """Read tables from a folder that `save` wrote.
-
-    Raises:
-        StorageError: no such folder; later, on use, a table that is missing, damaged, or of other rows than recorded.
-    """
+    """Read tables from a folder that `save` wrote."""
     return EnsembleTables(partial(_read_table, folder), _facts(read_record(folder)["runs"]))
 
 
@@ -111,11 +103,7 @@ def _facts(runs: Sequence[dict[str, Any]]) -> dict[str, str]:
 
 
 def read_record(folder: Path) -> dict[str, Any]:
-    """Read the runs of a folder, oldest first, and the rows of each table.
-
-    Raises:
-        StorageError: there is no record, or it is damaged.
-    """
+    """Read the runs of a folder, oldest first, and the rows of each table."""
     record = folder / RECORD
     remedy = "give a folder of reference tables or a campaign"
     try:
@@ -212,10 +200,6 @@ def save(
 
     Returns:
         Name of each table -> bytes written. Tables without rows are left out.
-
-    Raises:
-        StorageError: the folder cannot be written, or a table to write is damaged.
-        InputError: no table has rows, or the folder holds one that these tables lack.
     """
     made: dict[str, pd.DataFrame] = {}
     for name in names:

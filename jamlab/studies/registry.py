@@ -57,11 +57,7 @@ OWN = "jamlab-studies.txt"  # lists files with studies of users, in the working 
 
 
 def studies(folder: Path = Path()) -> dict[str, Study]:
-    """All studies by name, those of users in a working folder last.
-
-    Raises:
-        InputError: a study of a user cannot be imported, or has the name of another one.
-    """
+    """All studies by name, those of users in a working folder last."""
     found: dict[str, Study] = {**FIGURES, **CHARTS, **MAPS, **OTHERS}
     file = folder / OWN
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
@@ -73,11 +69,7 @@ def studies(folder: Path = Path()) -> dict[str, Study]:
 
 
 def read_studies(file: Path) -> list[Study]:
-    """Import a Python file and collect its studies.
-
-    Raises:
-        InputError: it cannot be imported, or defines none.
-    """
+    """Import a Python file and collect its studies."""
     spec = spec_from_file_location(file.stem, file)
     if spec is None or spec.loader is None or not file.is_file():
         raise InputError(f"{file} is no Python file: give one that defines studies")
@@ -94,12 +86,7 @@ def read_studies(file: Path) -> list[Study]:
 
 
 def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
-    """Add the studies of a Python file to those of a working folder.
-
-    Raises:
-        InputError: it cannot be imported, or defines no study of a new name.
-        StorageError: the list cannot be written.
-    """
+    """Add the studies of a Python file to those of a working folder."""
     known, found, own = studies(folder), read_studies(file), folder / OWN
     for study in found:
         if study.name in known:
@@ -111,11 +98,7 @@ def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
 
 
 def chosen(studies: Mapping[str, S], names: Sequence[str]) -> dict[str, S]:
-    """Studies of these names, all if none is given.
-
-    Raises:
-        InputError: there is no study of a name.
-    """
+    """Studies of these names, all if none is given."""
     for name in names:
         check_choice(next(iter(studies.values())).kind, name, studies)
     return {name: studies[name] for name in names or studies}

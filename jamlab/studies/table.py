@@ -40,16 +40,13 @@ Task = Callable[[], Iterable[Row]]
 
 @dataclass(frozen=True)
 class MeasuredTable:
-    """What was measured, and how.
+    """What was measured, and how."""
 
-    Attributes:
-        rows: as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with
-            what it had to prepare.
-        provenance: `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks;
-            `rows`, how many every task gave.
-    """
-
+    # as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with what it had
+    # to prepare
     rows: pd.DataFrame
+    # `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks; `rows`, how many
+    # every task gave
     provenance: dict[str, Any]
 
     @property
@@ -74,11 +71,7 @@ class MeasuredTable:
 
 
 def shipped_table(name: str) -> MeasuredTable:
-    """Read the table of a study that ships with jamlab.
-
-    Raises:
-        StorageError: there is no such table, or only a part of it.
-    """
+    """Read the table of a study that ships with jamlab."""
     path = Path(str(resources.files("jamlab.studies"))) / "tables" / f"{name}.csv.xz"
     if not path.is_file():
         raise StorageError(f"jamlab ships no table {name!r}: measure it, jamlab study run {name}")
@@ -86,11 +79,7 @@ def shipped_table(name: str) -> MeasuredTable:
 
 
 def read_table(path: Path) -> MeasuredTable:
-    """Read a table.
-
-    Raises:
-        StorageError: the file cannot be read, holds no such table, or more or fewer rows of a task than it names.
-    """
+    """Read a table."""
     return _whole(_read(path), str(path))
 
 
@@ -136,10 +125,6 @@ def measure_table(
         tasks: name -> function that measures and returns rows.
         facts: what all rows share, such as settings; a file with other facts is not gone on with.
         progress: called before each task with the share that is done, and its name.
-
-    Raises:
-        StorageError: the file cannot be written, or is another measurement.
-        InputError: as raised by a task; what was measured before it is saved.
     """
     check_target(path)
     writer = _Writer(path, [*_FIRST, *columns], facts)

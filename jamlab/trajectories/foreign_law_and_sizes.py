@@ -28,9 +28,6 @@ def complete_force_law(
 
     Returns:
         Units, parameters, and the names of those found in neither, which have the defaults of the decks.
-
-    Raises:
-        InputError: unknown names, or values that differ from those of the file.
     """
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
@@ -69,11 +66,7 @@ def deck_rest_areas(vertices: NDArray[np.int64]) -> Array | None:
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
-    """(n,) radii of disks: one number, one for each disk, or one for each type.
-
-    Raises:
-        InputError: a type without radius, or an array of another length.
-    """
+    """(n,) radii of disks: one number, one for each disk, or one for each type."""
     if radii is None:
         return None
     if isinstance(radii, Mapping):

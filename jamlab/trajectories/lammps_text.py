@@ -36,12 +36,7 @@ def damage_named(path: FilePath) -> Iterator[None]:
 
 
 def numbers(words: Sequence[Sequence[str]], column: int) -> Array:
-    """One column of rows of words as float64.
-
-    Raises:
-        ValueError: a word that is no finite number.
-        IndexError: a row without that column.
-    """
+    """One column of rows of words as float64."""
     values = np.array([float(row[column]) for row in words])
     if not np.isfinite(values).all():
         raise ValueError(f"{words[int(np.flatnonzero(~np.isfinite(values))[0])][column]} is no finite number")

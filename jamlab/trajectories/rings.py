@@ -10,15 +10,10 @@ from jamlab.errors import InputError
 
 @dataclass(frozen=True)
 class Rings:
-    """Order of points around polygons.
+    """Order of points around polygons."""
 
-    Attributes:
-        order: (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there.
-        offsets: (n + 1,) ring m is order[offsets[m]:offsets[m + 1]].
-    """
-
-    order: Indices
-    offsets: Indices
+    order: Indices  # (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there
+    offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
     def polygons(self, positions: Array, box: Array, *, wrapped: bool) -> tuple[Indices, Array]:
         """Polygons of one frame.
@@ -30,9 +25,6 @@ class Rings:
 
         Returns:
             (n_vertices,) points in the order of the vertices, counter-clockwise, and the (n_vertices, 2) vertices.
-
-        Raises:
-            InputError: a ring that winds around the box.
         """
         vertices = positions[self.order]
         if wrapped:
@@ -73,9 +65,6 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
     Args:
         bonds: (m, 2) points at both ends of each bond; a bond may occur twice.
         count: number of points.
-
-    Raises:
-        InputError: a point that is not on exactly one ring of three points or more.
     """
     ends = np.unique(np.sort(bonds, axis=1), axis=0)
     degree = np.bincount(ends.ravel(), minlength=count)

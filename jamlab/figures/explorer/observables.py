@@ -41,27 +41,16 @@ SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more tha
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity as the page shows it.
+    """A quantity as the page shows it."""
 
-    Attributes:
-        name: its key.
-        symbol: before a number.
-        label: of an axis, without unit.
-        unit: "" for a pure number.
-    """
-
-    name: str
-    symbol: str
-    label: str
-    unit: str = ""
+    name: str  # its key
+    symbol: str  # before a number
+    label: str  # of an axis, without unit
+    unit: str = ""  # "" for a pure number
 
 
 def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[str, NDArray[np.float64]]:
-    """Those of the observables that the page shows.
-
-    Raises:
-        InputError: one of them has not one number per frame.
-    """
+    """Those of the observables that the page shows."""
     columns = {name: np.asarray(observables[name], dtype=np.float64) for name in SHOWN if name in observables}
     for name, values in columns.items():
         if values.shape != (frames,):

@@ -37,14 +37,10 @@ def encode(values: ArrayLike, kind: str) -> str:
 
 @dataclass(frozen=True)
 class Grid:
-    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`.
+    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`."""
 
-    Attributes:
-        inverse: (2, 2) inverse of the box.
-        low, high: (2,) lattice coordinates that 0 and `STEPS` stand for.
-    """
-
-    inverse: Array
+    inverse: Array  # (2, 2) inverse of the box
+    # low, high: (2,) lattice coordinates that 0 and `STEPS` stand for
     low: Array
     high: Array
 
@@ -74,15 +70,10 @@ THIN = 0.1  # what the outline of an overlap may be off by, in its thickness
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines or closed rings of several points each, one after the other.
+    """Lines or closed rings of several points each, one after the other."""
 
-    Attributes:
-        points: (m, 2).
-        ends: (k,) int64, where in `points` each line ends.
-    """
-
-    points: Array
-    ends: Indices
+    points: Array  # (m, 2)
+    ends: Indices  # (k,) int64, where in `points` each line ends
 
 
 _NOTHING = Lines(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
@@ -97,9 +88,6 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
 
     Returns:
         A dictionary for JSON: `box`, limits of the coordinates, and arrays in base64.
-
-    Raises:
-        InputError: outlines of two polygons cross.
     """
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home

@@ -32,11 +32,7 @@ MOST_BYTES = 50_000_000  # a page that a browser still opens within seconds
 
 
 def check_one_sweep(packings: Sequence[Packing]) -> None:
-    """Refuse states that do not belong on one page.
-
-    Raises:
-        InputError: no packing, packings of different particles, or too many particles.
-    """
+    """Refuse states that do not belong on one page."""
     if not packings:
         raise InputError("no packings: a page needs at least one")
     first = packings[0]
@@ -62,9 +58,6 @@ def check_bytes(size: float, states: int, every: int) -> None:
         size: bytes of a state.
         states: their number.
         every: of how many frames one was taken.
-
-    Raises:
-        InputError: naming the size and an `every` that makes it fit.
     """
     if size * states <= MOST_BYTES:
         return

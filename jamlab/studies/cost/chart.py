@@ -20,29 +20,17 @@ SEEDS = range(1, 21)  # packings of a chart
 
 @dataclass(frozen=True)
 class Trial:
-    """One method with one setting on one packing, measured.
+    """One method with one setting on one packing, measured."""
 
-    Attributes:
-        panel: which panel of the chart.
-        method: name.
-        setting: value of its parameter, as text; "" without one.
-        seconds: CPU time on one core.
-        error: difference to the reference, with its sign; nan if the method gave no number, and `note` says why.
-        reference_error: of the reference itself, on this packing.
-        default: whether jamlab does this by default.
-        note: what a reader must know.
-        cut: whether a limit of time ended the run, and not what it was told to reach.
-    """
-
-    panel: str
-    method: str
-    setting: str
-    seconds: float
-    error: float
-    reference_error: float = 0.0
-    default: bool = False
-    note: str = ""
-    cut: bool = False
+    panel: str  # which panel of the chart
+    method: str  # name
+    setting: str  # value of its parameter, as text; "" without one
+    seconds: float  # CPU time on one core
+    error: float  # difference to the reference, with its sign; nan if the method gave no number, and `note` says why
+    reference_error: float = 0.0  # of the reference itself, on this packing
+    default: bool = False  # whether jamlab does this by default
+    note: str = ""  # what a reader must know
+    cut: bool = False  # whether a limit of time ended the run, and not what it was told to reach
 
 
 COLUMNS = tuple(field.name for field in fields(Trial))
@@ -50,25 +38,16 @@ COLUMNS = tuple(field.name for field in fields(Trial))
 
 @dataclass(frozen=True)
 class Chart(TableStudy):
-    """A chart before it is measured.
+    """A chart before it is measured."""
 
-    Attributes:
-        error: label of the axis of errors.
-        parameter: what the settings are.
-        reference: what the error is measured against, and how well that is known.
-        measure: function of a seed that makes the trials of one packing.
-        seeds: of the packings.
-        average: function that makes the points of the curves from all trials.
-        reason: why a default may lie off its front, in one line; "" if none does.
-    """
-
-    error: str
-    parameter: str
-    reference: str
-    measure: Callable[[int], Iterable[Trial]]
-    seeds: Sequence[int] = SEEDS
+    error: str  # label of the axis of errors
+    parameter: str  # what the settings are
+    reference: str  # what the error is measured against, and how well that is known
+    measure: Callable[[int], Iterable[Trial]]  # function of a seed that makes the trials of one packing
+    seeds: Sequence[int] = SEEDS  # of the packings
+    # function that makes the points of the curves from all trials
     average: Callable[[pd.DataFrame], list[Point]] = points_of
-    reason: str = ""
+    reason: str = ""  # why a default may lie off its front, in one line; "" if none does
     kind: ClassVar[str] = "topic"
     columns: ClassVar[Sequence[str]] = COLUMNS
     task: ClassVar[str] = "packing"
@@ -125,9 +104,6 @@ def write_charts(
     """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points.
 
     With `measure` packings that OUT/CHART.csv does not hold are measured, and these files are drawn, not what ships.
-
-    Raises:
-        StorageError: the folder cannot be written, or holds another measurement.
     """
     tables = measured(out, charts, measure=measure, progress=progress)
     found = {name: charts[name].average(table.rows) for name, table in tables.items()}

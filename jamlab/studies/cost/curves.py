@@ -41,34 +41,24 @@ _BELOW = 10.0  # times the error of the reference may be what is drawn below it
 
 @dataclass(frozen=True)
 class Point:
-    """One setting of one method, over many packings.
+    """One setting of one method, over many packings."""
 
-    Attributes:
-        panel, method, setting, default: as in `Trial`.
-        seconds: median CPU time on one core: what other programs do to a busy machine would carry a mean.
-        error: mean of the magnitudes.
-        low, high: 10 and 90 % quantiles of the magnitudes.
-        floor: errors below are not told from 0: 100 times the error of the reference, or just that if `loose`.
-        packings: how many gave a number.
-        failed: how many gave none.
-        note: of the first packing that has one; that of a run that was cut short goes first.
-        cut: on how many packings the run was cut short by a limit of time: the number is where it came.
-        loose: no reference is known a hundred times better: the floor is its own error, and nothing below is ranked.
-    """
-
+    # panel, method, setting, default: as in `Trial`
     panel: str
     method: str
     setting: str
-    seconds: float
-    error: float
+    seconds: float  # median CPU time on one core: what other programs do to a busy machine would carry a mean
+    error: float  # mean of the magnitudes
+    # low, high: 10 and 90 % quantiles of the magnitudes
     low: float
     high: float
-    floor: float
-    packings: int
-    failed: int
+    floor: float  # errors below are not told from 0: 100 times the error of the reference, or just that if `loose`
+    packings: int  # how many gave a number
+    failed: int  # how many gave none
     default: bool
-    note: str = ""
-    cut: int = 0
+    note: str = ""  # of the first packing that has one; that of a run that was cut short goes first
+    cut: int = 0  # on how many packings the run was cut short by a limit of time: the number is where it came
+    # no reference is known a hundred times better: the floor is its own error, and nothing below is ranked
     loose: bool = False
 
     @property

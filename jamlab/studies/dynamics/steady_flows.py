@@ -30,11 +30,7 @@ def balanced_disks(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
 
 
 def steady_flows(table: pd.DataFrame, alpha: float = 1.0) -> pd.DataFrame:
-    """Select steady flow at a rate, of the number of disks and the accuracy that are usual under linear drag.
-
-    Raises:
-        InputError: there is none.
-    """
+    """Select steady flow at a rate, of the number of disks and the accuracy that are usual under linear drag."""
     rows, linear = (part[part["rate"] > 0] for part in (balanced_disks(table, alpha), balanced_disks(table)))
     rows = select_usual(rows, SETTINGS, of=linear)
     if rows.empty:

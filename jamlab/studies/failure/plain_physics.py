@@ -93,18 +93,13 @@ def energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[A
 
 @dataclass(frozen=True)
 class Touching:
-    """Disks that touch, each contact from both sides.
+    """Disks that touch, each contact from both sides."""
 
-    Attributes:
-        i, j: (m,) disks.
-        r: (m, 2) from j to i.
-        reach: (m,) sum of radii.
-    """
-
+    # i, j: (m,) disks
     i: NDArray[np.int64]
     j: NDArray[np.int64]
-    r: Array
-    reach: Array
+    r: Array  # (m, 2) from j to i
+    reach: Array  # (m,) sum of radii
 
 
 def touching_disks(packing: Packing, positions: Array, box: Array) -> Touching:
@@ -156,17 +151,11 @@ def _differences(points: Array, box: Array, reach: float) -> tuple[Array, list[t
 
 @dataclass(frozen=True)
 class _Feet:
-    """Every vertex against every edge in one periodic image; (v, e) arrays.
+    """Every vertex against every edge in one periodic image; (v, e) arrays."""
 
-    Attributes:
-        distance: from the vertex to the nearest point of the edge.
-        r: (v, e, 2) from that point to the vertex.
-        place: of the point, from tail (0) to head (1).
-    """
-
-    distance: Array
-    r: Array
-    place: Array
+    distance: Array  # from the vertex to the nearest point of the edge
+    r: Array  # (v, e, 2) from that point to the vertex
+    place: Array  # of the point, from tail (0) to head (1)
 
 
 def droplet_contacts(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
@@ -291,11 +280,7 @@ def plain_hessian(packing: Packing) -> Array:
 
 
 def plain_moduli(packing: Packing) -> Array:
-    """(2, 2, 2, 2) relaxed elastic tensor of disks at an energy minimum without rattlers, by a dense pseudo-inverse.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held, or the packing is not stable.
-    """
+    """(2, 2, 2, 2) relaxed elastic tensor of disks at an energy minimum without rattlers, by a dense pseudo-inverse."""
     packing = without_loose_disks(packing)
     size = packing.positions.size
     hessian = plain_hessian(packing)
@@ -327,11 +312,7 @@ def _affine_stiffness(packing: Packing) -> Array:
 
 
 def without_loose_disks(packing: Packing) -> Packing:
-    """Take out disks with fewer than three contacts, again and again.
-
-    Raises:
-        numpy.linalg.LinAlgError: none is left.
-    """
+    """Take out disks with fewer than three contacts, again and again."""
     found = touching_disks(packing, packing.positions, packing.box)
     held = np.ones(packing.n, dtype=bool)
     while True:
@@ -371,11 +352,7 @@ def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> 
 
 
 def plain_complex_modulus(packing: Packing, omega: float, beta: float = 1.0) -> complex:
-    """G* of disks without rattlers, simple shear along x, contact damping: dense elimination in extended precision.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held.
-    """
+    """G* of disks without rattlers, simple shear along x, contact damping: dense elimination in extended precision."""
     packing = without_loose_disks(packing)
     n = packing.n
     shear = np.r_[0 : 2 * n, 2 * n + 1]  # of E only E_xy

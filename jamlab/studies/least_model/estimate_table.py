@@ -64,9 +64,6 @@ def make_table(
     """Measure the table seed by seed, and write it; a run goes on where it stopped.
 
     Levels of rho ascend; those of droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`.
-
-    Raises:
-        StorageError: the file cannot be written; raised before the work.
     """
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}

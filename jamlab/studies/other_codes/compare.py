@@ -39,38 +39,29 @@ _TRIES = 20  # starts until one is found whose minimum is stable and whose jolt 
 
 @dataclass(frozen=True)
 class Row:
-    """One code of the comparison.
+    """One code of the comparison."""
 
-    Attributes:
-        name: of the code.
-        method: its minimiser.
-        version: as installed; None if it is not, and then `note` says what to install and all else is None.
-        energy, forces, stress, pressure: largest difference from jamlab at the same coordinates, over the largest
-            value; stress is None where the code has none.
-        minimum: relative difference of the energy at its minimum from jamlab's; z, g: differences there.
-        max_force: left at its minimum, computed in numpy.
-        cold: s, first minimisation with set-up and compiling.
-        warm: s, shortest of those that follow.
-        cold_ratio, warm_ratio: over jamlab's.
-        note: what a reader must know.
-    """
-
-    name: str
-    method: str = ""
+    name: str  # of the code
+    method: str = ""  # its minimiser
+    # as installed; None if it is not, and then `note` says what to install and all else is None
     version: str | None = None
+    # energy, forces, stress, pressure: largest difference from jamlab at the same coordinates, over the largest value;
+    # stress is None where the code has none
     energy: float | None = None
     forces: float | None = None
     stress: float | None = None
     pressure: float | None = None
+    # relative difference of the energy at its minimum from jamlab's; z, g: differences there
     minimum: float | None = None
     z: float | None = None
     g: float | None = None
-    max_force: float | None = None
-    cold: float | None = None
-    warm: float | None = None
+    max_force: float | None = None  # left at its minimum, computed in numpy
+    cold: float | None = None  # s, first minimisation with set-up and compiling
+    warm: float | None = None  # s, shortest of those that follow
+    # cold_ratio, warm_ratio: over jamlab's
     cold_ratio: float | None = None
     warm_ratio: float | None = None
-    note: str = ""
+    note: str = ""  # what a reader must know
 
 
 def compare(
@@ -80,9 +71,6 @@ def compare(
 
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
     A code that is not installed is a row that says so.
-
-    Raises:
-        ConvergenceError: no stable minimum was found to start from.
     """
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
@@ -157,9 +145,6 @@ def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, A
 def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
     """Find a jammed packing without negative modes; returns its disks moved a little, by `jolt` mean diameters, and the
     minimum that jamlab finds from them.
-
-    Raises:
-        ConvergenceError: no such packing was found.
     """
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])

@@ -32,11 +32,7 @@ class Matscipy(Analyst):
 
 
 def disks_in_ase(packing: Packing) -> Any:
-    """Atoms of ASE with matscipy's calculator.
-
-    Raises:
-        InputError: another model, other units or a tilted box.
-    """
+    """Atoms of ASE with matscipy's calculator."""
     import ase
     from matscipy.calculators.polydisperse import Polydisperse
 

@@ -69,16 +69,12 @@ def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: i
 
 @dataclass(frozen=True)
 class Comparison(TableStudy):
-    """The same packings of disks in other codes, as a study: one task for each size.
-
-    Attributes:
-        sizes: numbers of disks, even.
-        seed, phi: see `jamlab.studies.other_codes.compare.compare`.
-    """
+    """The same packings of disks in other codes, as a study: one task for each size."""
 
     name: str = "comparison"
     title: str = "jamlab beside other codes"
-    sizes: Sequence[int] = (64, 128)
+    sizes: Sequence[int] = (64, 128)  # numbers of disks, even
+    # seed, phi: see `jamlab.studies.other_codes.compare.compare`
     seed: int = 1
     phi: float = 0.88
     kind: ClassVar[str] = "comparison"
@@ -122,11 +118,7 @@ def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
 
 
 def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:
-    """Write comparison.csv, analysis.csv, comparison.json with both, and index.html.
-
-    Raises:
-        StorageError: the folder cannot be written.
-    """
+    """Write comparison.csv, analysis.csv, comparison.json with both, and index.html."""
     shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame([asdict(row) for row in rows]))
     facts = notes(rows, analysis) | {"machine": platform.machine()}
     page = Page("index", "jamlab beside other codes", lambda claims: _LEAD, each=True)
@@ -155,10 +147,6 @@ def write_recipe(name: str, folder: Path, packing: Packing) -> str:
 
     The file holds positions (n, 2), diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these
     positions. The script prints how far the other code is from them, then minimises.
-
-    Raises:
-        InputError: there is no such recipe, or the other code cannot take the packing.
-        StorageError: the folder cannot be written.
     """
     check_choice("recipe", name, RECIPES)
     species, s = mean_diameters(packing)
