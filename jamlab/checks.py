@@ -62,11 +62,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def named_from(*names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Take arguments that are given by name now by position as well, for one more release, with a warning.
-
-    Args:
-        names: of the arguments in their old order, after those that may stand by position; goes above `checked`.
-    """
+    """Take arguments that are given by name now by position as well, in their old order, for one more release, with a
+    warning; goes above `checked`."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         places = [p for p in inspect.signature(function).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD]
@@ -220,14 +217,8 @@ def check_number(name: str, value: Any, highest: float) -> None:
 
 
 def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
-    """Refuse numbers that no packing of small and large particles can start from.
-
-    Args:
-        n: number of particles; even, if half of them are large.
-        seed: of the random start.
-        phi: nominal packing fraction.
-        large: number share of the large particles.
-    """
+    """Refuse numbers that no packing of small and large particles can start from; large: number share of the large
+    ones."""
     if not is_number(large) or not 0 < large < 1:
         raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
     check_count(n, large)
@@ -238,12 +229,7 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
 
 
 def check_count(n: Any, large: float | None = 0.5) -> None:
-    """Refuse a number of particles that no packing has; an odd one where half of them are large.
-
-    Args:
-        n: number of particles.
-        large: number share of the large ones; None: of any sizes.
-    """
+    """Refuse a number of particles that no packing has; an odd one where half of them are large. None: of any sizes."""
     whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
     if large == 0.5 and not (whole and n % 2 == 0):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
@@ -268,13 +254,7 @@ def is_number(value: object) -> bool:
 
 
 def finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-    """A float64 copy of `values`.
-
-    Args:
-        name: of the argument, for the message.
-        values: numbers.
-        shape: wanted; None stands for any length.
-    """
+    """A float64 copy of `values` of a shape, in which None stands for any length."""
     try:
         array = np.array(values, dtype=np.float64, order="C")  # as compiled code wants it
     except (TypeError, ValueError):

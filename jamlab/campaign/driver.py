@@ -44,14 +44,8 @@ class Outcome(NamedTuple):
 
 
 def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
-    """Run a task unless its file exists.
-
-    Args:
-        folder: of the campaign, the same path on every machine.
-        task: with its ranks, as many cores as it may use.
-        source: finished task whose states are those of this one.
-        modules: folders that hold modules of the user's own observables.
-    """
+    """Run a task unless its file exists, with the states of a finished task `source`; `modules` are folders with
+    modules of the user's own observables."""
     began, used = time.perf_counter(), cpu_seconds()
 
     def end(state: str, line: str) -> Outcome:
@@ -137,16 +131,7 @@ def drive(
     stored: StoredStates | None = None,
     modules: Sequence[str] = (),
 ) -> CampaignRun:
-    """Run tasks until none is left.
-
-    Args:
-        crew: of workers.
-        folder: of the campaign, locked.
-        tasks: to run, preferably the longest first.
-        tell: called after each task with its outcome.
-        stored: finished tasks whose states may be used again.
-        modules: folders that hold modules of the user's own observables.
-    """
+    """Run tasks, preferably the longest first, until none is left, and tell each outcome; the folder is locked."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
     counts = {FINISHED: 0, FAILED: 0}

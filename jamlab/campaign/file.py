@@ -84,10 +84,8 @@ ObservableName = Annotated[str, AfterValidator(_check_observable)]
 
 
 class Compression(FileTable):
-    """Arguments of `jamlab.compress`, from onset up to a packing fraction.
-
-    With `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`).
-    """
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction. With `confluence`, the packing fraction at
+    which z reaches 6 is bisected to that error (`bisect_confluence`)."""
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"

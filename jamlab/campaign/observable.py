@@ -70,10 +70,8 @@ class Size:
     states: int  # number of packings
 
     def seconds(self, points: Points) -> float:
-        """Interpolate times of packings, linear in log n and log t; beyond the last point, extrapolate.
-
-        Droplets count by their vertices: 8 droplets of 29 vertices take as long as 16 of 14.5.
-        """
+        """Interpolate times of packings, linear in log n and log t; beyond the last point, extrapolate. Droplets count
+        by their vertices: 8 droplets of 29 vertices take as long as 16 of 14.5."""
         n = self.n if self.model == "sp" else self.sites / VERTICES
         x, y = np.log(np.array(points)).T
         slope = (y[-1] - y[-2]) / (x[-1] - x[-2])

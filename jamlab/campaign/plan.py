@@ -92,12 +92,7 @@ def _making_seconds(parameters: Parameters) -> float:
 
 
 def measuring_seconds(parameters: Parameters, known: Collection[str] = ()) -> float:
-    """Estimate the time to measure the states of one task, s.
-
-    Args:
-        parameters: of the task.
-        known: observables that are measured already.
-    """
+    """Estimate the time to measure the states of one task, s, without the observables that are known."""
     size = parameters.size
     seconds = sum(o.seconds(size) for o in parameters.observables if o.name not in known)
     return seconds + size.states * size.seconds(_STATES_TIME[size.model]) * (STATES not in known)
@@ -112,10 +107,8 @@ def task_bytes(parameters: Parameters) -> int:
 
 @cache
 def machine_speed() -> float:
-    """CPU time of measurements of a crystal of disks on this machine, over that where times were measured.
-
-    It takes a few tenths of a second. Other programs that run now slow it down just as they slow down tasks.
-    """
+    """CPU time of measurements of a crystal of disks on this machine, over that where times were measured. It takes a
+    few tenths of a second. Other programs that run now slow it down just as they slow down tasks."""
     rows = np.arange(_CRYSTAL)
     height = np.sqrt(0.75)
     x = np.add.outer(0.5 * (rows % 2), rows).ravel()
@@ -151,13 +144,7 @@ class Estimate:
 
 
 def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) -> list[Estimate]:
-    """Estimate the cost of each sweep, model and n.
-
-    Args:
-        batches: to estimate.
-        folder: of the campaign.
-        everything: all batches of the campaign, among whose finished tasks states are looked for.
-    """
+    """Estimate the cost of each sweep, model and n, with states of finished tasks among all batches of the campaign."""
     finished, failed = folder.finished(), folder.failed()
     held = StoredStates(folder, everything) if finished else None
     lines, counted = [], finished | failed
@@ -199,12 +186,8 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
 
 
 def total_time(lines: list[Estimate], workers: int | None = None) -> tuple[float, float, int]:
-    """Wall time, s, core time, s, and the cores at work at most, of all sweeps; those with more ranks run first.
-
-    Args:
-        lines: of `plan`.
-        workers: number of worker processes, by default as many as fit into the cores of this process.
-    """
+    """Wall time, s, core time, s, and the cores at work at most, of all sweeps, those with more ranks first; by default
+    with as many workers as fit into the cores of this process."""
     wall = work = 0.0
     most = 0
     for ranks in {line.ranks for line in lines}:

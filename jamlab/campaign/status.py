@@ -38,14 +38,7 @@ class Precision:
 
 
 def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: set[str]) -> Precision:
-    """Say how many seeds of a batch are wanted, and how well its means are known.
-
-    Args:
-        batch: with `until`.
-        folder: of the campaign.
-        finished: names of finished tasks.
-        failed: names of failed tasks.
-    """
+    """Say how many seeds of a batch with `until` are wanted, and how well its means are known."""
     if not batch.until:
         return Precision(len(batch.seeds))
     values: dict[str, list[float]] = {column: [] for column in batch.until}

@@ -214,12 +214,7 @@ def task_names(chosen: Iterable[Batch]) -> set[str]:
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
-    """List all tasks of a campaign, in the order of its file.
-
-    Args:
-        campaign: content of the file.
-        only: names of sweeps to keep; by default all.
-    """
+    """List all tasks of a campaign, or of some sweeps, in the order of its file."""
     names = [sweep.name for sweep in campaign.sweep]
     for name in only or ():
         if name not in names:

@@ -165,13 +165,7 @@ class LocalCrew:
 
 
 class DaskCrew:
-    """Workers of a Dask scheduler.
-
-    Args:
-        client: of the scheduler.
-        expected: number of workers to come, e.g. when their jobs start.
-        ranks: MPI ranks of each call; a worker must hold as many cores.
-    """
+    """Workers of a Dask scheduler, of which so many are expected, e.g. when their jobs start."""
 
     def __init__(self, client: "Client", expected: int = 1, ranks: int = 1) -> None:
         from distributed import as_completed

@@ -58,19 +58,8 @@ class ModelSweep:
 def run_demo(
     n: int, seed: int, to: float, out: Path, progress: Mapping[str, Progress], *, force: bool = True
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
-
-    Args:
-        n: even number of particles.
-        seed: of the random start.
-        to: last true packing fraction.
-        out: folder, made if it does not exist.
-        progress: model -> a function called with the share of its work that is done, and in words.
-        force: replace the files of an earlier demo.
-
-    Returns:
-        Sweeps by model, and G*(omega) of the densest SP packing, or None if that packing is unstable.
-    """
+    """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder. Returns sweeps by model, and
+    G*(omega) of the densest SP packing, None if that packing is unstable."""
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
     missing = not out.exists()

@@ -13,11 +13,7 @@ from jamlab.studies.reference_data import RECORD, combine, has_table, read_folde
 
 
 def open_tables(source: Path | None) -> EnsembleTables:
-    """Open the tables of a campaign (its file or folder) or a folder of reference tables.
-
-    Args:
-        source: None stands for the reference data installed with jamlab.
-    """
+    """Open the tables of a campaign (its file or folder) or a folder of reference tables; None: those installed."""
     if source is None:
         return reference_tables()
     if (source / RECORD).is_file():
@@ -29,18 +25,8 @@ def open_tables(source: Path | None) -> EnsembleTables:
 def save_reference(
     source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()
 ) -> dict[str, int]:
-    """Reduce the tables of a campaign to reference data, and record their origin.
-
-    Args:
-        source: campaign file or folder.
-        folder: to write to.
-        commit: of the code that ran the campaign.
-        add: keep the packings that the folder has and the campaign lacks, and their origin.
-        only: tables to write; by default all, or with `add` those that the folder has.
-
-    Returns:
-        Table -> size in bytes.
-    """
+    """Reduce the tables of a campaign to reference data, and record their origin; with `add` packings stay that the
+    campaign lacks. Returns bytes by table."""
     names = _check_tables(only)
     campaign = open_campaign(source)
     facts = {"campaign": campaign.name, "commit": commit, **versions()}

@@ -75,12 +75,8 @@ Run = Callable[..., tuple["Flow", Sequence[str]]]
 
 
 def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Callable[..., None]]:
-    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes.
-
-    Args:
-        columns: of the printed table, see `give`.
-        other: defaults that differ from those of `FlowOptions`.
-    """
+    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes;
+    `other` are defaults that differ from those of `FlowOptions`."""
 
     def decorate(run: Run) -> Callable[..., None]:
         _, *own = inspect.signature(run).parameters.values()
@@ -131,16 +127,8 @@ def give(
     found: "Flow", columns: Mapping[str, str], notes: Sequence[str], out: Path, plot: Path | None, csv: Path | None,
     as_json: bool,
 ) -> None:  # fmt: skip
-    """Write picture and table of a result that is in `out` already, and print it.
-
-    Args:
-        found: the result.
-        columns: names of its arrays that are shown -> format.
-        notes: lines below the table, before the verdict.
-        out: file that holds it.
-        plot, csv: to write, or None.
-        as_json: print one JSON object instead of the table.
-    """
+    """Write picture and table of a result that is in `out` already, and print some of its columns in a format, with
+    notes."""
     if plot is not None:
         _draw(found, plot)
     if csv is not None:

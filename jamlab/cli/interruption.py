@@ -52,12 +52,9 @@ def expect_output(path: "Path") -> None:
 
 @contextmanager
 def ending_on_signals() -> Iterator[Callable[[], None]]:
-    """End the process with one line and exit code 128 + number when a signal comes; main thread only.
-
-    Yields:
-        Function to call when imports are done. Until then a signal ends the process at once, since an exception in
-        the middle of an import can be taken for a broken library.
-    """
+    """End the process with one line and exit code 128 + number when a signal comes; main thread only. Yields a function
+    to call when imports are done: until then a signal ends the process at once, since an exception in the middle of an
+    import can be taken for a broken library."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)

@@ -14,14 +14,8 @@ _INTERVAL = 10.0  # s between two files on the way, of which a killed command le
 
 
 class KeptStates:
-    """States of a sweep, written to a file now and then, at the end, and when a signal ends the command.
-
-    Whoever measures the states, which may take longer than to make them, writes the file once more with the results.
-
-    Args:
-        out: HDF5 file.
-        interval: s between two files on the way.
-    """
+    """States of a sweep, written to a file every so many seconds, at the end, and when a signal ends the command.
+    Whoever measures them, which may take longer than to make them, writes the file once more with the results."""
 
     def __init__(self, out: Path, interval: float = _INTERVAL) -> None:
         self.states: list[Packing] = []

@@ -19,15 +19,8 @@ _EARLY = 0.03  # share of the work below which the time left is a guess not wort
 
 @contextmanager
 def progress_bars(names: dict[str, str], *, resumed: bool = False) -> "Iterator[dict[str, Progress]]":
-    """Show one bar with a clock for each name; a clock stops when its work is done.
-
-    Args:
-        names: key -> text beside its bar.
-        resumed: what is done at the first call was done before, by a run that goes on from its file.
-
-    Yields:
-        Key -> a function to pass as `progress`.
-    """
+    """Show one bar with a clock for each name (key -> text); a clock stops when its work is done. Yields key ->
+    progress. Of a run that was resumed, what is done at the first call was done before."""
     columns = (TextColumn("{task.description}"), BarColumn(16), TimeElapsedColumn(), TextColumn("{task.fields[at]}"))
     quiet = not err_console.is_terminal
     with Bars(*columns, console=err_console, transient=True, disable=quiet) as bars:

@@ -59,12 +59,7 @@ class EnsemblePlan(OldWords):
 def plan_mean(
     quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
 ) -> EnsemblePlan:
-    """Choose the cheapest ensemble that is expected to give a mean to an error; nothing runs.
-
-    Args:
-        quantity, rho, error, model: see `jamlab.estimate`.
-        table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
-    """
+    """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = read_ways() if table is None else table
     at = _check(table, quantity, rho, error, model)
     reference = table[reference_way()]

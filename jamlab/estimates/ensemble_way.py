@@ -74,10 +74,8 @@ def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
-    """Bring a packing, from `find_onset` or from here, to a higher rho by steps.
-
-    Droplets take over from disks at rho, or at 0.88 where the models part, and go on from there.
-    """
+    """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
+    or at 0.88 where the models part, and go on from there."""
 
     def compressed(packing: Packing, rho: float) -> Packing:
         return _compress_to(packing, rho, step, way.tolerance)
@@ -100,11 +98,8 @@ def value_at(packing: Packing, quantity: str) -> float:
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
-    """Measure some quantities of `COLUMNS` of a packing.
-
-    a is the mean shape factor above that of a free particle, A - A_J; the others are those of `jamlab.measure`. All
-    are nan in a packing that came loose.
-    """
+    """Measure some quantities of `COLUMNS` of a packing. a is the mean shape factor above that of a free particle, A -
+    A_J; the others are those of `jamlab.measure`. All are nan in a packing that came loose."""
     row = measure(packing, {"z", *(COLUMNS[name] for name in quantities)})
     found = {name: row[COLUMNS[name]] for name in quantities}
     if "a" in found:

@@ -90,25 +90,16 @@ class FlowErrors:
         return factor * self._promise_at_one(flow) if np.isfinite(factor) else np.inf
 
     def sliding_factor(self, kind: str, beta: float) -> float:
-        """Factor by which promises are wider where sliding is not damped as approach is, at least 1.
-
-        95 % of the runs at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both
-        where one has too few; beta between them counts as they do. Infinite beyond, or if there are too few runs.
-        """
+        """Factor by which promises are wider where sliding is not damped as approach is, at least 1. 95 % of the runs
+        at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both where one has too
+        few; beta between them counts as they do. Infinite beyond, or if there are too few runs."""
         if beta == 1.0:
             return 1.0
         return self._factors[kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else np.inf
 
     def kept(self, part: str = CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
-        """How many checks, on other packings at random conditions, stayed below the error promised; and of how many.
-
-        Conditions for which nothing is promised are left out.
-
-        Args:
-            part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
-            kind: "oscillation" or "flow"; None: both.
-            beta: of the checks; None: all of the part.
-        """
+        """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
+        which one was; `part` is `CHECK`, of beta = 1, or `SLIDING_CHECK`; None: of both kinds, of all beta."""
         checks = self.rows[self.rows["part"] == part]
         for name, only in (("kind", kind), ("beta", beta)):
             checks = checks if only is None else checks[checks[name] == only]
@@ -123,10 +114,8 @@ class FlowErrors:
 
     def scatter_of_flow(self, beta: float = 1.0) -> float:
         """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over runs at beta = 1.
-
         For another beta that of the runs at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of
-        64 disks remembers more strain than blocks of a short run are long: the table's is raised by as much.
-        """
+        64 disks remembers more strain than blocks of a short run are long: the table's is raised by as much."""
         rows = self.rows[(self.rows["kind"] == "flow") & (self.rows["n"] == SIZE)]
         means = rows.groupby("beta")["scatter"].mean()
         usual = float(means.loc[1.0])
@@ -247,9 +236,7 @@ def mean_overlap(packing: Packing) -> float:
 
 def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
     """Drag over elastic force of a contact that moves with the affine flow: (tau_1 omega)^alpha amplitude^(alpha - 1).
-
-    While contacts stay, G* depends on frequency and amplitude by it alone.
-    """
+    While contacts stay, G* depends on frequency and amplitude by it alone."""
     alpha = damping.alpha
     return float((damping.tau * omega) ** alpha * amplitude ** (alpha - 1.0))
 

@@ -136,11 +136,9 @@ def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Ar
 
 
 def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) -> float:
-    """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off.
-
-    The distance from the mean of the other packings that few of m packings of n_table particles exceed, at least
-    `quantum`, the least step of the quantity, scaled with n^-1/2. Infinite for fewer packings than promise anything.
-    """
+    """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off. The distance
+    from the mean of the other packings that few of m packings of n_table particles exceed, at least `quantum`, the
+    least step of the quantity, scaled with n^-1/2. Infinite for fewer packings than promise anything."""
     others = max(len(errors) - 1, 1)
     distance = np.abs(errors - np.mean(errors)) * len(errors) / others if len(errors) else errors
     return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))

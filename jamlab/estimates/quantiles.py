@@ -11,16 +11,9 @@ from jamlab.statistics.confidence import CONFIDENCE
 
 
 def exceeded_by_few(errors: Array | Sequence[float]) -> float:
-    """Error that a new packing exceeds in 1 - `CONFIDENCE` of all cases, whatever the distribution.
-
-    It is the k-th largest of m, k/(m + 1) = 1 - `CONFIDENCE`: a new one is as likely in every place among them.
-    Infinite, no promise, where not even the largest of them is exceeded as rarely: for m < 19.
-
-    Example:
-        >>> from jamlab.estimates.quantiles import exceeded_by_few
-        >>> exceeded_by_few(range(39)), exceeded_by_few(range(18))
-        (37.0, inf)
-    """
+    """Error that a new packing exceeds in 1 - `CONFIDENCE` of all cases, whatever the distribution: the k-th largest of
+    m, k/(m + 1) = 1 - `CONFIDENCE`, as a new one is as likely in every place among them. Infinite, no promise, for m <
+    19."""
     place = int((1 - CONFIDENCE) * (len(errors) + 1) + 1e-9)
     return float(np.sort(errors)[-place]) if place else float("inf")
 
@@ -41,10 +34,8 @@ def neighbours(levels: Array, at: float) -> tuple[int, int, float]:
 
 
 def bend(levels: Array, values: Array, at: float) -> float:
-    """How far a curve through the levels may lie from the line between two of them: |f''| (x - a)(b - x)/2.
-
-    The second derivative is the largest of those through three levels at the four around the place.
-    """
+    """How far a curve through the levels may lie from the line between two of them: |f''| (x - a)(b - x)/2. The second
+    derivative is the largest of those through three levels at the four around the place."""
     left, right, part = neighbours(levels, at)
     if part == 0:
         return 0.0

@@ -66,9 +66,7 @@ class Sample:
 
     def half_width(self) -> float:
         """Of the interval by scatter: that of the packings together with that of the table, or the latter if larger.
-
-        Packings that happen to lie close together are no better known than the table says.
-        """
+        Packings that happen to lie close together are no better known than the table says."""
         count, known = len(self.good), self.plan.scatter
         freedom = known.freedom + count - 1
         own = float(np.var(self.good, ddof=1))

@@ -19,14 +19,7 @@ from jamlab.errors import StorageError
 
 
 def read_table(path: Path | None, shipped: str, columns: Iterable[str], command: str) -> pd.DataFrame:
-    """Read a table; what all of its rows share, such as settings, is in `attrs`.
-
-    Args:
-        path: of the file, or None for the shipped one.
-        shipped: name of the shipped file in this package.
-        columns: that it must have.
-        command: of the shell that makes such a file, for the message.
-    """
+    """Read a table, or the shipped one; what all of its rows share, such as settings, is in `attrs`."""
     source = path or resources.files("jamlab.estimates").joinpath(shipped)
     try:
         with source.open("rb") as file:

@@ -120,16 +120,8 @@ def write_report(
     assets: Markup = _NOTHING,
     columns: int = 0,
 ) -> None:
-    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it.
-
-    Args:
-        path: HTML file to create or replace.
-        title, lead: heading and first paragraph.
-        sections: in their order.
-        facts: name -> value, listed at the end as "How it was made".
-        assets: styles and scripts that fragments of the sections need.
-        columns: of sections, with pictures that fit on a screen; 0: one, with pictures as wide as the page.
-    """
+    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Facts
+    stand at the end; pictures in columns fit on a screen, without columns they are as wide as the page."""
     environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(

@@ -14,15 +14,8 @@ from jamlab.errors import InputError, JamlabError
 
 @contextmanager
 def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> Iterator[Axes]:
-    """Give the axes of the caller, or those of a new figure of pyplot, as notebooks show them.
-
-    A new figure is closed again if nothing could be drawn.
-
-    Args:
-        ax: matplotlib Axes, or None.
-        style: what the caller gave for matplotlib's artist; named in the error if matplotlib refuses it.
-        size: of a new figure, inches.
-    """
+    """Give the axes of the caller, or those of a new figure of pyplot, of a size in inches, as notebooks show them; it
+    is closed again if nothing could be drawn. An error names what matplotlib refuses of the style."""
     figure = None
     if ax is None:
         from matplotlib import pyplot
@@ -42,13 +35,7 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> It
 
 
 def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:
-    """Take the caller's style over the defaults; short names such as lw and c mean what they do in matplotlib.
-
-    Args:
-        artist: class of the artist that takes the style.
-        defaults: its style where the caller has none, by long names.
-        style: of the caller.
-    """
+    """Take the caller's style over the defaults; short names such as lw and c mean what they do in matplotlib."""
     own = normalize_kwargs(dict(style), artist)
     if "colors" in own:  # LineCollection has this name besides
         own["color"] = own.pop("colors")

@@ -56,17 +56,9 @@ def bootstrap(
     seed: int = SEED,
     least: int = 1,
 ) -> Interval:
-    """Compute the percentile interval of a statistic of groups of packings (Efron & Tibshirani 1993, ch. 13).
-
-    Args:
-        groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.
-        statistic: function of such a list of arrays that returns a number or an array. A resample for which it returns
-            nan or raises a JamlabError is left out; what it raises for the ensemble itself is passed on.
-        resamples: number of ensembles drawn.
-        level: nominal coverage of the interval.
-        seed: of the random numbers.
-        least: packings that every group must have, else there is no interval.
-    """
+    """Compute the percentile interval of a statistic of groups (packings, ...), such as one of each system size;
+    packings are drawn within their group (Efron & Tibshirani 1993, ch. 13). A resample that gives nan or raises a
+    JamlabError is left out. Without `least` packings in every group there is no interval."""
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):
         raise InputError("bootstrap got an empty group: it needs one packing at least in each")

@@ -9,14 +9,6 @@ STANDARD_ERRORS = float(ndtri(0.5 + 0.5 * CONFIDENCE))  # on either side of such
 
 
 def room(error: float, bias_error: float) -> float:
-    """Part of an error that is left for the scatter; half of the bias where that takes all of it.
-
-    >>> from jamlab.statistics.confidence import room
-    >>> round(room(0.5, 0.3), 9), room(0.1, 0.3)
-    (0.4, 0.15)
-
-    Args:
-        error: that is allowed to both together, as the root of the sum of squares; any unit.
-        bias_error: part of it that no further data reduce, in the same unit.
-    """
+    """Part of an error that is left for the scatter, as roots of sums of squares; half of the bias where that takes all
+    of it."""
     return math.sqrt(error**2 - bias_error**2) if bias_error < error else 0.5 * bias_error

@@ -55,23 +55,8 @@ def collapse_through(
     critical: float | None = None,
     order: int = ORDER,
 ) -> CriticalCollapse:
-    """Fit both exponents, and the critical point unless it is given, by least squares in ln y.
-
-    A narrow range of s does not settle all three: data far above x_c scale with many of them.
-
-    >>> x, s = (part.ravel() for part in np.meshgrid(np.linspace(0.82, 0.86, 9), np.geomspace(1e-4, 1e-2, 5)))
-    >>> from jamlab.statistics.critical_collapse import collapse_through
-    >>> found = collapse_through(x, s, s**0.4 * np.exp((x - 0.84) / s**0.3), (0.835, 0.5, 0.35))
-    >>> bool(abs(found.critical - 0.84) < 1e-4), round(found.q, 2), round(found.w, 2)
-    (True, 0.4, 0.3)
-
-    Args:
-        x: (m,) distance from the critical point is measured in it.
-        s, y: (m,) positive.
-        start: first guess of (x_c, q, w).
-        critical: x_c, if it is known.
-        order: of the polynomial ln f.
-    """
+    """Fit both exponents, and the critical point unless it is given, by least squares in ln y (m,), from a guess (x_c,
+    q, w). A narrow range of s does not settle all three: data far above x_c scale with many of them."""
     points = [finite_array(name, value, (None,)) for name, value in (("x", x), ("s", s), ("y", y))]
     place, log_s, log_y = points[0], *(np.log(np.maximum(p, 1e-300)) for p in points[1:])
     if not len(place) == len(log_s) == len(log_y) > order + 4:

@@ -18,13 +18,8 @@ _GRID = 60  # points at which curves are compared
 
 
 def measure_spread(curves: Sequence[Curve]) -> float:
-    """Measure how far curves lie apart: root mean square distance from their mean, in ln y, where two or more overlap.
-
-    0 is a perfect collapse; compare with the spread of the curves before they are rescaled.
-
-    Args:
-        curves: (x, y), each (m,) ascending and positive.
-    """
+    """Measure how far curves (x, y) of ascending positive x lie apart: root mean square distance from their mean, in ln
+    y, where two or more overlap. 0 is a perfect collapse; compare with the spread before they are rescaled."""
     return _spread_of_logarithms(_take_logarithms(curves))
 
 
@@ -73,14 +68,8 @@ def fit_scaling_exponents(
     b: float | None = None,
     start: tuple[float, float] = (0.0, 0.0),
 ) -> ScalingExponents:
-    """Fit the exponents that bring curves of several sizes, or pressures, onto one curve in each family.
-
-    Args:
-        scale: (m,) positive, such as N or p.
-        families: each m curves, such as G' and G'' of every pressure; all families share the exponents.
-        a, b: exponents to hold fixed; None is fitted.
-        start: first guess of (a, b).
-    """
+    """Fit the exponents that bring curves at every scale (m,), such as N or p, onto one curve in each family, such as
+    G' and G''; an exponent that is given is held."""
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
         raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")

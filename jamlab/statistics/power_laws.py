@@ -88,18 +88,10 @@ def power_law(
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
-    """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14.
-
-    Without errors the fit minimises relative residuals (model - y)/y, so that every decade counts alike; a single free
-    power law is a straight line through ln y against ln x. With errors it minimises (model - y)/error. Points are left
-    out if they are nan, or if x or the error (without errors: y) is not positive.
-
-    Args:
-        x, y: (m,).
-        exponents: one for each term; those given as None are fitted.
-        error: (m,) standard errors of y.
-        low, high: window in x.
-    """
+    """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14;
+    exponents None are fitted. Without errors residuals are relative, so that every decade counts alike, and a single
+    free law is a line through ln y. Points are left out if they are nan, or if x or the error (without errors: y) is
+    not positive."""
     if len(exponents) == 0:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
     for e in exponents:
@@ -181,14 +173,7 @@ def widest_window(
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
-    """Fit the widest run of points, in ln x, that all lie within a tolerance of the law.
-
-    Args:
-        x, y, exponents: see `power_law`.
-        tolerance: largest relative residual.
-        least: fewest points.
-        low, high: window in x to search.
-    """
+    """Fit the widest run of at least so many points, in ln x, whose relative residuals all lie within a tolerance."""
     x, y = _finite_points(x, y)
     if not tolerance > 0:
         raise InputError(f"tolerance = {tolerance}: must be positive")
@@ -262,14 +247,8 @@ class FiniteSize:
 def finite_size(
     n: ArrayLike, y: ArrayLike, error: ArrayLike | None = None, *, exponent: float | None = None
 ) -> FiniteSize:
-    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems.
-
-    Args:
-        n, y: (m,) sizes and values; those that are not finite are left out.
-        error: (m,) standard errors; by default all equal.
-        exponent: of the correction; by default the one between 0.1 and 4 that fits best; `at_end` of the result says
-            whether that is one of the two.
-    """
+    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems; by default with the exponent
+    between 0.1 and 4 that fits best. What is not finite is left out."""
     n, y = _same_length(n, y)
     spread = np.ones_like(y) if error is None else _same_length(n, error)[1]
     kept = np.isfinite(n) & np.isfinite(y)

@@ -12,18 +12,9 @@ from jamlab.errors import InputError, StorageError
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a temporary path to write to; it takes the place of `path` when the block ends well.
-
-    The temporary file `.jamlab-*.tmp` lies in the folder of `path` (where a rename is atomic), is flushed to disk
-    before the rename, and is removed if the block raises; the old file then stays as it was. Only a killed process
-    leaves it behind. A symbolic link is followed: the file it points to is replaced.
-
-    Args:
-        path: file to create or replace.
-
-    Yields:
-        Path of the temporary file, which exists and is empty.
-    """
+    """Give a temporary path `.jamlab-*.tmp` in the same folder, where a rename is atomic; it takes the place of `path`,
+    or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
+    stays as it was; only a killed process leaves it behind."""
     target = check_target(path)
     temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
     try:
@@ -63,16 +54,8 @@ def check_ending(path: str | os.PathLike[str], endings: Sequence[str], format_: 
 
 
 def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str], replace: bool = True) -> Path:
-    """Refuse a path that cannot be written, before hours of work go into what should be written there.
-
-    Args:
-        path: to write.
-        sources: files that are read; the result may not replace one of them.
-        replace: whether a file of this name may be replaced; commands ask for `--force`.
-
-    Returns:
-        The file behind all symbolic links.
-    """
+    """Refuse a path that cannot be written, or is one of the sources, before hours of work go into what should be
+    written there; commands ask for `--force` to replace. Returns the file behind all links."""
     try:
         target = Path(os.path.realpath(path))
         mode = target.stat().st_mode if target.exists() else None

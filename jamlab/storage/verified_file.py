@@ -57,14 +57,8 @@ _LARGE, _PACKED = 16e6, 16  # bytes from which on numbers of packings, compresse
 
 
 def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
-    """The dataset of a group, not read yet.
-
-    Args:
-        group: of an open file.
-        name: of the dataset, a path from the group.
-        kinds: codes of `numpy.dtype.kind` that are allowed; "T" stands for text.
-        shape: wanted; None stands for any length, and for any shape.
-    """
+    """The dataset of a group, not read yet, of one of the kinds of `numpy.dtype.kind`, "T" for text; None in the shape:
+    any."""
     where = f"{group.file.filename} is damaged: {group.name.rstrip('/')}/{name}"
     found = group.get(name)
     if not isinstance(found, h5py.Dataset):

@@ -76,10 +76,8 @@ class Claim:
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval and the systematic error are narrow enough to have disagreed.
-
-        That of a bound must lie on one side of it.
-        """
+        """Whether the interval and the systematic error are narrow enough to have disagreed. That of a bound must lie
+        on one side of it."""
         more = self.systematic or 0.0
         if self.relation != "=":
             return not self.low - more < self.paper < self.high + more
@@ -167,14 +165,9 @@ def claim(
     /,
     **words: str,
 ) -> Claim:
-    """Make a claim from an interval, None where the data do not give one.
-
-    Args:
-        kind: that of a number with the word `calibrated` is a fit target.
-        systematic: see `Claim`.
-        words: how, cause, shown_by, contradiction and calibrated of `Claim`, and where, if another place than that of
-            the published number says it.
-    """
+    """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction
+    and calibrated, which makes it a fit target, of `Claim`, and where, if another place than that of the number says
+    it."""
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)

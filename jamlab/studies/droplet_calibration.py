@@ -66,13 +66,7 @@ def _centre(law: Mapping[str, float]) -> dict[str, float]:
 
 
 def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
-    """Write the campaign file of the scan: a law, and each parameter halved and doubled.
-
-    Args:
-        n: number of droplets in each packing, even.
-        seeds: number of packings for each set of parameters.
-        law: values that replace the defaults at the centre of the scan.
-    """
+    """Write the campaign file of the scan: a law at its centre, and each parameter halved and doubled."""
     if unknown := sorted(set(law) - set(FITTED)):
         raise InputError(f"parameter {unknown[0]!r} is not calibrated: use {', '.join(FITTED)}")
     centre = _centre(law)
@@ -92,11 +86,9 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
 
 
 def observables(states: "pd.DataFrame") -> "pd.DataFrame":
-    """Read off the observables to compare from the states of one sweep, one row per packing.
-
-    Columns: seed, rho_J, z(d) and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G;
-    A of the bare outline, A with rim, and area deficit 1 - a/a_J at the last state, where it is confluent.
-    """
+    """Read off the observables to compare from the states of one sweep, one row per packing. Columns: seed, rho_J, z(d)
+    and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G; A of the bare outline, A
+    with rim, and area deficit 1 - a/a_J at the last state, where it is confluent."""
     import pandas as pd
 
     rows = []
@@ -119,12 +111,8 @@ def observables(states: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
-    """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed.
-
-    Returns:
-        One row per set and observable: mean, its standard error, change, its standard error over packings of equal
-        seed, between which the scatter of seeds cancels, and the number of packings.
-    """
+    """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed: a row
+    per set and observable, with standard errors; in that of the change the scatter between seeds cancels."""
     import pandas as pd
 
     if "centre" not in tables:

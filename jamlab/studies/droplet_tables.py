@@ -39,10 +39,8 @@ def spectra_at_fractions(states: pd.DataFrame, spectra: pd.DataFrame) -> pd.Data
 
 def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFrame:
     """Sum the strength of relaxation modes of each packing by rate, in bins, and how much of it is in which motion.
-
     Columns: rate, the centre of a bin; strength; translation, rotation, along, across: parts of the strength that add
-    up to it; sliding: its part in modes that dissipate by sliding.
-    """
+    up to it; sliding: its part in modes that dissipate by sliding."""
     rows = _join_states(states, modes)
     place = np.clip(np.searchsorted(RATE_BINS, rows["rates"]) - 1, 0, len(RATE_BINS) - 2)
     parts = {name: rows[name] * rows["strengths"] for name in (*MOTIONS, "sliding")}
@@ -74,8 +72,7 @@ def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
 
 def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequence[str], absent: float) -> pd.DataFrame:
     """Interpolate values of each packing at the `FRACTIONS` between states; a row for each place `along`, which a state
-    may lack: then `absent` stands for it.
-    """
+    may lack: then `absent` stands for it."""
     out = []
     for key, part in rows.groupby(who, dropna=False):
         wide = part.pivot_table(index="rho", columns=along, values=list(values))

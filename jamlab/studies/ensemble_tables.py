@@ -111,10 +111,8 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
 
 def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     """Sum over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
-
     Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
-    can still be resampled as a whole from these.
-    """
+    can still be resampled as a whole from these."""
     voids = voids[voids["onset"].notna()]  # packings at a pressure belong to no sweep
     at_onset = voids["state"] == 0
     rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
@@ -124,15 +122,8 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
 
 
 class EnsembleTables:
-    """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
-
-    Runs of flow without an answer are left out. For droplet_states and its kin see `jamlab.studies.droplet_tables`.
-
-    Args:
-        read: gives a table by its name, such as `jamlab.open_campaign(path).table`; can be pickled where several
-            processes draw.
-        facts: what the page says about the origin of the tables.
-    """
+    """The tables of an ensemble by name, prepared once, of `read`, which can be pickled where several processes draw.
+    States, spectra and onsets hold only what converged; runs of flow without an answer are left out."""
 
     def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
         self.read = read

@@ -85,7 +85,7 @@ VERDICTS = "verdicts.csv"
 
 def titles() -> dict[str, str]:
     """Name of each figure -> what it shows, in one line."""
-    return {name: (function.__doc__ or "").splitlines()[0].rstrip(".") for name, function in FIGURES.items()}
+    return {name: " ".join((f.__doc__ or "").split()).partition(". ")[0].rstrip(".") for name, f in FIGURES.items()}
 
 
 def check_names(names: Sequence[str]) -> list[str]:

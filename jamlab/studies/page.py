@@ -51,18 +51,8 @@ def write_page(
     progress: Progress = no_progress,
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Draw studies one after the other, write their files, and one page of them; returns what was drawn, and what not.
-
-    What was drawn before an interruption is there.
-
-    Args:
-        folder: made if it is not there.
-        page: what the page is called and how it looks.
-        headings: name of each study -> heading of its section.
-        draw: function of a name; can be pickled where there are several processes.
-        facts: name -> value, how it was made, beside the versions.
-        opening: sections before those of the studies.
-    """
+    """Draw studies one after the other, or in processes, for which `draw` must be picklable, write their files, and one
+    page of them; returns what was drawn, and what not. What was drawn before an interruption is there."""
     make_folder(folder)
     names = list(headings)
     one = partial(_draw_and_write, draw=draw, folder=folder, each=page.each)

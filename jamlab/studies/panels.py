@@ -89,13 +89,8 @@ class Drawing:
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
-        """Keep numbers of the figure by name, and return them as they are; None is kept as nan.
-
-        Args:
-            name: of the number; several get what tells them apart: "theta" by N=[32, 64] is "theta, N = 32" and so on.
-            found: an interval, or a number without any; of several, a sequence or an interval of arrays.
-            by: name and values of what tells them apart.
-        """
+        """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values
+        tell what tells them apart: "theta" by N=[32, 64] is kept as "theta, N = 32" and so on."""
         if not by:
             self.values[name] = _interval(found)
             return found
@@ -132,12 +127,8 @@ class Drawing:
         band: bool = True,
         **look: Any,
     ) -> None:
-        """Draw a curve with its interval, as a band or as bars, and keep its points; nan are left out.
-
-        Args:
-            y: an `Interval` is drawn with its ends.
-            label: in the legend; "" takes the name of the series, None leaves the curve out of it.
-        """
+        """Draw a curve, with the interval of an `Interval` as a band or as bars, and keep its points; nan are left out.
+        In the legend the label "" takes the name of the series, None leaves the curve out."""
         if isinstance(y, Interval):
             px, py, bottom, top = map(_row, (x, y.value, y.low, y.high))
         else:

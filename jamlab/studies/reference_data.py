@@ -49,10 +49,8 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
 
 
 def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
-    """Add packings to tables that are there: a packing of both is that of the new ones.
-
-    Its numbers differ in digits that were not kept, so both are compared as they are written.
-    """
+    """Add packings to tables that are there: a packing of both is that of the new ones. Its numbers differ in digits
+    that were not kept, so both are compared as they are written."""
 
     def read(name: str) -> pd.DataFrame:
         parts: list[pd.DataFrame] = []
@@ -189,18 +187,9 @@ def save(
     add: bool = False,
     names: Sequence[str] = NAMES,
 ) -> dict[str, int]:
-    """Write the tables as reference data, thinned to what figures use: about 6 digits, and one record of their origin.
-
-    Args:
-        tables: of a campaign.
-        folder: created if missing; its tables are replaced.
-        facts: name of the campaign, commit, versions and other entries for the page.
-        campaign: text of the campaign file, kept in the record too.
-        add: keep the runs that the folder has on record, since some packings are theirs, see `combine`.
-
-    Returns:
-        Name of each table -> bytes written. Tables without rows are left out.
-    """
+    """Write the tables as reference data, thinned to what figures use: about 6 digits, and one record of their origin,
+    with facts and the text of the campaign file; with `add` the runs on record stay, see `combine`. Returns bytes by
+    table."""
     made: dict[str, pd.DataFrame] = {}
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):

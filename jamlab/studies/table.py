@@ -117,15 +117,9 @@ def measure_table(
     *,
     progress: Progress = no_progress,
 ) -> MeasuredTable:
-    """Do the tasks that the file does not hold, on one core, and save after each.
-
-    Args:
-        path: file, made or gone on with.
-        columns: of the rows, besides `task` and `took`; a row need not have all.
-        tasks: name -> function that measures and returns rows.
-        facts: what all rows share, such as settings; a file with other facts is not gone on with.
-        progress: called before each task with the share that is done, and its name.
-    """
+    """Do the tasks that the file does not hold, on one core, and save after each; a row need not have all columns.
+    `progress` is called before each task. A file with other facts, which all rows share, is refused and not gone on
+    with."""
     check_target(path)
     writer = _Writer(path, [*_FIRST, *columns], facts)
     for done, (name, task) in enumerate(tasks.items()):
@@ -152,10 +146,8 @@ def one_core() -> Iterator[None]:
 
 
 def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
-    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
-
-    On one core this equals the wall time on a machine without other load. No run begins after `budget` seconds.
-    """
+    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result. On one
+    core this equals the wall time on a machine without other load. No run begins after `budget` seconds."""
     best, spent = float("inf"), 0.0
     for _ in range(runs):
         began = time.process_time()
@@ -285,11 +277,9 @@ def _count(rows: pd.DataFrame) -> dict[str, int]:
 
 
 def _whole_records(body: str) -> tuple[list[str], list[list[str]], bool]:
-    """Header and rows of a table without a last one that was cut, and whether there was one.
-
-    The last one is whole if its line ends, outside of quotes, which come in pairs, and it has as many fields as the
-    header. Without a whole header there are no rows.
-    """
+    """Header and rows of a table without a last one that was cut, and whether there was one. The last one is whole if
+    its line ends, outside of quotes, which come in pairs, and it has as many fields as the header. Without a whole
+    header there are no rows."""
     records = [record for record in csv.reader(io.StringIO(body)) if record]  # a blank line is none
     ended = body.endswith("\n") and body.count('"') % 2 == 0
     cut = bool(records) and not (ended and len(records[-1]) == len(records[0]))

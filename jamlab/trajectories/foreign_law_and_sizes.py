@@ -18,17 +18,8 @@ Radii = ArrayLike | Mapping[Any, float] | None
 def complete_force_law(
     model: str, found: Mapping[str, Any], units: str | None, params: Mapping[str, Any] | None
 ) -> tuple[str, dict[str, Any], list[str]]:
-    """Complete the force law, rest areas apart.
-
-    Args:
-        model: "sp" or "dp".
-        found: entries of the file, see `jamlab.packing.lammps_files.described`.
-        units: given by the user; default those of the file, or "eps".
-        params: given by the user.
-
-    Returns:
-        Units, parameters, and the names of those found in neither, which have the defaults of the decks.
-    """
+    """Complete the force law of a file, rest areas apart, with what the user gives; units are "eps" if neither says.
+    Returns units, parameters, and the names of those found in neither, which have the defaults of the decks."""
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
     if (model, chosen) not in FORCE_LAW:

@@ -64,10 +64,8 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
 
 
 def sites(path: FilePath, frame: Frame) -> Sites:
-    """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more.
-
-    A dump has no bonds: vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do.
-    """
+    """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
+    vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
     with damage_named(path):
         columns = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(frame.columns)))}
         if "id" not in columns:

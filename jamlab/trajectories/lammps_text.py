@@ -49,13 +49,8 @@ def whole_numbers(words: Sequence[Sequence[str]], column: int) -> NDArray[np.int
 
 
 def rounding(words: Sequence[str], values: Array, *, chosen: bool = False) -> float:
-    """How far numbers may be off because they were written with few digits; 0 for the digits of float64.
-
-    Args:
-        words: some of the numbers, as written.
-        values: all of them, of any shape.
-        chosen: sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded.
-    """
+    """How far numbers may be off because they were written with few digits, seen from some words; 0 for the digits of
+    float64. Sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded."""
     digits = max(len(word.lower().partition("e")[0].lstrip("+-0.").replace(".", "")) for word in words[:_SAMPLE])
     largest = float(np.abs(values).max())
     if digits >= FULL_DIGITS or not largest or (chosen and digits <= _CHOSEN_DIGITS):

@@ -41,13 +41,7 @@ class Sites:
     def packing(
         self, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
     ) -> Packing:
-        """Make a packing of these atoms.
-
-        Args:
-            radii: of disks, see `jamlab.read`.
-            units: see `jamlab.read`.
-            params: see `jamlab.read`.
-        """
+        """Make a packing of these atoms; arguments as in `jamlab.read`."""
         model = "sp" if self.rings is None else "dp"
         if self.entries.get("model", model) != model:
             raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")

@@ -60,9 +60,7 @@ def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[st
 
 def observe(packing: Packing, known: Mapping[str, float], strain: float) -> dict[str, Any]:
     """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None.
-
-    `converged` is None where no minimisation is known, as in a dump that does not say.
-    """
+    `converged` is None where no minimisation is known, as in a dump that does not say."""
     row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
     numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
     return {
@@ -84,10 +82,8 @@ def _why(packing: Packing, g: float | None) -> str:
 
 
 def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:
-    """(m,) shear strain of each state: what a flow says of itself, else tilt over height, without flips of the box.
-
-    A box that leans by half its width is the same lattice as one that leans the other way, and boxes flip in a flow.
-    """
+    """(m,) shear strain of each state: what a flow says of itself, else tilt over height, without flips of the box. A
+    box that leans by half its width is the same lattice as one that leans the other way, and boxes flip in a flow."""
     first = packings[0]
     start = float(first.provenance.get("flow_strain", first.box[1, 0] / first.box[1, 1]))
     return np.cumsum([start, *(shear_between(before, after) for before, after in pairwise(packings))])

@@ -26,12 +26,7 @@ STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a sta
 
 
 def encode(values: ArrayLike, kind: str) -> str:
-    """Base64 of an array.
-
-    Args:
-        values: numbers that fit into the kind.
-        kind: numpy's name of a little-endian type, such as "<f4".
-    """
+    """Base64 of an array in numpy's kind of a little-endian type, such as "<f4"."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
@@ -80,15 +75,8 @@ _NOTHING = Lines(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
-    """Pack one state for the page; numbers are in the units of the packing.
-
-    Args:
-        packing: SP or DP.
-        before: the state before, of the same particles.
-
-    Returns:
-        A dictionary for JSON: `box`, limits of the coordinates, and arrays in base64.
-    """
+    """Pack one state for the page, as JSON: `box`, limits of the coordinates, and arrays in base64; in the packing's
+    units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
     cells = tessellation(packing)
@@ -116,12 +104,9 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
 
 
 def displacements(before: Packing, after: Packing) -> Array:
-    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median.
-
-    The median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median.
-
-    With lattice coordinates s = x B^-1 they are (s_after - s_before) B_after.
-    """
+    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median. The
+    median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median. With lattice
+    coordinates s = x B^-1 they are (s_after - s_before) B_after."""
     box = unflipped_box(before, after)
     lattice = after.centroids @ np.linalg.inv(box) - before.centroids @ np.linalg.inv(before.box)
     moved = (lattice - np.round(lattice)) @ box

@@ -52,13 +52,7 @@ def check_one_sweep(packings: Sequence[Packing]) -> None:
 
 
 def check_bytes(size: float, states: int, every: int) -> None:
-    """Refuse a page that grows too large.
-
-    Args:
-        size: bytes of a state.
-        states: their number.
-        every: of how many frames one was taken.
-    """
+    """Refuse a page that grows too large, by the bytes of a state."""
     if size * states <= MOST_BYTES:
         return
     total = f"{states} states of {size / 1e6:.2g} MB are {size * states / 1e6:.0f} MB"
@@ -163,10 +157,8 @@ def explorer_fragment(
     observables: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
 ) -> Markup:
-    """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once.
-
-    Arguments and errors as in `write_page`.
-    """
+    """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once. Arguments and errors as in
+    `write_page`."""
     if every < 1:
         raise InputError(f"every = {every}: must be 1 or more, 2 takes every second state")
     everything = list(packings)

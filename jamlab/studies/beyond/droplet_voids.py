@@ -105,11 +105,8 @@ def mean_shape(rows: pd.DataFrame) -> Interval:
 
 
 def three_disks(overlap: ArrayLike) -> tuple[Array, Array]:
-    """Compute phi - rho and the shape factor of voids in a triangular lattice of equal disks, by geometry.
-
-    Args:
-        overlap: (m,) of two disks over their diameter, below 1 - sqrt(3)/2, where voids close.
-    """
+    """Compute phi - rho and the shape factor of voids in a triangular lattice of equal disks; an overlap (m,) of two
+    disks over their diameter lies below 1 - sqrt(3)/2, where voids close."""
     r = 1 - np.asarray(overlap, dtype=np.float64)
     half = np.arccos(r)  # angle from the line of centres to a corner of the lens
     arc = np.pi / 3 - 2 * half

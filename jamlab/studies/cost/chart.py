@@ -101,10 +101,8 @@ OFF_COLUMNS = ["topic: panel", "default", "cost", "error", "times the cheapest a
 def write_charts(
     out: Path, charts: Mapping[str, Chart], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, list[Point]]:
-    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points.
-
-    With `measure` packings that OUT/CHART.csv does not hold are measured, and these files are drawn, not what ships.
-    """
+    """Draw charts, and write speed-accuracy.csv, one PNG for each and speed-accuracy.html; returns their points. With
+    `measure` packings that OUT/CHART.csv does not hold are measured, and these files are drawn, not what ships."""
     tables = measured(out, charts, measure=measure, progress=progress)
     found = {name: charts[name].average(table.rows) for name, table in tables.items()}
     off = defaults_off_the_front(charts, found)

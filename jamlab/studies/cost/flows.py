@@ -105,9 +105,7 @@ def _along_residual(
     panel: str, packing: Packing, rate: float, law: Damping, *, against_steps: bool = False
 ) -> Iterator[Trial]:
     """At the default tolerance of a step, against the tightest residual: what the solver adds to the error of steps.
-
-    Against the finest steps as well it is what a user gets: where contacts rearrange, steps decide.
-    """
+    Against the finest steps as well it is what a user gets: where contacts rearrange, steps decide."""
     usual = float(f"{solver_residual(law, TOLERANCE, background_drag(packing, law, None)):g}")
     tolerances = _PAIR if against_steps else (TOLERANCE, TOLERANCE)
     finest = zip(tolerances, _TIGHTEST, strict=True)

@@ -40,11 +40,9 @@ def _find(seed: int, search: str, step: float) -> tuple[float, float]:
 
 
 def points(trials: pd.DataFrame) -> list[Point]:
-    """Points of one packing; and of the mean, whose error holds its bias and what is unknown of it.
-
-    What twenty packings know of a mean is told by the step whose difference is known least: one that differs in none
-    of them, or in two, may do so in the next.
-    """
+    """Points of one packing; and of the mean, whose error holds its bias and what is unknown of it. What twenty
+    packings know of a mean is told by the step whose difference is known least: one that differs in none of them, or in
+    two, may do so in the next."""
     found = points_of(trials)
     means = []
     for point in found:

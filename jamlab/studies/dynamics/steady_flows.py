@@ -50,10 +50,8 @@ def draw_mean(out: Drawing, axes: Any, series: str, rows: pd.DataFrame, by: str,
 
 
 def yield_law(rates: Array, stress: Array) -> HerschelBulkley:
-    """Fit the law of Herschel and Bulkley to mean stresses of (packings, m), weighted by their relative errors.
-
-    Rate 0 is quasi-static shear, whose mean counts as any other.
-    """
+    """Fit the law of Herschel and Bulkley to mean stresses of (packings, m), weighted by their relative errors. Rate 0
+    is quasi-static shear, whose mean counts as any other."""
     kept = (rates <= HIGHEST) & np.isfinite(stress).all(axis=0)
     rates = np.maximum(rates, _STANDS)
     mean = average(stress[:, kept])

@@ -289,10 +289,8 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 def write_maps(
     out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map.
-
-    With `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships.
-    """
+    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map. With
+    `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships."""
     tables = measured(out, maps, measure=measure, progress=progress)
     write_page(
         out,

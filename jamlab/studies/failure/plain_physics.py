@@ -54,9 +54,7 @@ def plain_pressure(packing: Packing) -> float:
 
 def plain_packing_fraction(packing: Packing) -> float:
     """Area of the union of all disks, or of all droplets with their rims, over that of the cell; right to 1e-4.
-
-    Outlines are polygons of 256 sides, of the area of the disk.
-    """
+    Outlines are polygons of 256 sides, of the area of the disk."""
     quarter = 64
     if packing.model == "sp":
         assert packing.diameters is not None
@@ -261,10 +259,8 @@ def _nearest_of_four(packing: Packing, both: tuple[_Feet, _Feet], pair: tuple[in
 
 
 def plain_hessian(packing: Packing) -> Array:
-    """(2n + 4, 2n + 4) second derivatives of the energy of disks, by complex steps of the forces.
-
-    Coordinates: x and y of every disk, then the displacement gradient E_xx, E_xy, E_yx, E_yy of box and disks.
-    """
+    """(2n + 4, 2n + 4) second derivatives of the energy of disks, by complex steps of the forces. Coordinates: x and y
+    of every disk, then the displacement gradient E_xx, E_xy, E_yx, E_yy of box and disks."""
     size = packing.positions.size
     columns = [(np.zeros((2, 2)), site) for site in np.eye(size).reshape(size, -1, 2)]
     columns += [(np.eye(4)[k].reshape(2, 2), np.zeros_like(packing.positions)) for k in range(4)]
@@ -327,11 +323,9 @@ def without_loose_disks(packing: Packing) -> Packing:
 
 
 def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> Array:
-    """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii.
-
-    Coordinates: velocities beside the affine flow, angular velocities, rate of x -> x + gamma y. Background: drag of
-    every disk against the affine flow, over k tau_1.
-    """
+    """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii. Coordinates:
+    velocities beside the affine flow, angular velocities, rate of x -> x + gamma y. Background: drag of every disk
+    against the affine flow, over k tau_1."""
     assert packing.diameters is not None
     n, found = packing.n, touching_disks(packing, packing.positions, packing.box)
     total = np.zeros((3 * n + 1, 3 * n + 1))

@@ -64,10 +64,8 @@ def judge_descent(left: float, tolerance: float, energy: float, start: float, mi
 
 
 def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
-    """Check the claim that no force above a tolerance is left, by forces computed anew.
-
-    Rounding of positions is multiplied with a stiffness, force over length.
-    """
+    """Check the claim that no force above a tolerance is left, by forces computed anew. Rounding of positions is
+    multiplied with a stiffness, force over length."""
     left = plain_max_force(packing)
     size = float(np.abs(packing.box).max())
     return Trial(verdict, note or f"max force {left:.1g}", left, tolerance + _ROUNDING * max(1.0, stiffness * size))

@@ -68,10 +68,8 @@ def compare(
     n: int = 64, seed: int = 1, phi: float = 0.88, *, peers: Sequence[Peer] = PEERS, progress: Progress = no_progress
 ) -> list[Row]:
     """Compare jamlab and its peers on one packing of an even number of disks in units "eps"; jamlab's row is the first.
-
     Random starts end in different minima in different codes, so the start is a minimum whose disks were moved a little.
-    A code that is not installed is a row that says so.
-    """
+    A code that is not installed is a row that says so."""
     start, minimum = jolted_minimum(n, seed, phi)
     target = measure(minimum)
     with one_core():
@@ -144,8 +142,7 @@ def summary(rows: Sequence[Row], analysis: Sequence[AnalysisRow]) -> dict[str, A
 
 def jolted_minimum(n: int, seed: int, phi: float, jolt: float = _JOLT) -> tuple[Packing, Packing]:
     """Find a jammed packing without negative modes; returns its disks moved a little, by `jolt` mean diameters, and the
-    minimum that jamlab finds from them.
-    """
+    minimum that jamlab finds from them."""
     for trial in range(_TRIES):
         rng = np.random.default_rng([seed, trial])
         with Session(random_disks(n, seed + trial, phi=phi)) as session:

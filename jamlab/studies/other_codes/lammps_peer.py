@@ -8,11 +8,7 @@ from jamlab.studies.other_codes.peer import Descent, Peer, Point, mean_diameters
 
 
 class Lammps(Peer):
-    """LAMMPS by itself: the law from its formula at one point, its own minimisers with their defaults.
-
-    Args:
-        style: of `min_style`, with LAMMPS' defaults.
-    """
+    """LAMMPS by itself: the law from its formula at one point, its own minimisers (`min_style`) with their defaults."""
 
     package = "lammps"
 

@@ -143,11 +143,9 @@ RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; 
 
 
 def write_recipe(name: str, folder: Path, packing: Packing) -> str:
-    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them.
-
-    The file holds positions (n, 2), diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these
-    positions. The script prints how far the other code is from them, then minimises.
-    """
+    """Write `packing.npz` and `NAME_check.py` to a folder, and return how to run them. The file holds positions (n, 2),
+    diameters (n,), sides (2,), eps, and jamlab's energy, forces and stress at these positions. The script prints how
+    far the other code is from them, then minimises."""
     check_choice("recipe", name, RECIPES)
     species, s = mean_diameters(packing)
     here = evaluate(packing)

@@ -68,12 +68,8 @@ class Peer(OtherCode):
 
     @abstractmethod
     def descent(self, packing: Packing) -> Descent:
-        """Prepare minimisations from one start.
-
-        Returns:
-            Function of the largest force at which to stop and of the most steps (LAMMPS: evaluations of forces, of
-            which its steps take several), which starts anew each time and returns positions (n, 2).
-        """
+        """Prepare minimisations from one start: a function of the largest force at which to stop and of the most steps
+        (LAMMPS: evaluations of forces, several a step), which starts anew each time and returns positions (n, 2)."""
 
 
 def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
