@@ -19,8 +19,7 @@ from jamlab.checks import check_choice, check_number
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
-from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
+from jamlab.estimates.way_table import N, Scatter, WayRecord, Ways, difference, is_known, read_ways, scatter
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE, room
 

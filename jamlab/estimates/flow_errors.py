@@ -16,12 +16,12 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.estimates.quantiles import exceeded_by_few
-from jamlab.estimates.table_file import read_table
+from jamlab.estimates.way_table import read_table
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
+from jamlab.statistics.confidence import exceeded_by_few
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha

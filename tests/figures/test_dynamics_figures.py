@@ -8,7 +8,7 @@ import pytest
 from drawn_figures import tables
 
 from jamlab.errors import InputError
-from jamlab.statistics.critical_collapse import collapse_through
+from jamlab.statistics.data_collapse import collapse_through
 from jamlab.studies import gallery
 from jamlab.studies.dynamics.steady_flows import balanced_disks, steady_flows, yield_law_interval
 from jamlab.studies.ensemble_tables import OF_FLOWS, EnsembleTables

@@ -8,7 +8,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics.bootstrap import Interval
-from jamlab.statistics.critical_collapse import CriticalCollapse, collapse_through
+from jamlab.statistics.data_collapse import CriticalCollapse, collapse_through
 from jamlab.statistics.published_numbers import (
     FLOW_AT_ONSET,
     JAMMING_IN_SHEAR,
