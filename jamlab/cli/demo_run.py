@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from jamlab.checks import check_bidisperse, check_number
-from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.interruption import KeptStates
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures.explorer.observables import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment

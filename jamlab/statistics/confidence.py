@@ -1,4 +1,4 @@
-"""The confidence of every interval and promise, and bounds of errors by measured ones: order statistics, and lines between."""
+"""The confidence of every interval and promise, and bounds of errors from measured ones by order statistics."""
 
 from __future__ import annotations
 

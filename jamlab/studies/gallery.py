@@ -33,7 +33,7 @@ from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
 from jamlab.studies.dynamics import amplitudes, collapse, equivalent_damping, flow_curves, power_law, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.page import Failure, Page, write_files, write_page
+from jamlab.studies.page import Failure, Page, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.study import CampaignStudy, Shown
@@ -110,17 +110,10 @@ def draw(name: str, tables: EnsembleTables) -> Drawing:
     return drawing
 
 
-def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes | None]:
-    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself."""
-    return write_files(drawing.name, _shown(drawing), folder)
-
-
-def _shown(drawing: Drawing) -> Shown:
-    return Shown(drawing.figure, drawing.caption, (), drawing.table, drawing.claims, drawing.numbers)
-
-
-def _draw_shown(name: str, tables: EnsembleTables) -> Shown:
-    return _shown(draw(name, tables))
+def draw_shown(name: str, tables: EnsembleTables) -> Shown:
+    """Draw one figure as what a study shows."""
+    d = draw(name, tables)
+    return Shown(d.figure, d.caption, (), d.table, d.claims, d.numbers, d.name)
 
 
 @dataclass(frozen=True)
@@ -138,7 +131,7 @@ class FigureStudy(CampaignStudy):
     def draw(self, folder: Path | None = None) -> Shown:
         """Draw the figure from a folder of results, or from the reference data that ship."""
         tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
-        return _draw_shown(self.name, tables)
+        return draw_shown(self.name, tables)
 
     def campaign(self, folder: Path) -> Campaign:
         """Open the campaign, which other figures share."""
@@ -171,7 +164,7 @@ def write_all(
         folder,
         Page(_PAGE, "Figures of both papers", _lead, each=True, assets=explorer_assets()),
         {name: headings[name] for name in names},
-        partial(_draw_shown, tables=tables),
+        partial(draw_shown, tables=tables),
         tables.facts,
         opening=opening,
         progress=progress,

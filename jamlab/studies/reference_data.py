@@ -18,8 +18,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from jamlab.campaign.campaign import open_campaign
+from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import atomic_file, make_folder
+from jamlab.storage.verified_file import versions
 from jamlab.studies.droplet_tables import COUNTS, DAMPING, PACKING
 from jamlab.studies.ensemble_tables import COLUMNS, FLOW_RUN, NAMES, AbsentTableError, EnsembleTables
 
@@ -234,3 +237,39 @@ def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
         rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
         out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
     return out
+
+
+def open_tables(source: Path | None) -> EnsembleTables:
+    """Open the tables of a campaign (its file or folder) or a folder of reference tables; None: those installed."""
+    if source is None:
+        return reference_tables()
+    if (source / RECORD).is_file():
+        return read_folder(source)
+    campaign = open_campaign(source)
+    return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})
+
+
+def save_reference(
+    source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()
+) -> dict[str, int]:
+    """Reduce the tables of a campaign to reference data, and record their origin; with `add` packings stay that the
+    campaign lacks. Returns bytes by table."""
+    names = _check_tables(only)
+    campaign = open_campaign(source)
+    facts = {"campaign": campaign.name, "commit": commit, **versions()}
+    tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
+    if not add:
+        return save(tables, folder, facts, text, names=names)
+    names = only or [name for name in NAMES if has_table(folder, name)]
+    old = read_folder(folder)
+    for name in names:  # all are read before any is replaced
+        with suppress(InputError, AbsentTableError):
+            getattr(old, name)
+    return save(combine(tables, old), folder, facts, text, add=True, names=names)
+
+
+def _check_tables(only: Sequence[str]) -> Sequence[str]:
+    """Names of the tables asked for, all if none is."""
+    for name in only:
+        check_choice("only", name, NAMES)
+    return only or NAMES
