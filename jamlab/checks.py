@@ -47,8 +47,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         positional, rest, named, others = _kinds(function)
         for (name, kind), value in itertools.chain(
-            zip(positional, args, strict=False),
-            zip(itertools.repeat(rest), args[len(positional) :], strict=False),
+            zip(positional, args, strict=False), zip(itertools.repeat(rest), args[len(positional) :], strict=False)
         ):
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)

@@ -142,12 +142,7 @@ def _say_what_is_missing(file: Path, packing: Any) -> None:
 
 
 DOUBT = " ?"  # beside every number of a doubtful picture
-SIDES = {
-    "bright": "bright on dark",
-    "dark": "dark on bright",
-    "ring": "with dark walls",
-    "labels": "as labelled",
-}
+SIDES = {"bright": "bright on dark", "dark": "dark on bright", "ring": "with dark walls", "labels": "as labelled"}
 MOST_SIDES = 6  # voids with more are one entry of the table
 
 

@@ -5,8 +5,6 @@ reduce, and what is not known about the way itself, the standard error of its di
 table, which they do not. A way is used only where the second part leaves room for the first.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from dataclasses import dataclass

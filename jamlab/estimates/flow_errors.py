@@ -5,8 +5,6 @@ with the error of the simpler model. Two numbers carry them over to other packin
 whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path

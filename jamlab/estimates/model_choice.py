@@ -6,8 +6,6 @@ how far z, G, A and the voids of a way are from those of default droplets (Borom
 that, and the distance from it that few packings exceed, is its expected error. Default droplets are the last resort.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -72,12 +70,7 @@ class Choice(OldWords):
 
 @checked
 def choose(
-    rho: float,
-    tolerance: Mapping[str, float],
-    n: int = 64,
-    *,
-    model: str = "auto",
-    table: Ways | None = None,
+    rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
 ) -> Choice:
     """Choose the cheapest way that is expected to meet every tolerance.
 

@@ -1,7 +1,5 @@
 """Options of a choice: what each would give and cost, which is taken, and why the others are not."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from enum import StrEnum

@@ -4,8 +4,6 @@
 follows from it has an interval.
 """
 
-from __future__ import annotations
-
 import gzip
 import io
 import json

@@ -4,8 +4,6 @@ Colours are from the palette of Okabe & Ito and from cividis, both safe for the 
 of sides as a digit too.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Axes to draw into: those of the caller, or new ones; the caller's style over defaults."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -47,10 +45,5 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
 def legend_below(axes: Axes, handles: list[Any], title: str = "", columns: int = 6) -> None:
     """Put a legend below the axes, where a picture that fills them leaves room for none."""
     axes.legend(
-        handles=handles,
-        title=title or None,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.01),
-        ncols=columns,
-        fontsize=9,
+        handles=handles, title=title or None, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=columns, fontsize=9
     )

@@ -12,8 +12,6 @@ Every interval draws with the same seed, `SEED`, unless told otherwise: the same
 figure, and two statistics of one ensemble are compared on the same resamples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -42,7 +40,7 @@ class Interval:
     low: Array
     high: Array
 
-    def __getitem__(self, index: int | tuple[int | slice, ...]) -> Interval:
+    def __getitem__(self, index: int | tuple[int | slice, ...]) -> "Interval":
         return Interval(self.value[index], self.low[index], self.high[index])
 
 

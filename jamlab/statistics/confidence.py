@@ -1,7 +1,5 @@
 """The confidence of every interval and promise, and bounds of errors from measured ones by order statistics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Collapse data: rescale curves of several sizes or pressures until they fall on one, and say how well they do."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ Every pair of particles in every periodic image is looked at, without neighbour 
 digits; Squire & Trapp, SIAM Rev. 40, 110 (1998). Meant for tens of particles.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
