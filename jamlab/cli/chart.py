@@ -188,8 +188,15 @@ def compare(
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
     from jamlab.storage.atomic_file import make_folder
-    from jamlab.studies.other_codes.compare import jolted_minimum, summary
-    from jamlab.studies.other_codes.page import Comparison, comparison_tables, notes, write_comparison, write_recipe
+    from jamlab.studies.other_codes.compare import (
+        Comparison,
+        comparison_tables,
+        jolted_minimum,
+        notes,
+        summary,
+        write_comparison,
+        write_recipe,
+    )
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")

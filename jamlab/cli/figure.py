@@ -70,9 +70,8 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     from jamlab.processes.cores import available_cores
     from jamlab.studies import gallery
     from jamlab.studies.claims import summary
-    from jamlab.studies.example_packings import example_sections
     from jamlab.studies.page import write_files
-    from jamlab.studies.reference_data import open_tables
+    from jamlab.studies.reference_data import example_sections, open_tables
 
     chosen, tables = gallery.check_names(names), open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)

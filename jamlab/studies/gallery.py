@@ -19,19 +19,11 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies import micrograph_errors
 from jamlab.studies.baumgarten import correlation, motion, spectra
 from jamlab.studies.baumgarten import pictures as drawings
-from jamlab.studies.beyond import (
-    droplet_contacts,
-    droplet_modes,
-    droplet_sizes,
-    droplet_spectra,
-    droplet_vertices,
-    droplet_voids,
-    stiffening_disks,
-)
+from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structure, stiffening_disks
 from jamlab.studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
-from jamlab.studies.dynamics import amplitudes, collapse, equivalent_damping, flow_curves, power_law, yielding
+from jamlab.studies.dynamics import collapse, flow_curves, oscillation, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.page import Failure, Page, write_page
 from jamlab.studies.panels import Drawing
@@ -65,16 +57,16 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "dynamics-collapse": collapse.flow_collapse,
     "dynamics-overshoot": yielding.overshoot,
     "dynamics-yield": yielding.yield_stress,
-    "dynamics-amplitudes": amplitudes.amplitude_sweeps,
-    "dynamics-power-law": power_law.power_law_collapse,
-    "dynamics-equivalent-damping": equivalent_damping.equivalent_damping,
+    "dynamics-amplitudes": oscillation.amplitude_sweeps,
+    "dynamics-power-law": collapse.power_law_collapse,
+    "dynamics-equivalent-damping": oscillation.equivalent_damping,
     "dynamics-droplets": flow_curves.droplets_beside_disks,
-    "beyond-droplet-spectra": droplet_spectra.droplet_spectra,
+    "beyond-droplet-spectra": droplet_modes.droplet_spectra,
     "beyond-droplet-modes": droplet_modes.droplet_modes,
-    "beyond-droplet-contacts": droplet_contacts.droplet_contacts,
+    "beyond-droplet-contacts": droplet_structure.droplet_contacts,
     "beyond-droplet-sizes": droplet_sizes.droplet_sizes,
-    "beyond-droplet-vertices": droplet_vertices.droplet_vertices,
-    "beyond-droplet-voids": droplet_voids.droplet_voids,
+    "beyond-droplet-vertices": droplet_sizes.droplet_vertices,
+    "beyond-droplet-voids": droplet_structure.droplet_voids,
     "beyond-stiffening-disks": stiffening_disks.stiffening_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }

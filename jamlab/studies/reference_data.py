@@ -21,10 +21,22 @@ import pandas as pd
 from jamlab.campaign.campaign import open_campaign
 from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
+from jamlab.figures.explorer.write_page import explorer_fragment
+from jamlab.figures.html_page import Section
+from jamlab.packing.hdf5 import read_all, read_observables
+from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import atomic_file, make_folder
 from jamlab.storage.verified_file import versions
-from jamlab.studies.droplet_tables import COUNTS, DAMPING, PACKING
-from jamlab.studies.ensemble_tables import COLUMNS, FLOW_RUN, NAMES, AbsentTableError, EnsembleTables
+from jamlab.studies.ensemble_tables import (
+    COLUMNS,
+    COUNTS,
+    DAMPING,
+    FLOW_RUN,
+    NAMES,
+    PACKING,
+    AbsentTableError,
+    EnsembleTables,
+)
 
 RECORD = "reference.json"  # origin of the tables
 TABLE_FILE = "{}.columns.xz"
@@ -273,3 +285,21 @@ def _check_tables(only: Sequence[str]) -> Sequence[str]:
     for name in only:
         check_choice("only", name, NAMES)
     return only or NAMES
+
+
+MODELS = ("sp", "dp")
+
+
+def example_file(model: str) -> Path:
+    """File of the packings of a model, installed with jamlab."""
+    return Path(str(resources.files("jamlab.studies"))) / "reference" / f"packings_{model}.h5"
+
+
+def example_sections() -> list[Section]:
+    """One section for each model with an explorer of its packings."""
+    sections = []
+    for model in MODELS:
+        path = example_file(model)
+        fragment = explorer_fragment(read_all(path), observables=read_observables(path))
+        sections.append(Section(f"One packing of N = 32: {MODEL_STYLE[model]['label']}", fragment=fragment))
+    return sections

@@ -11,15 +11,12 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies.cost import (
-    droplet_vertices,
-    ensemble_means,
     flows,
+    making_packings,
+    measurements,
     minimisers,
-    moduli,
-    onset_search,
-    packing_fractions,
+    model_size,
     peer_descents,
-    pressure_packing,
     size_scaling,
     spectra,
 )
@@ -30,7 +27,7 @@ from jamlab.studies.failure import spectra as failing_spectra
 from jamlab.studies.failure.map import Map
 from jamlab.studies.gallery import FigureStudy
 from jamlab.studies.gallery import studies as figures
-from jamlab.studies.other_codes.page import Comparison
+from jamlab.studies.other_codes.compare import Comparison
 from jamlab.studies.study import Study
 
 S = TypeVar("S", bound=Study)
@@ -42,9 +39,9 @@ def _by_name(studies: Iterable[S]) -> dict[str, S]:
 
 CHARTS: Mapping[str, Chart] = _by_name(
     [
-        *(minimisers.DISKS, minimisers.DROPLETS, onset_search.CHART, pressure_packing.CHART),
-        *(packing_fractions.CHART, moduli.CHART, spectra.DISKS, spectra.DROPLETS, droplet_vertices.CHART),
-        *(flows.INERTIA, flows.SOLVERS, ensemble_means.CHART, peer_descents.CHART),
+        *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
+        *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, spectra.DISKS, spectra.DROPLETS, model_size.VERTICES),
+        *(flows.INERTIA, flows.SOLVERS, model_size.MEANS, peer_descents.CHART),
     ]
 )
 _MAPS = (disk_minimisers, disk_packings, elastic_moduli, failing_spectra, droplets, dynamics)

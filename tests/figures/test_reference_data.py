@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from jamlab.errors import InputError, StorageError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
-from jamlab.studies.droplet_tables import COUNTS
-from jamlab.studies.ensemble_tables import NAMES, EnsembleTables
+from jamlab.studies.ensemble_tables import COUNTS, NAMES, EnsembleTables
 from jamlab.studies.page import write_files
 from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
 

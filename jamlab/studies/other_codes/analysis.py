@@ -12,8 +12,8 @@ from jamlab.geometry.orientational_order import orientational_order
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.studies.other_codes.matscipy_peer import Matscipy
 from jamlab.studies.other_codes.peer import Analyst
+from jamlab.studies.other_codes.peers import Matscipy
 
 
 class Freud(Analyst):
