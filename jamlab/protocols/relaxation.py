@@ -1,9 +1,9 @@
 """Relax a packing to a minimum of its potential energy: first-order steps into the basin, Newton steps to the bottom.
 
 SP: few disks take conjugate gradients in LAMMPS, which reach 1e-12 by themselves, and FIRE and Newton help where they
-stall; more disks take compiled FIRE, which costs half of that, and Newton ends it. DP: vertices slide along flats almost freely, so first-order methods crawl.
-L-BFGS on LAMMPS forces, preconditioned by the analytic Hessian, goes all the way; FIRE and Newton steps help where it
-stalls.
+stall; more disks take compiled FIRE, which costs half of that, and Newton ends it. DP: vertices slide along flats
+almost freely, so first-order methods crawl. L-BFGS on LAMMPS forces, preconditioned by the analytic Hessian, goes all
+the way; FIRE and Newton steps help where it stalls.
 """
 
 from collections.abc import Callable
