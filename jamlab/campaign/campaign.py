@@ -18,12 +18,10 @@ from numpy.typing import ArrayLike
 from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder
-from jamlab.campaign.own_observables import check_function, load_function
-from jamlab.campaign.plan import Estimate, longest_first, plan
+from jamlab.campaign.observable import check_function, load_function
+from jamlab.campaign.plan import Estimate, Status, count_tasks, longest_first, plan, wanted_batches
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.status import Status, count_tasks, wanted_batches
-from jamlab.campaign.table_plot import draw_means
-from jamlab.campaign.tables import aggregate, states_at, table
+from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import Workers
 from jamlab.checks import checked

@@ -7,7 +7,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
-from jamlab.campaign.status import SweepStatus
+from jamlab.campaign.plan import SweepStatus
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, png, write_report

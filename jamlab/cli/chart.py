@@ -122,11 +122,11 @@ def flow_table(
 ) -> None:
     """Measure the errors from which choose_flow chooses, in twenty minutes; goes on from a part of the file."""
     from jamlab.estimates.flow_errors import CALIBRATE, SLIDING_CHECK
-    from jamlab.studies.least_model.flow_errors import SEEDS, measure_errors
+    from jamlab.studies.least_model import FLOW_SEEDS, measure_errors
 
     expect_output(out)
-    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in SEEDS.items()}
-    made = measure_errors(out, quick_parts if quick else SEEDS, progress=tell)
+    quick_parts = {part: seeds[: 2 if part == CALIBRATE else 1] for part, seeds in FLOW_SEEDS.items()}
+    made = measure_errors(out, quick_parts if quick else FLOW_SEEDS, progress=tell)
     (kept, of), (others, of_others) = made.kept(), made.kept(SLIDING_CHECK)
     held = f"promised errors held in {kept} of {of} checks, at other beta in {others} of {of_others}"
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
@@ -141,7 +141,7 @@ def estimates(
     as_json: Json = False,
 ) -> None:
     """Measure the table behind `estimate`, `choose` and `scene`; goes on where it was stopped."""
-    from jamlab.studies.least_model.estimate_table import SEEDS, make_table
+    from jamlab.studies.least_model import SEEDS, make_table
 
     expect_output(out)
     made = make_table(out, range(SEEDS.start, SEEDS.start + seeds), progress=tell)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from jamlab.checks import check_bidisperse, check_number
 from jamlab.cli.interruption import KeptStates
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
-from jamlab.figures.explorer.observables import unit_labels
+from jamlab.figures.explorer.states import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure

@@ -14,10 +14,9 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.foreign_law_and_sizes import Radii
-from jamlab.trajectories.lammps_data import read_data
-from jamlab.trajectories.lammps_dump import read_dump, sites
+from jamlab.trajectories.lammps_data import read_data, read_dump, sites
 from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
+from jamlab.trajectories.sites import Radii
 
 DATA = (".data", ".lmp", ".lammps")
 DUMP = (".dump", ".lammpstrj", ".lammpsdump")

@@ -15,10 +15,8 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
-from jamlab.trajectories.rings import rings_of_bonds
-from jamlab.trajectories.sites import Sites
+from jamlab.trajectories.sites import Radii, Sites, rings_of_bonds
 
 # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
 # with a margin of a third

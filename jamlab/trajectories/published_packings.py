@@ -21,7 +21,7 @@ from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of
+from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
 from jamlab.trajectories.sites import Sites
 
 _HEAD = re.compile(

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, strains, unit_labels
-from jamlab.figures.explorer.states import pack_state
+from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
