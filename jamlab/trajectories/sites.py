@@ -1,4 +1,4 @@
-"""One frame from another program, before it is known to be a packing: its law and sizes, and droplets as closed rings."""
+"""One frame from another program, before it is known to be a packing: its law, its sizes, droplets as closed rings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Packings as a Universe of MDAnalysis (Gowers et al., Proc. 15th Python in Science Conf., 98 (2016)), and its analysis."""
+"""Packings as a Universe of MDAnalysis (Gowers et al., Proc. 15th Python in Science Conf., 98 (2016)), and back."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
