@@ -266,11 +266,9 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
 
 
 def contacts_are_certain(packing: Packing) -> bool:
-    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact.
-
-    Both coordinates of both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and
-    smaller must touch the same others.
-    """
+    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact. Both coordinates of
+    both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and smaller must touch the
+    same others."""
     if not packing.rounding:
         return True
     reach = 3 * packing.rounding

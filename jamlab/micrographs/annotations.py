@@ -31,17 +31,11 @@ THIN = 0.3  # of the radius: half-thickness up to which droplets are seen throug
 
 @dataclass(frozen=True)
 class Annotations:
-    """What was drawn into a picture.
+    """What was drawn into a picture."""
 
-    Attributes:
-        thin: (h, w) pixels filled in from beside them.
-        thick: (h, w) pixels that count as outside of the picture.
-        count: of separate pieces.
-    """
-
-    thin: Mask
-    thick: Mask
-    count: int
+    thin: Mask  # (h, w) pixels filled in from beside them
+    thick: Mask  # (h, w) pixels that count as outside of the picture
+    count: int  # of separate pieces
 
     def wrapped(self, margin: int) -> Annotations:
         """The same repeated periodically around itself, `margin` pixels wide."""

@@ -23,19 +23,12 @@ SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller ones than 
 
 @dataclass(frozen=True)
 class Granulometry:
-    """Openings of a picture.
+    """Openings of a picture."""
 
-    Attributes:
-        radii: (k,) pixels.
-        left: (k,) share of the foreground that an opening by each disc leaves, 1 to 0.
-        radius: half of the foreground lies in larger discs; 0 without foreground.
-        smallest: all but 8 % of the foreground lies in larger discs.
-    """
-
-    radii: Array
-    left: Array
-    radius: float
-    smallest: float
+    radii: Array  # (k,) pixels
+    left: Array  # (k,) share of the foreground that an opening by each disc leaves, 1 to 0
+    radius: float  # half of the foreground lies in larger discs; 0 without foreground
+    smallest: float  # all but 8 % of the foreground lies in larger discs
 
 
 def granulometry(mask: Mask) -> Granulometry:

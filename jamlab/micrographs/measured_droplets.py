@@ -278,17 +278,11 @@ class Micrograph:
 
 @dataclass(frozen=True)
 class PictureVoids:
-    """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`.
+    """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`."""
 
-    Attributes:
-        sides: (m,) int64, l, droplets around the void.
-        area: (m,) area, in the unit of length squared.
-        centroid: (m, 2) x to the right and y down.
-    """
-
-    sides: Indices
-    area: Array
-    centroid: Array
+    sides: Indices  # (m,) int64, l, droplets around the void
+    area: Array  # (m,) area, in the unit of length squared
+    centroid: Array  # (m, 2) x to the right and y down
 
     __repr__ = short_repr
 
@@ -340,23 +334,14 @@ LEAST = 8  # droplets: fewer have no distribution
 
 @dataclass(frozen=True)
 class SizeDistribution:
-    """Sizes of droplets.
+    """Sizes of droplets."""
 
-    Attributes:
-        verdict: "monodisperse", "bidisperse", "polydisperse" or "too few".
-        mean: mean radius, in the unit of length.
-        spread: standard deviation over mean of the radii.
-        ratio: bidisperse: mean radius of the large over that of the small; else nan.
-        large: bidisperse: number share of the large ones; else nan.
-        explained: share of the variance of log radius that the best two groups explain.
-    """
-
-    verdict: str
-    mean: float
-    spread: float
-    ratio: float
-    large: float
-    explained: float
+    verdict: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
+    mean: float  # mean radius, in the unit of length
+    spread: float  # standard deviation over mean of the radii
+    ratio: float  # bidisperse: mean radius of the large over that of the small; else nan
+    large: float  # bidisperse: number share of the large ones; else nan
+    explained: float  # share of the variance of log radius that the best two groups explain
 
     __repr__ = short_repr
 
@@ -405,16 +390,11 @@ class Mean:
     0.7 to 0.8 of this error and rho by 1.0 of it. What light, blur and films do to all droplets alike is not in it.
 
     Source: W. G. Cochran, Sampling Techniques, 3rd ed. (1977), sections 2.6 and 2.11.
-
-    Attributes:
-        value: nan without droplets.
-        error: standard error; nan for fewer than two droplets.
-        count: of droplets.
     """
 
-    value: float
-    error: float
-    count: int
+    value: float  # nan without droplets
+    error: float  # standard error; nan for fewer than two droplets
+    count: int  # of droplets
 
     @property
     def half_width(self) -> float:

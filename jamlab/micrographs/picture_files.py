@@ -28,10 +28,6 @@ def read_grey(picture: str | Path | ArrayLike, channel: str = "grey") -> Array:
 
     Returns:
         (h, w) float64.
-
-    Raises:
-        InputError: no picture, several pages, transparent parts, more than 4e7 pixels, fewer than 8 in a row, values
-            that are not finite or all the same.
     """
     values = np.asarray(read_values(Path(picture)) if isinstance(picture, str | Path) else picture)
     if values.ndim not in (2, 3) or min(values.shape[:2]) < LEAST_SIDE or values.shape[2:] not in ((), (3,), (4,)):
@@ -124,11 +120,7 @@ def _refusal(path: Path, error: Exception) -> InputError:
 
 
 def scikit_image() -> Any:
-    """The package with the parts that pictures need.
-
-    Raises:
-        InputError: it is not installed.
-    """
+    """The package with the parts that pictures need."""
     try:
         import skimage.color
         import skimage.draw

@@ -45,23 +45,14 @@ HALF_LINE = 0.5  # pixels: the darkest line of a wall is no droplet's, where the
 
 @dataclass(frozen=True)
 class Rings:
-    """Droplets of a ring picture.
+    """Droplets of a ring picture."""
 
-    Attributes:
-        labels: (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture.
-        finer: f.
-        depth: mean darkness of walls over what they divide, between the envelopes of light and dark.
-        noise: standard deviation of the noise over that depth.
-        light: brightest over darkest of the light envelope.
-        line: pixels between droplets that share a wall.
-    """
-
-    labels: Indices
-    finer: int
-    depth: float
-    noise: float
-    light: float
-    line: float = 2 * HALF_LINE
+    labels: Indices  # (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture
+    finer: int  # f
+    depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
+    noise: float  # standard deviation of the noise over that depth
+    light: float  # brightest over darkest of the light envelope
+    line: float = 2 * HALF_LINE  # pixels between droplets that share a wall
 
     def unlike(self, other: Rings | None) -> int:
         """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it

@@ -32,23 +32,14 @@ FILM = 1.0  # weight of darkness beside distance over radius
 
 @dataclass(frozen=True)
 class Segments:
-    """Droplets of a picture.
+    """Droplets of a picture."""
 
-    Attributes:
-        cells: (h, w) int64, every pixel belongs to a droplet, from 0.
-        droplets: (h, w) bool, pixels brighter than half-way to the ground.
-        inner: (n,) radius of the largest disc inside each droplet, pixels.
-        middle: (n, 2) row and column of its centre.
-        radius: pixels, typical radius by granulometry.
-        smallest: pixels, radius of small droplets by granulometry.
-    """
-
-    cells: Indices
-    droplets: Mask
-    inner: Array
-    middle: Array
-    radius: float
-    smallest: float
+    cells: Indices  # (h, w) int64, every pixel belongs to a droplet, from 0
+    droplets: Mask  # (h, w) bool, pixels brighter than half-way to the ground
+    inner: Array  # (n,) radius of the largest disc inside each droplet, pixels
+    middle: Array  # (n, 2) row and column of its centre
+    radius: float  # pixels, typical radius by granulometry
+    smallest: float  # pixels, radius of small droplets by granulometry
 
     @property
     def count(self) -> int:

@@ -8,14 +8,8 @@ from jamlab.packing.packing import Packing
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:
-    """The packing scaled to nominal packing fraction phi.
-
-    Centres move with the box; disks keep their diameters and polygons their shapes, so that droplets are pushed
-    together, not squeezed.
-
-    Raises:
-        InputError: if phi is not between 0 and 2.
-    """
+    """The packing scaled to nominal packing fraction phi. Centres move with the box; disks keep their diameters and
+    polygons their shapes, so that droplets are pushed together, not squeezed."""
     if not 0 < phi <= 2:
         raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
     factor = float(np.sqrt(packing.phi / phi))

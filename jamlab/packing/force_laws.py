@@ -21,16 +21,11 @@ class DiskLaw:
     Law "eps": U = (eps/alpha)(1 - r/s)^alpha, Boromand et al. eq 5. Law "k": U = (k s^2/alpha)(1 - r/s)^alpha,
     Baumgarten & Tighe eq 3. alpha is 2 in both papers, 5/2 for the elastic spheres of Hertz. Whatever depends on how
     disks repel asks this object; `lammps_inputs/sp.force` says the same to LAMMPS.
-
-    Attributes:
-        name: "eps" or "k", the parameter that holds the strength.
-        strength: eps, an energy, or k, a stiffness.
-        exponent: alpha.
     """
 
-    name: str
-    strength: float
-    exponent: float = 2.0
+    name: str  # "eps" or "k", the parameter that holds the strength
+    strength: float  # eps, an energy, or k, a stiffness
+    exponent: float = 2.0  # alpha
 
     @property
     def relative(self) -> bool:

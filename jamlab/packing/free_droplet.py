@@ -20,9 +20,6 @@ def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
     Args:
         nv: (n,) vertices of each droplet.
         params: `gamma`, `ka`, and `a0` of shape (n,).
-
-    Raises:
-        InputError: no area balances, line tension shrinks a droplet to a point.
     """
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)

@@ -128,12 +128,7 @@ def file_image(
 
 @checked
 def read(path: FilePath, frame: int = -1) -> Packing:
-    """Read one frame, by default the last; negative numbers count from the end.
-
-    Raises:
-        StorageError: no such file or frame, or not a whole file that this jamlab can read.
-        InputError: the frame is not a packing, e.g. it holds NaN; the message names file, frame and value.
-    """
+    """Read one frame, by default the last; negative numbers count from the end."""
     if not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
     with opened(path) as file:

@@ -24,9 +24,6 @@ def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
         box: (2, 2), rows are the lattice vectors.
         positions: (m, 2).
         sizes: (n,) lengths of the particles, positive.
-
-    Raises:
-        InputError: naming the length and the limit.
     """
     width, height, tilt = float(box[0, 0]), float(box[1, 1]), abs(float(box[1, 0]))
     lengths = [width, height, float(sizes.min()), float(sizes.max())]
@@ -71,11 +68,7 @@ UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range.
-
-    Raises:
-        InputError: naming the parameter and its value.
-    """
+    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range."""
     if (model, units) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {units!r}")
     unknown = params.keys() - {*FORCE_LAW[model, units], *OPTIONAL[model]}

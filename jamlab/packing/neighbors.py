@@ -30,19 +30,12 @@ _TOO_MANY_IMAGES = -1  # as in periodic_grid.h
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of points nearer than a cutoff, sorted by i, then j, then shift.
+    """Pairs of points nearer than a cutoff, sorted by i, then j, then shift."""
 
-    Attributes:
-        i: (m,) int64, first point.
-        j: (m,) int64, second point.
-        r: (m, 2) float64, vector from i to the periodic image of j: x_j - x_i + shift @ box.
-        shift: (m, 2) int64, which image of j: multiples of the two rows of the box.
-    """
-
-    i: Indices
-    j: Indices
-    r: Array
-    shift: Indices
+    i: Indices  # (m,) int64, first point
+    j: Indices  # (m,) int64, second point
+    r: Array  # (m, 2) float64, vector from i to the periodic image of j: x_j - x_i + shift @ box
+    shift: Indices  # (m, 2) int64, which image of j: multiples of the two rows of the box
 
     def select(self, rows: NDArray[np.bool_] | Indices) -> "Pairs":
         """Keep some rows, by mask or by number."""
@@ -65,9 +58,6 @@ def periodic_pairs(points: Array, box: Array, cutoff: float | Array) -> Pairs:
     Returns:
         Pairs with i <= j. Several images of one pair each have their own row. i == j is a point and its own image; of
         the two opposite images the one with positive shift is listed.
-
-    Raises:
-        InputError: see `periodic_neighbors`.
     """
     return _search(points, points, box, cutoff, once=True)
 
@@ -83,9 +73,6 @@ def periodic_neighbors(points_a: Array, points_b: Array, box: Array, cutoff: flo
 
     Returns:
         Pairs with i from set a and j from set b; points that coincide are neighbours at r = 0.
-
-    Raises:
-        InputError: if the cutoff is not a positive finite number, or reaches over more images than fit in memory.
     """
     return _search(points_a, points_b, box, cutoff, once=False)
 
@@ -101,9 +88,6 @@ def periodic_copies(points: Array, box: Array, reach: float) -> tuple[Indices, I
     Returns:
         (m,) int64, point, and (m, 2) int64, shift of its copy in lattice vectors: points + shift @ box. The first n
         rows are the points 0 .. n - 1 moved into one cell.
-
-    Raises:
-        InputError: if the reach takes in more periodic images than fit in memory.
     """
     points, box = np.ascontiguousarray(points), np.ascontiguousarray(box)
 
@@ -122,9 +106,6 @@ def search_lattice(fill: Callable[[int, Array], tuple[int, tuple[Any, ...]]], ro
         fill: (room, search) -> what the kernel returned, and its arrays with so many rows; search: (5,) out, reach and
             reduced cell of the search.
         room: rows to try first.
-
-    Raises:
-        InputError: the kernel refuses: too many images, or points too far away.
     """
     search = np.zeros(5)
     count, arrays = fill(room, search)

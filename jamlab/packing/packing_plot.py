@@ -147,10 +147,8 @@ def draw_background(axes: Axes, packing: Packing, facecolor: Any = PARTICLE) -> 
 
 
 def particle_shapes(packing: Packing) -> tuple[list[Array], list[Array]]:
-    """Rings to fill and rings to outline for each particle, at the place where it is stored.
-
-    Disks: the circle, twice. Droplets: the polygon grown by its rim of width delta/2, and the polygon itself.
-    """
+    """Rings to fill and rings to outline for each particle, at the place where it is stored. Disks: the circle, twice.
+    Droplets: the polygon grown by its rim of width delta/2, and the polygon itself."""
     if packing.diameters is not None:
         disks = circles(packing.positions, packing.diameters)
         return disks, disks

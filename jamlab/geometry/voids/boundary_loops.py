@@ -23,45 +23,28 @@ _chain_loops = kernel("chain_loops", INTEGER, INTEGERS, INTEGERS, INTEGERS, INTE
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of a boundary, straight (radius 0) or circular, not yet chained.
+    """Pieces of a boundary, straight (radius 0) or circular, not yet chained."""
 
-    Attributes:
-        particle: (k,) int64, particle that each piece belongs to.
-        start, end: (k, 2) end points.
-        centre: (k, 2) of the circle; of a straight piece its middle.
-        radius: (k,) of the circle; 0 for a straight piece.
-        begin: (k,) angle at which a circular piece begins; it runs counter-clockwise.
-        angle: (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece.
-    """
-
-    particle: Indices
+    particle: Indices  # (k,) int64, particle that each piece belongs to
+    # start, end: (k, 2) end points
     start: Array
     end: Array
-    centre: Array
-    radius: Array
-    begin: Array
-    angle: Array
+    centre: Array  # (k, 2) of the circle; of a straight piece its middle
+    radius: Array  # (k,) of the circle; 0 for a straight piece
+    begin: Array  # (k,) angle at which a circular piece begins; it runs counter-clockwise
+    angle: Array  # (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """Pieces chained into loops.
+    """Pieces chained into loops."""
 
-    Attributes:
-        pieces: the k pieces.
-        following: (k,) int64, piece that comes next.
-        loop: (k,) int64, loop that each piece belongs to.
-        image: (k, 2) int64, lattice translation that puts each piece in line with the first of its loop.
-        winding: (loops, 2) int64, lattice translation from the beginning of a loop to its end; zero if it closes.
-        origin: (loops,) int64, piece with which each loop begins.
-    """
-
-    pieces: Pieces
-    following: Indices
-    loop: Indices
-    image: Indices
-    winding: Indices
-    origin: Indices
+    pieces: Pieces  # the k pieces
+    following: Indices  # (k,) int64, piece that comes next
+    loop: Indices  # (k,) int64, loop that each piece belongs to
+    image: Indices  # (k, 2) int64, lattice translation that puts each piece in line with the first of its loop
+    winding: Indices  # (loops, 2) int64, lattice translation from the beginning of a loop to its end; zero if it closes
+    origin: Indices  # (loops,) int64, piece with which each loop begins
 
 
 def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
@@ -90,9 +73,6 @@ def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Arr
         shift: (k, 2) int64, which periodic image of it.
         box: (2, 2).
         size: radius that `JOINT` refers to.
-
-    Raises:
-        BoundaryError: if some end has no start to itself (see `match_ends`).
     """
     loose = np.flatnonzero(following < 0)
     if len(loose):
@@ -119,9 +99,6 @@ def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tupl
 
     Returns:
         (k,) int64, start that belongs to each end, and (k, 2) int64, which periodic image of it.
-
-    Raises:
-        BoundaryError: if some end has no start to itself, where boundaries meet that rounding cannot tell apart.
     """
     near = periodic_neighbors(ends, starts, box, tolerance)
     result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)

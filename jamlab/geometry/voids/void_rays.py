@@ -26,19 +26,14 @@ from jamlab.packing.neighbors import periodic_neighbors
 
 @dataclass(frozen=True)
 class Components:
-    """Connected components of a graph on a torus.
+    """Connected components of a graph on a torus."""
 
-    Attributes:
-        count: number of components.
-        label: (n,) int64, component of each node.
-        image: (n, 2) int64, translation of each node relative to the first node of its component, in lattice vectors.
-        winding: (m, 2) int64, translation around the torus that each link closes; zero for links of the tree and for
-            links that agree with it.
-    """
-
-    count: int
-    label: Indices
+    count: int  # number of components
+    label: Indices  # (n,) int64, component of each node
+    # (n, 2) int64, translation of each node relative to the first node of its component, in lattice vectors
     image: Indices
+    # (m, 2) int64, translation around the torus that each link closes; zero for links of the tree and for links that
+    # agree with it
     winding: Indices
 
 
@@ -104,9 +99,6 @@ def find_first_hits(
 
     Returns:
         (c,) int64, loop that is hit, and (c, 2) int64, in which image relative to the loop that cast the ray.
-
-    Raises:
-        BoundaryError: if a ray hits nothing, or meets a polygon from inside.
     """
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):

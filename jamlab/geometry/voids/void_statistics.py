@@ -111,9 +111,6 @@ def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
 
     Returns:
         (bins + 1,) edges of a/<a> and (bins,) probability density, which integrates to 1.
-
-    Raises:
-        InputError: if there are fewer than two different areas or no positive number of bins.
     """
     area = np.concatenate([np.zeros(0), *(v.area[v.percolating == 0] for v in found)])
     if bins < 1:
