@@ -97,13 +97,8 @@ class Arcs:
 
 
 def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
-    """Cut every disk of an SP packing by its power cell.
-
-    Args:
-        packing: SP.
-        touch: disks that overlap or stand apart by no more than this part of R_i + R_j are joined by a chord of length
-            zero, which ends an arc on either disk where they touch.
-    """
+    """Cut every disk of an SP packing by its power cell. `touch`: disks that overlap or stand apart by no more than
+    this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk where they touch."""
     if packing.diameters is None:
         raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
     return cut_disks(near_disks(packing, touch), 0.5 * packing.diameters, touch)

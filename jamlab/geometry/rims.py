@@ -82,12 +82,7 @@ def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
 
 
 def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
-    """Find all overlaps of two outlines, in every periodic image.
-
-    Args:
-        packing: DP.
-        grown: its `rims`.
-    """
+    """Find all overlaps of two outlines, in every periodic image. `grown`: its `rims`."""
     size = np.abs(shapely.bounds(grown.outlines)).reshape(-1, 2, 2).max(axis=1)
     reach = np.hypot(*size.T)
     near = periodic_pairs(packing.centroids, packing.box, 2 * float(reach.max()))

@@ -30,15 +30,8 @@ from jamlab.packing.packing import Packing
 
 
 def touching_disks(packing: Packing) -> Pairs:
-    """Find all pairs of disks closer than the sum of their radii.
-
-    Args:
-        packing: SP.
-
-    Returns:
-        Pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own
-        image, touches each of them.
-    """
+    """Find all pairs of disks closer than the sum of their radii. Returns pairs i <= j, sorted by i, j and image. A
+    disk that reaches several periodic images of another, or its own image, touches each of them."""
     if packing.diameters is None:
         raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
     return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters)
@@ -129,12 +122,9 @@ def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
 
 
 def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
-    """Name the pair of polygons that each meeting belongs to, alike from both sides.
-
-    Returns:
-        (m, 4) int64: i <= j and the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool:
-        the vertex is one of j, not of i.
-    """
+    """Name the pair of polygons that each meeting belongs to, alike from both sides. Returns (m, 4) int64: i <= j and
+    the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool: the vertex is one of j, not of
+    i."""
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)

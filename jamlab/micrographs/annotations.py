@@ -62,13 +62,9 @@ def left_noise(darkness: Darkness) -> float:
 
 
 def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
-    """(h, w) bars and strokes in a picture without its background.
-
-    Args:
-        darkness: (h, w) denoised, 0 in droplets and 1 on the ground.
-        noise: standard deviation of what noise is left in it.
-        radius: typical radius of droplets, pixels.
-    """
+    """(h, w) bars and strokes in a picture without its background. `darkness`: (h, w) denoised, 0 in droplets and 1
+    on the ground; `noise`: standard deviation of what noise is left in it; `radius`: typical radius of droplets,
+    pixels."""
     beyond = max(BEYOND, NOISES * noise)
     found = np.zeros(darkness.shape, dtype=bool)
     for mask, height in ((darkness < -beyond, np.inf), (darkness > 1 + beyond, np.inf), (darkness > 0.6, 0.5 * radius)):

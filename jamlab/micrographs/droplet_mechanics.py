@@ -58,15 +58,10 @@ class ShapeForces:
 def shape_forces(
     rings: Sequence[Array], beside: Sequence[Indices], centres: Array, gap: float
 ) -> tuple[ShapePressures, ShapeForces]:
-    """Read pressures and forces off outlines.
-
-    Args:
-        rings: n outlines (k, 2), evenly spaced along, of droplets that are whole.
-        beside: n arrays (k,): at each point of the outline the droplet it touches, n or more for one that is cut, -1
-            where it faces a void.
-        centres: (n, 2).
-        gap: beyond a film, up to which walls pass for touching; all lengths in pixels.
-    """
+    """Read pressures and forces off outlines. `rings`: n outlines (k, 2), evenly spaced along, of droplets that are
+    whole; `beside`: n arrays (k,): at each point of the outline the droplet it touches, n or more for one that is cut,
+    -1 where it faces a void; `centres`: (n, 2); `gap`: beyond a film, up to which walls pass for touching; all lengths
+    in pixels."""
     n, pressures = len(rings), np.full(len(rings), np.nan)
     found: dict[tuple[int, int], list[tuple[float, Array, float]]] = {}
     for k, (ring, names) in enumerate(zip(rings, beside, strict=True)):

@@ -32,11 +32,7 @@ class Granulometry:
 
 
 def granulometry(mask: Mask) -> Granulometry:
-    """Open a mask by discs.
-
-    Args:
-        mask: (h, w), True in droplets.
-    """
+    """Open a mask by discs. `mask`: (h, w), True in droplets."""
     step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
     depth = _depth(mask[::step, ::step])
     step *= max(1, int(depth.max() / COARSEST))

@@ -65,12 +65,8 @@ def noise_level(grey: Array) -> float:
 
 
 def remove_background(bright: Array, valid: Mask) -> Darkness | None:
-    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
-
-    Args:
-        bright: (h, w) grey values, droplets brighter than the ground.
-        valid: (h, w) pixels without annotations.
-    """
+    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
+    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations."""
     noise = noise_level(bright)
     first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
     quiet = _blur(bright, first, valid)

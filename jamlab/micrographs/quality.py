@@ -80,12 +80,8 @@ def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Wall
 
 
 def doubt_few(count: int, means: Mapping[str, Mean]) -> tuple[str, ...]:
-    """Reasons why means over the droplets of a picture may not be those of more droplets.
-
-    Args:
-        count: of whole droplets.
-        means: rho, z and shape_rim, as in `Micrograph.means`.
-    """
+    """Reasons why means over the droplets of a picture may not be those of more droplets. `count`: of whole droplets;
+    `means`: rho, z and shape_rim, as in `Micrograph.means`."""
     if count < FEWEST:
         return (f"{count} whole droplets only, needs {FEWEST}: means over more may differ",)
     known = {name: (means[name], LIMITS[name]) for name in ("rho", "z")} | {"A": (means["shape_rim"], LIMITS["shape"])}

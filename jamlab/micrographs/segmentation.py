@@ -48,12 +48,8 @@ class Segments:
 
 
 def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
-    """Divide denoised darkness into droplets; None if there are none.
-
-    Args:
-        smooth: (h, w), 0 in droplets and 1 on the ground.
-        noise: standard deviation of the noise before denoising; where no film shows, it leads the watershed.
-    """
+    """Divide denoised darkness into droplets; None if there are none. `smooth`: (h, w), 0 in droplets and 1 on the
+    ground; `noise`: standard deviation of the noise before denoising; where no film shows, it leads the watershed."""
     droplets = smooth < 0.5
     scale = granulometry(droplets)
     if scale.radius <= 0 or droplets.all():
@@ -73,17 +69,9 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
 
 
 def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
-    """Maxima of the distance from the ground that stand out.
-
-    Args:
-        droplets: (h, w).
-        radius: typical radius, pixels.
-        smallest: radius of small droplets, pixels.
-        neck: see `NECK`.
-
-    Returns:
-        (h, w) int64, a number from 1 in each marker, 0 elsewhere; number of those that lie off the edge.
-    """
+    """Maxima of the distance from the ground that stand out. `droplets`: (h, w); `radius`: typical radius, pixels;
+    `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w) int64, a number from 1 in each
+    marker, 0 elsewhere; number of those that lie off the edge."""
     reconstruction, step = scikit_image().morphology.reconstruction, max(1, int(smallest / COARSE))
     depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
     even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)

@@ -52,16 +52,10 @@ class Walls:
 def find_walls(
     cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, line: float | None = None
 ) -> Walls:
-    """Measure the gaps along all walls.
-
-    Args:
-        cells: (h, w), droplet that each pixel belongs to.
-        darkness: the picture without its background.
-        radius: typical radius, pixels.
-        blur: standard deviation of the blur, pixels.
-        film: widest gap of a contact, pixels; None takes it from the gaps themselves.
-        line: widest gap of labels that touch, pixels; None where gaps are seen by darkness.
-    """
+    """Measure the gaps along all walls. `cells`: (h, w), droplet that each pixel belongs to; `darkness`: the picture
+    without its background; `radius`: typical radius, pixels; `blur`: standard deviation of the blur, pixels; `film`:
+    widest gap of a contact, pixels; None takes it from the gaps themselves; `line`: widest gap of labels that touch,
+    pixels; None where gaps are seen by darkness."""
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
         return _no_walls(cells, darkness)
@@ -108,15 +102,9 @@ def _across(cells: Indices, pair: Indices) -> Indices:
 def _measure_strips(
     owner: Indices, wall: Mask, away: Array, darkness: Darkness, half: float
 ) -> tuple[Array, Array, Array]:
-    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
-
-    Args:
-        owner: (h, w) wall, from 1, that each pixel is nearest to.
-        wall: (h, w) pixels of walls.
-        away: (h, w) distance from the nearest wall.
-        darkness: the picture without its background.
-        half: half-width of a strip.
-    """
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners. `owner`:
+    (h, w) wall, from 1, that each pixel is nearest to; `wall`: (h, w) pixels of walls; `away`: (h, w) distance from the
+    nearest wall; `darkness`: the picture without its background; `half`: half-width of a strip."""
     boxes, along = ndimage.find_objects(owner), ALONG + 8.0 * darkness.noise
     width, gaps, length = np.full(owner.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
     for number, box in enumerate(boxes):

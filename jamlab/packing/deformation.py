@@ -25,15 +25,8 @@ def sheared(packing: Packing, strain: float) -> Packing:
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     """The packing after the affine map r -> F r of box and every position, turned so that box[0, 1] stays 0.
-
-    Args:
-        packing: SP or DP.
-        gradient: (2, 2) F, with positive determinant.
-
-    Returns:
-        The packing, and the (2, 2) rotation R that was applied after F: a vector v of the packing returned is R^T v in
-        the frame of the one given, a tensor S is R^T S R.
-    """
+    `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
+    after F: a vector v of the packing returned is R^T v in the frame of the one given, a tensor S is R^T S R."""
     box = packing.box @ gradient.T
     along = box[0] / np.hypot(*box[0])
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])

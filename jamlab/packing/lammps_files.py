@@ -159,12 +159,8 @@ def describe(packing: Packing) -> str:
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
-    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several.
-
-    Returns:
-        Text for model, units, contact and ensemble, bool for converged, float for every other name; empty without such
-        a line.
-    """
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several. Returns text for
+    model, units, contact and ensemble, bool for converged, float for every other name; empty without such a line."""
     found = [line for line in lines if line.startswith(_MARK)]
     return dict(_value(word) for word in found[-1].removeprefix(_MARK).split()) if found else {}
 

@@ -48,13 +48,8 @@ class Boundary:
 
 
 def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
-    """Chain pieces into loops.
-
-    Args:
-        pieces: k pieces.
-        following: (k,) int64, a permutation: piece that comes next.
-        shift: (k, 2) int64, which periodic image of it.
-    """
+    """Chain pieces into loops. `pieces`: k pieces; `following`: (k,) int64, a permutation: piece that comes next;
+    `shift`: (k, 2) int64, which periodic image of it."""
     k = len(following)
     (loop, origin), (image, winding) = np.empty((2, k), dtype=np.int64), np.empty((2, k, 2), dtype=np.int64)
     loops = _chain_loops(k, following, shift, loop, image, winding, origin)
@@ -63,17 +58,10 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary
 
 
 def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:
-    """Fill in, in place, the pieces that come next where neighbours along the boundary are not known.
-
-    Where three boundaries meet in one point, rounding may end a piece at one particle and begin the next at another.
-
-    Args:
-        pieces: k pieces.
-        following: (k,) int64, piece that comes next; -1 where it is not known.
-        shift: (k, 2) int64, which periodic image of it.
-        box: (2, 2).
-        size: radius that `JOINT` refers to.
-    """
+    """Fill in, in place, the pieces that come next where neighbours along the boundary are not known. Where three
+    boundaries meet in one point, rounding may end a piece at one particle and begin the next at another. `pieces`: k
+    pieces; `following`: (k,) int64, piece that comes next; -1 where it is not known; `shift`: (k, 2) int64, which
+    periodic image of it; `box`: (2, 2); `size`: radius that `JOINT` refers to."""
     loose = np.flatnonzero(following < 0)
     if len(loose):
         free = find_missing(following, len(following))
@@ -89,17 +77,9 @@ def find_missing(taken: Indices, count: int) -> Indices:
 
 
 def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
-    """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance.
-
-    Args:
-        ends: (k, 2).
-        starts: (k, 2).
-        box: (2, 2).
-        tolerance: largest distance.
-
-    Returns:
-        (k,) int64, start that belongs to each end, and (k, 2) int64, which periodic image of it.
-    """
+    """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance. `ends`:
+    (k, 2); `starts`: (k, 2); `box`: (2, 2); `tolerance`: largest distance. Returns (k,) int64, start that belongs to
+    each end, and (k, 2) int64, which periodic image of it."""
     near = periodic_neighbors(ends, starts, box, tolerance)
     result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)
     alone = (np.bincount(near.i, minlength=len(ends))[near.i] == 1) & (
