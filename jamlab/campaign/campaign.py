@@ -186,7 +186,6 @@ class Campaign:
             check(name, self._modules())
 
     def _modules(self) -> list[str]:
-        """List the folders that hold modules of the user's own observables."""
         place = self.file.parent.resolve()
         return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 

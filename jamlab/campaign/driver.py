@@ -180,7 +180,6 @@ def task_key(folder: CampaignFolder, task: Task) -> str:
 
 
 def _blame(folder: CampaignFolder, task: Task) -> Outcome:
-    """Record that a task killed its workers."""
     reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
     folder.record_failure(task, reason)
     return Outcome(FAILED, str(reason), float("nan"))

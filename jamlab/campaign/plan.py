@@ -98,7 +98,6 @@ def standard_error(values: Sequence[float]) -> float:
 
 
 def _next_count(count: int, errors: dict[str, float], until: dict[str, float]) -> int:
-    """Number of seeds to go to from `count`."""
     ratio = max((errors[column] / aim) ** 2 if errors[column] >= 0 else _MOST_GROWTH for column, aim in until.items())
     return math.ceil(count * min(max(ratio, _LEAST_GROWTH), _MOST_GROWTH))
 
@@ -173,7 +172,6 @@ def count_tasks(batches: Iterable[Batch], folder: CampaignFolder, verify: bool) 
 
 
 def _timed(line: SweepStatus, folder: CampaignFolder, names: set[str]) -> SweepStatus:
-    """Add the times of tasks; those whose files are damaged count nothing."""
     wall = cpu = 0.0
     for name in names:
         with suppress(StorageError):

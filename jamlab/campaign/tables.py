@@ -345,13 +345,11 @@ def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
 
 
 def _units(frame: pd.DataFrame) -> list[str]:
-    """Units of stress that occur."""
     kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
     return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
 
 
 def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
-    """Say in the legend how many rows are not drawn, if any."""
     x = part[along].to_numpy(np.float64)
     outside = ~((x >= edges[0]) & (x < edges[-1]))
     missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside

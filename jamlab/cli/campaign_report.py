@@ -63,7 +63,6 @@ def _explorer(packings: list[Packing]) -> Markup:
 
 
 def _means(campaign: Campaign, name: str, along: str, columns: list[str]) -> bytes | None:
-    """Means side by side, one curve for each n."""
     if not columns:
         return None
     figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")

@@ -181,7 +181,6 @@ def _table(sweep: ModelSweep) -> TextTable:
 
 
 def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure, str]]:
-    """Heading -> name of the file, figure, caption."""
     densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(

@@ -208,7 +208,6 @@ def _choice(plan: EnsemblePlan) -> Choice:
 def _run(
     plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
 ) -> tuple[Sample, list[int], Stop]:
-    """Make the packings: what they gave, the seeds that were tried, and why no more."""
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)

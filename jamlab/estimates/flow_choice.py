@@ -310,7 +310,6 @@ def _least_drag(
 
 
 def _spell(value: Any) -> str:
-    """An argument as it is written, a law with its defaults left out."""
     if is_dataclass(value) and not isinstance(value, type):  # a drag law
         given = (
             f"{f.name}={_spell(getattr(value, f.name))}" for f in fields(value) if getattr(value, f.name) != f.default

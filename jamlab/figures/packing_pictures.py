@@ -95,7 +95,6 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
 
 
 def _colours(count: int) -> list[Any]:
-    """Colours that differ: of the palette, or of a scale where there are more curves than it has."""
     return list(COLOURS[:count]) if count <= len(COLOURS) else ordered_colours(count)
 
 

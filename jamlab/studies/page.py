@@ -116,7 +116,6 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:
-    """The numbers of one figure beside those of the paper."""
     columns = ("quantity", "measured", "95 % interval", "paper", "verdict", "how")
     rows = [
         (

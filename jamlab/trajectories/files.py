@@ -118,7 +118,6 @@ def _refuse_law(path: FilePath, *given: object) -> None:
 def _frames(
     path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
 ) -> Iterator[Packing]:
-    """One frame, or all of them."""
     kind = _kind(path)
     source = Path(path).name
     if kind == "gsd":

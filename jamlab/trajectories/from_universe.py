@@ -83,7 +83,6 @@ class UniverseFrames:
         return relaxed_packing(packing) if self._relaxed else packing
 
     def _radius(self, step: Any) -> Array | None:
-        """Radii of the frame, of the topology, or none; those that the user gives take the place of both."""
         if self._rings is not None or self._given[0] is not None:
             return None
         if "radius" in step.data and len(step.data["radius"]) == len(self.group.universe.atoms):
@@ -160,7 +159,6 @@ def read_gsd(
 
 
 def _attribute(group: Any, name: str, default: Any) -> Any:
-    """An attribute of the topology, or the default where it has none."""
     try:
         return getattr(group, name)
     except (NoDataError, AttributeError):
@@ -175,7 +173,6 @@ def _types(group: Any, radii: Radii) -> NDArray[np.str_]:
 
 
 def _bonds(group: Any) -> NDArray[np.int64]:
-    """(m, 2) bonds within the group, as places in it."""
     if _attribute(group, "bonds", None) is None or not len(group.bonds):
         return np.empty((0, 2), dtype=np.int64)
     place = np.full(len(group.universe.atoms), -1)

@@ -171,7 +171,6 @@ def _box(header: dict[str, list[str]]) -> tuple[Array, Array]:
 
 
 def _columns(style: str, count: int) -> tuple[str, ...]:
-    """Columns before x; without the name of a style those of atomic or molecular."""
     name = style.partition(" ")[0] or {5: "atomic", 8: "atomic", 6: "molecular", 9: "molecular"}.get(count, "none")
     if name not in STYLES or count not in (len(STYLES[name]) + 3, len(STYLES[name]) + 6):
         raise InputError(

@@ -169,7 +169,6 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
 
 
 def _columns(properties: str) -> dict[str, int]:
-    """Name of each property -> its first column."""
     fields = properties.split(":")
     if len(fields) % 3:
         raise ValueError(f"Properties={properties!r:.60}: name, kind and number of columns expected for each")

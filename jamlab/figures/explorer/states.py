@@ -233,7 +233,6 @@ def _coarsen(lines: NDArray[np.object_], packing: Packing) -> Lines:
 
 
 def _points_of(lines: NDArray[np.object_]) -> Lines:
-    """Points of shapely lines or rings."""
     points, line = shapely.get_coordinates(lines, return_index=True)
     return Lines(points, np.cumsum(np.bincount(line, minlength=len(lines))))
 

@@ -193,7 +193,6 @@ def explorer_assets() -> Markup:
 
 
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What all states share, and the numbers of each."""
     first = packings[0]
     sizes = np.asarray(first.diameters if first.diameters is not None else first.params["a0"])
     return {
@@ -211,7 +210,6 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
 
 
 def _extent(packings: list[Packing]) -> list[float]:
-    """Width and height that hold the cell of every state."""
     boxes = np.array([packing.box for packing in packings])
     return [float((boxes[:, 0, 0] + np.abs(boxes[:, 1, 0])).max()), float(boxes[:, 1, 1].max())]
 
@@ -227,7 +225,6 @@ def _describe(packing: Packing) -> str:
 
 
 def _facts(first: Packing, last: Packing) -> dict[str, str]:
-    """How it was made."""
     law = {name: value for name, value in last.params.items() if name != "a0"}
     facts = {"force law": ", ".join(f"{name} = {value}" for name, value in law.items())}
     if last.onset is not None:

@@ -280,7 +280,6 @@ def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
 
 
 def _beside(mark: Array, side: tuple[int, int], size: tuple[float, float]) -> Bbox:
-    """Box of a label right or left of a mark and above or below it, in parts of the axes."""
     left, foot = (m + s * gap - (s < 0) * length for m, s, gap, length in zip(mark, side, _GAP, size, strict=True))
     return Bbox.from_bounds(float(left), float(foot), *size)
 
@@ -470,7 +469,6 @@ def _error(point: Point) -> str:
 
 
 def _table(error: str, points: Sequence[Point], beaten: Iterable[bool]) -> TextTable:
-    """Points as text, in their order."""
     columns = ["panel", "method", "setting", "time [s]", error, "10 to 90 %", "packings", "on the front", "note"]
     marks = [
         ("beaten" if b else "on the front") if p.ranked else "not ranked" for p, b in zip(points, beaten, strict=True)

@@ -69,7 +69,6 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
 
 
 def _peak() -> int:
-    """Largest resident memory of this process, in bytes."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
 

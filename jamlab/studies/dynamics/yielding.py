@@ -76,7 +76,6 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
 
 
 def _write_stress(found: Interval) -> str:
-    """Write a stress in 1e-4 k."""
     return f"{1e4 * found.value:.1f} [{1e4 * found.low:.1f}, {1e4 * found.high:.1f}]"
 
 

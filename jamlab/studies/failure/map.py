@@ -389,7 +389,6 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
 
 
 def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
-    """The limit of theory, one place in every row."""
     if chart.limit is None:
         return []
     limits = limits_of_rows(chart, table)

@@ -291,7 +291,6 @@ class Comparison(TableStudy):
 
 
 def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
-    """Rows of a table as objects; what is missing is None, or "" of words."""
     found = []
     for row in rows.astype(str).to_dict("records"):
         held = {field.name: (row[field.name], field.type) for field in fields(kind) if row.get(field.name)}

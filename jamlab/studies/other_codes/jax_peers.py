@@ -78,7 +78,6 @@ def double_precision() -> Any:
 
 
 def _law(packing: Packing) -> tuple[Any, Any, Any]:
-    """Function that finds neighbours, energy over them, and function that moves particles."""
     from jax import numpy as jnp
     from jax_md import energy, space
 
@@ -139,7 +138,6 @@ class JaxDEM(Peer):
 
 
 def _disks(packing: Packing) -> tuple[Any, Any]:
-    """Its state and its system."""
     jax = double_precision()
     import jaxdem
 
