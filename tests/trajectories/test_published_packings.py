@@ -57,7 +57,9 @@ def write_xyz(path, packing):
     law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items())
     lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
     head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
-    rows = [f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in zip(packing.positions, packing.diameters)]
+    rows = [
+        f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in zip(packing.positions, packing.diameters, strict=True)
+    ]
     path.write_text("\n".join([str(packing.n), head, *rows]) + "\n")
 
 
