@@ -148,7 +148,10 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     pictures = _draw_pictures(sweeps, spectrum)
     if spectrum is None:
         facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
-    sections = [_explorer(sweep) for sweep in sweeps.values()]
+    sections = [
+        Section(MODEL_STYLE[m]["label"], fragment=explorer_fragment(s.packings, observables=s.measured))
+        for m, s in sweeps.items()
+    ]
     for heading, (name, figure, caption) in pictures.items():
         sections.append(Section(heading, save_png(figure, out / name), caption))
     sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
@@ -166,11 +169,6 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
         | {"Python": platform.python_version()},
         explorer_assets(),
     )
-
-
-def _explorer(sweep: ModelSweep) -> Section:
-    fragment = explorer_fragment(sweep.packings, observables=sweep.measured)
-    return Section(MODEL_STYLE[sweep.model]["label"], fragment=fragment)
 
 
 def _table(sweep: ModelSweep) -> TextTable:

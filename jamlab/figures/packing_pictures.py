@@ -85,17 +85,15 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     1/tau*."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
-    for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):
+    few = len(spectra) <= len(COLOURS)
+    colours = COLOURS[: len(spectra)] if few else ordered_colours(len(spectra))
+    for colour, (name, s) in zip(colours, spectra.items(), strict=True):
         draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
         draw_slopes(axes, s.omega, s.limit("g0"), s.limit("eta0"))
     label_modulus(axes, unit)
     axes.legend(fontsize=10 if len(spectra) < 3 else 7)
     axes.set_title(title, fontsize=11)
     return figure
-
-
-def _colours(count: int) -> list[Any]:
-    return list(COLOURS[:count]) if count <= len(COLOURS) else ordered_colours(count)
 
 
 OVERLAP = "#6F6F6F"

@@ -118,7 +118,7 @@ def read_data(path: FilePath) -> Sites:
             rings=rings_of_bonds(np.array(bonds), len(rows)) if bonds else None,
             wrapped=not imaged,
             radius=radius,
-            a0=_rest_areas(sections, place),
+            a0=_by_atom(sections["d_a0"][1], place) if "d_a0" in sections else None,
             entries=entries,
             rounding=max(error, entries.get("rounding", 0.0)),
         )
@@ -177,12 +177,6 @@ def _columns(style: str, count: int) -> tuple[str, ...]:
             f"atoms of style {name!r} with {count} columns: write `Atoms # STYLE`, STYLE one of {', '.join(STYLES)}"
         )
     return STYLES[name]
-
-
-def _rest_areas(sections: Sections, place: dict[int, int]) -> Array | None:
-    if "d_a0" not in sections:
-        return None
-    return _by_atom(sections["d_a0"][1], place)
 
 
 def _by_atom(rows: Any, place: dict[int, int]) -> Array:

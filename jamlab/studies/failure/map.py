@@ -103,10 +103,7 @@ class Map(TableStudy):
 
     def tasks(self) -> Mapping[str, Task]:
         """One task for every y."""
-        return {self.y.text(y): partial(self._rows_of, y) for y in self.y.values}
-
-    def _rows_of(self, y: Any) -> list[dict[str, Any]]:
-        return list(self.rows(y))
+        return {self.y.text(y): partial(self.rows, y) for y in self.y.values}
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw the map, with the distance of the default from where runs fail."""

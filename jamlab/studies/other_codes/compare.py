@@ -216,10 +216,6 @@ _LEAD = (
 )
 
 
-def _columns() -> list[str]:
-    return list(dict.fromkeys(field.name for kind in (Row, AnalysisRow) for field in fields(kind)))
-
-
 def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
     """Tables for the reader: same coordinates, same basin, speed, analysis."""
 
@@ -261,7 +257,11 @@ class Comparison(TableStudy):
     seed: int = 1
     phi: float = 0.88
     kind: ClassVar[str] = "comparison"
-    columns: ClassVar[Sequence[str]] = ("n", "part", *_columns())
+    columns: ClassVar[Sequence[str]] = (
+        "n",
+        "part",
+        *dict.fromkeys(f.name for kind in (Row, AnalysisRow) for f in fields(kind)),
+    )
 
     @property
     def facts(self) -> Mapping[str, Any]:
