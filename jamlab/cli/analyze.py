@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from jamlab.cli.console import err_console, print_json, print_note, print_table
+from jamlab.cli.console import err_console, print_json, print_note, print_packings, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json
-from jamlab.cli.packing_table import print_packings
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 

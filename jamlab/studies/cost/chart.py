@@ -20,8 +20,7 @@ from jamlab.arrays import Array
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.page import Page, measured, source_fact, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
 from jamlab.studies.table import MeasuredTable, Task
 
 SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
@@ -384,7 +383,6 @@ class Chart(TableStudy):
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Title, error and reference."""
         return {"title": self.title, "error": self.error, "reference": self.reference}
 
     def tasks(self) -> Mapping[str, Task]:
@@ -405,7 +403,6 @@ class Chart(TableStudy):
         return self.average(self.table(folder).rows)
 
     def show(self, table: MeasuredTable) -> Shown:
-        """Draw the curves."""
         return self._show_points(self.average(table.rows), table.made)
 
     def _show_points(self, points: Sequence[Point], made: str) -> Shown:

@@ -167,7 +167,6 @@ class SizeScaling(TableStudy):
     columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for each part and size."""
         sizes = {part: _PACKED if "packings" in part else _SIZES[part.partition(":")[0]] for part in PARTS}
         return {f"{part}, N = {n}": partial(measure_part, part, n) for part in PARTS for n in sizes[part]}
 

@@ -20,8 +20,7 @@ from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.studies.failure.verdict import SILENT, VERDICTS, Trial, attempt
-from jamlab.studies.page import Page, measured, source_fact, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
 from jamlab.studies.table import MeasuredTable, Task
 
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
@@ -98,11 +97,9 @@ class Map(TableStudy):
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Name, number of seeds and both conditions."""
         return {"map": self.name, "seeds": self.seeds, "x": self.x.label, "y": self.y.label}
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for every y."""
         return {self.y.text(y): partial(self.rows, y) for y in self.y.values}
 
     def show(self, table: MeasuredTable) -> Shown:

@@ -30,8 +30,7 @@ from jamlab.studies.other_codes.analysis import AnalysisRow, compare_analysis
 from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
 from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters, plain_point
 from jamlab.studies.other_codes.peers import ASE, Lammps, OpenMM
-from jamlab.studies.page import Page, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
 PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
@@ -265,11 +264,9 @@ class Comparison(TableStudy):
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Seed and packing fraction."""
         return {"title": self.title, "seed": self.seed, "phi": self.phi}
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for each size."""
         return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
 
     def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[AnalysisRow]]:
@@ -282,7 +279,6 @@ class Comparison(TableStudy):
         return [{"n": n, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
 
     def show(self, table: MeasuredTable) -> Shown:
-        """Show four tables for each size."""
         tables = []
         for n, part in table.rows.groupby("n"):
             rows, analysis = _as(Row, part[part["part"] == "rows"]), _as(AnalysisRow, part[part["part"] == "analysis"])

@@ -109,7 +109,6 @@ class JaxDEM(Peer):
     install = "see https://github.com/cdelv/JaxDEM"  # in no package index
 
     def evaluate(self, packing: Packing) -> Point:
-        """Energy, forces and stress of its contacts."""
         state, system = _disks(packing)
         from jaxdem.utils import compute_contact_stress_tensor
 
