@@ -1,4 +1,4 @@
-"""Print packings, tables, notes and JSON on stdout; errors and progress on stderr, as bars, or lines without a terminal."""
+"""Print packings, tables, notes and JSON on stdout; errors and progress on stderr, as bars or, elsewhere, as lines."""
 
 import json
 import os

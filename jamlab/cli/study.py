@@ -1,4 +1,4 @@
-"""`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn; and studies of your own."""
+"""`jamlab study`, `chart`, `figure`, `calibrate`, `compare`: evidence planned, run and drawn, and your own studies."""
 
 from collections.abc import Iterable
 from pathlib import Path

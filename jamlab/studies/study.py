@@ -1,4 +1,4 @@
-"""A study is a piece of evidence: what is measured task by task, into which table, how it is drawn; pages of several."""
+"""A study is a piece of evidence: what is measured task by task, into which table, how it is drawn; pages of some."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
