@@ -1,5 +1,7 @@
 """A mean over packings of droplets to an error asked for, from the cheapest packings that give it."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -3,6 +3,8 @@
 Errors come from a table of runs, see `flow_errors`, and from the packing itself, where linear response tells.
 """
 
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any

@@ -1,5 +1,7 @@
 """Pictures of packings side by side, of their curves and moduli, and of all that is measured of their geometry."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import Any
 

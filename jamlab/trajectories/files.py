@@ -1,5 +1,7 @@
 """Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, files of other groups."""
 
+from __future__ import annotations
+
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice

@@ -1,5 +1,7 @@
 """Packings from the frames of a Universe of MDAnalysis, whatever it was read from."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -3,6 +3,8 @@
 One page holds states of the same particles, in the same units, and not too much of them.
 """
 
+from __future__ import annotations
+
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
