@@ -59,7 +59,13 @@ def analyze(
     if file.suffix.lower() in PICTURES:
         if dark is not None:
             contrast = "dark" if dark else "bright"
-        how = {"pixel": pixel, "film": film, "periodic": periodic, "contrast": contrast, "channel": channel}
+        how: dict[str, Any] = {
+            "pixel": pixel,
+            "film": film,
+            "periodic": periodic,
+            "contrast": contrast,
+            "channel": channel,
+        }
         _check_outputs(file, (overlay, csv, packing), force)
         from jamlab.micrographs.micrograph import micrograph
 
