@@ -59,17 +59,11 @@ def analyze(
     if file.suffix.lower() in PICTURES:
         if dark is not None:
             contrast = "dark" if dark else "bright"
-        how: dict[str, Any] = {
-            "pixel": pixel,
-            "film": film,
-            "periodic": periodic,
-            "contrast": contrast,
-            "channel": channel,
-        }
+        how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
         _check_outputs(file, (overlay, csv, packing), force)
         from jamlab.micrographs.micrograph import micrograph
 
-        found = micrograph(file, labels=labels, **how)
+        found = micrograph(file, labels=labels, periodic=periodic, **how)
         if overlay is not None:
             found.draw(overlay)
         if csv is not None:
