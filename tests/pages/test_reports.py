@@ -12,10 +12,9 @@ from jamlab.studies import gallery
 from jamlab.studies.cost.chart import write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.failure.map import write_maps
-from jamlab.studies.page import Page, write_page
 from jamlab.studies.reference_data import example_sections
 from jamlab.studies.registry import CHARTS, MAPS
-from jamlab.studies.study import Shown
+from jamlab.studies.study import Page, Shown, write_page
 
 
 @pytest.fixture(scope="module")
