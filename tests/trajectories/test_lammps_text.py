@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from wandering_packings import assert_same, disks, polygons
 
@@ -24,7 +24,6 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("make", [disks, lambda seed, tilt: disks(seed, tilt, "k"), polygons])
 @pytest.mark.parametrize("suffix", ["data", "dump"])
 @given(**ANY)
-@settings(max_examples=25, deadline=None)
 def test_nothing_is_lost_on_the_way_through_a_file(folder, make, suffix, seed, tilt):
     packing = make(seed, tilt)
     path = folder / f"p.{suffix}"
