@@ -21,7 +21,7 @@ from jamlab.figures.packing_pictures import draw_packing, modulus_figure
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
 from jamlab.studies import gallery
-from jamlab.studies.cost.curves import Point, curve_figure
+from jamlab.studies.cost.chart import Point, curve_figure
 from jamlab.studies.failure.map import failure_figure
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.registry import MAPS

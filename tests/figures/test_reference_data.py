@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from jamlab.errors import InputError, StorageError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
-from jamlab.studies.droplet_tables import COUNTS
-from jamlab.studies.ensemble_tables import NAMES, EnsembleTables
+from jamlab.studies.ensemble_tables import COUNTS, NAMES, EnsembleTables
+from jamlab.studies.page import write_files
 from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
 
 
@@ -262,10 +262,10 @@ def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
     assert [c.line for c in differing if not (c.cause and c.shown_by)] == []  # a difference has a measured cause
     assert (tmp_path / "two" / SUMMARY).read_text() == (REFERENCE / SUMMARY).read_text()
     for name in gallery.FIGURES:
-        drawing = gallery.draw(name, reference_tables())
-        for path in gallery.write(drawing, tmp_path)[0]:
+        shown = gallery.draw_shown(name, reference_tables())
+        for path in write_files(name, shown, tmp_path)[0]:
             assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
-        assert (name, covered(drawing.figure)) == (name, 0)
+        assert (name, covered(shown.figure)) == (name, 0)
 
 
 def covered(figure):

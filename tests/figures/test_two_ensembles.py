@@ -12,7 +12,7 @@ from jamlab.errors import InputError
 from jamlab.studies.baumgarten.motion import figure_5, figure_8
 from jamlab.studies.baumgarten.spectra import figure_1, figure_3
 from jamlab.studies.baumgarten.spectral_groups import select_ensemble
-from jamlab.studies.dynamics.steady_flows import steady_flows
+from jamlab.studies.dynamics.flow_curves import steady_flows
 from jamlab.studies.ensemble_tables import EnsembleTables, count_voids
 
 
