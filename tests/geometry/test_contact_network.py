@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers
+from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers, without_rattlers
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
@@ -94,3 +94,8 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
     p = p.with_state(provenance={"rounding": rounding})
     assert contacts_are_certain(p) == certain
     assert np.isnan(jamlab.measure(p, ["rattlers"])["rattlers"]) != certain
+
+
+def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
+    with pytest.raises(jamlab.InputError, match="rattler"):
+        without_rattlers(random_disks(phi=0.01))
