@@ -14,16 +14,9 @@ from jamlab.errors import InputError
 
 
 def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
-    """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0.
-
-    Args:
-        nv: (n,) vertices of each droplet.
-        params: `gamma`, `ka`, and `a0` of shape (n,).
-
-    Raises:
-        InputError: no area balances, line tension shrinks a droplet to a point.
-    """
-    from scipy.optimize import newton  # half of the time that jamlab needs to start, and disks do not need it
+    """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0. `nv`:
+    (n,) vertices of each droplet; `params`: `gamma`, `ka`, and `a0` of shape (n,)."""
+    from scipy.optimize import newton  # a tenth of a second to load, and disks do not need it
 
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)

@@ -70,7 +70,6 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
 
 
 def _peak() -> int:
-    """Largest resident memory of this process, in bytes."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
 
@@ -174,7 +173,6 @@ class SizeScaling(TableStudy):
     columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for each part and size."""
         sizes = {
             part: next((n for what, n in _MADE.items() if what in part), _SIZES[part.partition(":")[0]])
             for part in PARTS
