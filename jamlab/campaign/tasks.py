@@ -45,7 +45,7 @@ class Parameters:
         tolerances: of the sweep.
         observables: of jamlab's own, by name, beside "states".
         own: those that are functions of the user's own, as module:function.
-        sizes: of disks: a distribution by name, or diameters; None: half of the particles are large.
+        sizes: a distribution by name, or diameters; None: half of the particles are large.
         compress, pressures, phi: how packings are made; without any of them, only those at onset.
         seed: of the random start; in a batch that of its first task.
     """

@@ -19,24 +19,22 @@ from jamlab.studies.table import MeasuredTable, Task
 DISTANCE = 0.01  # above the onset of each packing, in phi
 OMEGA = (1e-3, 1e-2, 1e-1, 1.0)
 PARTICLES = {"sp": 128, "dp": 32}
-SEEDS = 20
+SEEDS, BLOCK = 20, 10  # packings of a distribution, and of one task
 _MIXED = {"sp": ((1.4, 2.0, 4.0), (0.1, 0.25, 0.5, 0.8)), "dp": ((1.4, 2.0), (0.25, 0.5, 0.75))}
 _WIDTHS = {"sp": (0.1, 0.2, 0.3, 0.5, 0.7), "dp": (0.1, 0.2, 0.3, 0.5)}
 
 
-def measure_sizes(model: str, sizes: str) -> list[dict[str, Any]]:
+def measure_sizes(model: str, sizes: str, first: int) -> list[dict[str, Any]]:
     """Measure packings of one distribution: phi_J, and z, G and G* at `DISTANCE` above, nan where none is held."""
-    return [{"model": model, "sizes": sizes, "seed": seed, **_measure(model, sizes, seed)} for seed in _seeds()]
-
-
-def _seeds() -> range:
-    return range(1, SEEDS + 1)
+    seeds = range(first, first + BLOCK)
+    return [{"model": model, "sizes": sizes, "seed": seed, **_measure(model, sizes, seed)} for seed in seeds]
 
 
 def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     try:
         onset = jam(model, PARTICLES[model], seed, sizes=sizes)
-        found = {"phi_J": onset.phi, "rattlers": float(contacts(onset).rattlers.mean())}
+        found |= {"phi_J": onset.phi, "rattlers": float(contacts(onset).rattlers.mean())}
         *_, state = compress(onset, onset.phi + DISTANCE, 0.25 * DISTANCE, by="phi")
         spectrum = complex_modulus(state, OMEGA)
         return found | {
@@ -46,7 +44,7 @@ def _measure(model: str, sizes: str, seed: int) -> dict[str, Any]:
             **{f"loss_{w:g}": float(s) for w, s in zip(OMEGA, spectrum.loss, strict=True)},
         }
     except ConvergenceError as error:
-        return {**locals().get("found", {}), "note": str(error)}
+        return found | {"note": str(error)}
 
 
 @dataclass(frozen=True)
@@ -61,13 +59,17 @@ class Polydispersity(TableStudy):
     task: ClassVar[str] = "distribution"
 
     def tasks(self) -> Mapping[str, Task]:
-        """One for each model and distribution."""
+        """Some packings of each model and distribution."""
         named = []
         for model, (ratios, shares) in _MIXED.items():
             named += [(model, f"bidisperse:{ratio:g},{share:g}") for ratio in ratios for share in shares]
         named += [(model, "monodisperse") for model in PARTICLES]
         named += [(model, f"lognormal:{width:g}") for model, widths in _WIDTHS.items() for width in widths]
-        return {f"{model} {sizes}": partial(measure_sizes, model, sizes) for model, sizes in sorted(named)[::-1]}
+        return {
+            f"{model} {sizes} {first}": partial(measure_sizes, model, sizes, first)
+            for first in range(1, SEEDS + 1, BLOCK)
+            for model, sizes in named
+        }
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw the table."""
