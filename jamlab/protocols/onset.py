@@ -132,9 +132,7 @@ def jam(
 _ARGUMENTS = tuple(signature(jam).parameters)
 
 
-def _check(
-    model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]
-) -> None:
+def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)

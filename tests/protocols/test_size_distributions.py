@@ -204,5 +204,7 @@ def test_sizes_that_no_packing_has_are_one_line(n, sizes, message):
 def test_sizes_replace_the_short_forms_and_are_of_disks():
     with pytest.raises(jamlab.InputError, match=r"ratio = 1\.4 and sizes = 'monodisperse': give one of them"):
         jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse")
-    with pytest.raises(jamlab.InputError, match=r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"):
+    with pytest.raises(
+        jamlab.InputError, match=r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"
+    ):
         jamlab.jam(model="dp", n=8, ratio=2.0)

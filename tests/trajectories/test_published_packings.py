@@ -134,6 +134,10 @@ def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
         protocol = {name: float(value) for name, value in defaults("onset").items()}
         search = OnsetSearch(session, protocol, relax, 1e-12, OnsetWork("sp", None), SOLVERS)
         onset = search.by_bisection(loose, protocol["step"]).packing
-    landed = [known for known in MAXIMA if known["n"] == n and 0.5 / onset.box[0, 0] == pytest.approx(known["radius"], rel=1e-6)]
+    landed = [
+        known
+        for known in MAXIMA
+        if known["n"] == n and 0.5 / onset.box[0, 0] == pytest.approx(known["radius"], rel=1e-6)
+    ]
     assert len(landed) == 1
     assert len(jamlab.contacts(onset).pairs) == sum(count for *_, count in landed[0]["contacts"])

@@ -76,4 +76,6 @@ class Polydispersity(TableStudy):
         return Shown()
 
 
-STUDY = Polydispersity("polydispersity", "What sizes change: onset, contacts and moduli against ratio, mixing and width")
+STUDY = Polydispersity(
+    "polydispersity", "What sizes change: onset, contacts and moduli against ratio, mixing and width"
+)
