@@ -7,10 +7,11 @@ from typing import Any
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.estimates.ensemble_way import STEP, bring_on, find_onset, values_at
+from jamlab.estimates.ensemble_way import STEP, bring_on, find_onset, refuse_sizes, values_at
 from jamlab.estimates.model_choice import QUANTITIES, Choice, choose
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.protocols.size_distributions import Sizes
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ def scene(
     model: str = "auto",
     step: float = STEP,
     exponent: float | None = None,
+    sizes: Sizes | None = None,
 ) -> Scene:
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
@@ -64,6 +66,7 @@ def scene(
         step: of rho in the sweeps.
         exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
             choice are those of harmonic disks.
+        sizes: refused: the errors are those of two sizes, half and half.
 
     Raises:
         InputError: see `jamlab.estimates.model_choice.choose`.
@@ -75,6 +78,7 @@ def scene(
         ('sp', 16)
     """
     began = time.perf_counter()
+    refuse_sizes(sizes)
     if exponent not in (None, 2) and model != "sp":
         raise InputError(
             f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "

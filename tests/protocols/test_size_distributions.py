@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 import jamlab
+from jamlab.estimates.flow_errors import Flow, read_errors
 from jamlab.packing import lammps_files
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.size_distributions import SizeDistribution
@@ -208,3 +209,19 @@ def test_sizes_replace_the_short_forms_and_are_of_disks():
         jamlab.InputError, match=r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"
     ):
         jamlab.jam(model="dp", n=8, ratio=2.0)
+
+
+def test_tables_of_errors_promise_nothing_of_sizes_that_they_have_not_seen():
+    for call in (
+        lambda: jamlab.scene(0.87, n=16, tolerance={"z": 0.5}, sizes="lognormal:0.3"),
+        lambda: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
+    ):
+        with pytest.raises(jamlab.InputError, match=r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"):
+            call()
+    flow, two, few = Flow("oscillation", 1.0, 1.0, 0.1), {"ratio": 1.4}, {"large": 0.25}
+    named = [
+        [one.name for one in read_errors().outside(random_disks(64, 1, phi=0.95, units="k", **how), flow)]
+        for how in (two, few, {"sizes": "lognormal:0.3"})
+    ]
+    width, ratio = "width of the diameters", "large over small diameter"
+    assert [[name for name in one if name in (width, ratio)] for one in named] == [[], [width], [ratio, width]]

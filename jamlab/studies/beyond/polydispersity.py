@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
-import numpy as np
-
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.protocols.compression import compress
