@@ -216,7 +216,9 @@ def test_tables_of_errors_promise_nothing_of_sizes_that_they_have_not_seen():
         lambda: jamlab.scene(0.87, n=16, tolerance={"z": 0.5}, sizes="lognormal:0.3"),
         lambda: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
     ):
-        with pytest.raises(jamlab.InputError, match=r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"):
+        with pytest.raises(
+            jamlab.InputError, match=r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"
+        ):
             call()
     flow, two, few = Flow("oscillation", 1.0, 1.0, 0.1), {"ratio": 1.4}, {"large": 0.25}
     named = [
