@@ -69,7 +69,7 @@ def refuse_sizes(sizes: Sizes | None) -> None:
     """
     if sizes is not None:
         raise InputError(
-            f"sizes = {shown_sizes(sizes)}: errors were measured of two sizes alone, those of the decks, half and half; "
+            f"sizes = {shown_sizes(sizes)}: errors were measured of two sizes alone, those of the decks; "
             "make such packings by jam, pack or a campaign, and average what you measure of them"
         )
 

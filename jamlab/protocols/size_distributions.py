@@ -222,7 +222,7 @@ class SizeDistribution:
     def _power_law_moments(self) -> Array:
         """Means of d, d^2 and d^3."""
         exponent, *ends = self.numbers
-        return np.cumprod([_power_law_mean((exponent + power, *ends)) for power in range(3)])
+        return np.asarray(np.cumprod([_power_law_mean((exponent + power, *ends)) for power in range(3)]), np.float64)
 
     @property
     def text(self) -> str:

@@ -22,7 +22,8 @@ from jamlab.protocols.solver_settings import SOLVERS
 from jamlab.protocols.work_done import OnsetWork
 
 HERE = Path.cwd()
-PUBLISHED = next(p / "tests/states/published" for p in (HERE, *HERE.parents) if (p / "tests/states/published").is_dir())
+FOLDERS = [folder / "tests/states/published" for folder in (HERE, *HERE.parents)]
+PUBLISHED = next(folder for folder in FOLDERS if folder.is_dir())
 THEIRS = {"marker": "o", "markersize": 9, "markerfacecolor": "none", "linestyle": "none", "color": "#D55E00"}
 OURS = {"color": "#0072B2"}
 

@@ -75,7 +75,8 @@ class Polydispersity(TableStudy):
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw onset against mixing, ratio and width; z, G and G* above it against the width of all distributions."""
-        rows = table.rows.apply(lambda column: pd.to_numeric(column) if column.name in _NUMBERS else column)
+        columns = table.rows.items()
+        rows = pd.DataFrame({name: pd.to_numeric(one) if name in _NUMBERS else one for name, one in columns})
         rows["width"] = [SizeDistribution.of(sizes).width for sizes in rows["sizes"]]
         out, axes = drawing(self.name, 2, 3, 4.3, 3.6)
         for part, model in zip(axes, PARTICLES, strict=False):
@@ -112,21 +113,21 @@ def _caption(out: Drawing, rows: pd.DataFrame) -> str:
     means = rows[rows["width"] > 0].groupby(["model", "sizes"])[["phi_J", "z"]].mean()
     parts = []
     for model, name in _NAMES.items():
-        ends = means.loc[model].agg(["min", "max"])
-        for column in ends:
-            out.keep(f"mean {column} of {name}, lowest", ends.loc["min", column])
-            out.keep(f"mean {column} of {name}, highest", ends.loc["max", column])
-        low, high = ends.loc["min"], ends.loc["max"]
+        of_model = means[means.index.get_level_values("model") == model]
+        low, high = of_model.min(), of_model.max()
+        for column in of_model:
+            out.keep(f"mean {column} of {name}, lowest", low[column])
+            out.keep(f"mean {column} of {name}, highest", high[column])
         parts.append(
             f"of {name} the mean onset lies between {low['phi_J']:.3f} and {high['phi_J']:.3f}, z between "
             f"{low['z']:.2f} and {high['z']:.2f}"
         )
     return (
-        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each of "
-        f"{len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes; width 0 is one "
-        f"size. (d), (e) z and G of all of them, {DISTANCE:g} above the onset of each packing, and (f) the mean of |G*| "
-        f"there; {loose} of {len(rows)} packings came loose on the way, or had no onset. Of more sizes than one: "
-        f"{'; '.join(parts)}."
+        f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
+        f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes; width 0 "
+        f"is one size. (d), (e) z and G of all of them, {DISTANCE:g} above the onset of each packing, and (f) the mean "
+        f"of |G*| there; {loose} of {len(rows)} packings came loose on the way, or had no onset. Of more sizes than "
+        f"one: {'; '.join(parts)}."
     )
 
 
