@@ -28,9 +28,9 @@ THEIRS = {"marker": "o", "markersize": 9, "markerfacecolor": "none", "linestyle"
 OURS = {"color": "#0072B2"}
 
 # %%
-# Sixteen disks of the Van Hecke group, sheared in small steps. Circles: the stress, pressure and contacts of their table.
-# Dots: jamlab's of their seven states. Line: a quasi-static run of jamlab's own from their first state, which loses the
-# same contact and ends at the same stress. The energy is in the log of their packing.
+# Sixteen disks of the Van Hecke group, sheared in small steps. Circles: the stress, pressure and contacts of their
+# table. Dots: jamlab's of their seven states. Line: a quasi-static run of jamlab's own from their first state, which
+# loses the same contact and ends at the same stress. The energy is in the log of their packing.
 
 states = jamlab.read_all(PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt")
 lines = (PUBLISHED / "dataN16~P1e-3~SR003~step007~0001.txt").read_text().splitlines()
