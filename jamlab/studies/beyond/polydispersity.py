@@ -59,6 +59,7 @@ class Polydispersity(TableStudy):
 
     columns: ClassVar = ("model", "sizes", "seed", *_NUMBERS, "note")
     task: ClassVar[str] = "distribution"
+    kind: ClassVar[str] = "sizes"
 
     def tasks(self) -> Mapping[str, Task]:
         """Some packings of each model and distribution."""
@@ -100,7 +101,7 @@ class Polydispersity(TableStudy):
         scale(axes[5])
         for k, sizes in enumerate(("monodisperse", "lognormal:0.1", "lognormal:0.3", "lognormal:0.7")):
             of_sizes = rows[(rows["model"] == "sp") & (rows["sizes"] == sizes)].dropna(subset="z")
-            size = [np.hypot(of_sizes[f"storage_{w:g}"], of_sizes[f"loss_{w:g}"]).to_numpy() for w in OMEGA]
+            size = [np.hypot(*(of_sizes[f"{part}_{w:g}"].to_numpy() for part in ("storage", "loss"))) for w in OMEGA]
             if len(of_sizes) >= FEWEST:
                 out.curve(axes[5], sizes, OMEGA, mean_over_packings(size), **style(k))
         label(axes[5], r"$\omega$", rf"$|G^*|$ of disks at {above}  [ε/d²]", loc="best")
@@ -114,20 +115,19 @@ def _caption(out: Drawing, rows: pd.DataFrame) -> str:
     parts = []
     for model, name in _NAMES.items():
         of_model = means[means.index.get_level_values("model") == model]
-        low, high = of_model.min(), of_model.max()
-        for column in of_model:
-            out.keep(f"mean {column} of {name}, lowest", low[column])
-            out.keep(f"mean {column} of {name}, highest", high[column])
-        parts.append(
-            f"of {name} the mean onset lies between {low['phi_J']:.3f} and {high['phi_J']:.3f}, z between "
-            f"{low['z']:.2f} and {high['z']:.2f}"
-        )
+        said = []
+        for column, word in (("phi_J", "mean onset"), ("z", "mean z")):
+            low, high = float(of_model[column].min()), float(of_model[column].max())
+            out.keep(f"{word} of {name}, lowest", low)
+            out.keep(f"{word} of {name}, highest", high)
+            said.append(f"{word} {low:.3f} to {high:.3f}")
+        parts.append(f"{name} {', '.join(said)}")
     return (
         f"{PARTICLES['sp']} disks and {PARTICLES['dp']} droplets, {counts.min()} to {counts.max()} packings of each "
         f"of {len(counts)} distributions; bars: 95 % over packings. (a), (b) Two sizes. (c) Lognormal sizes; width 0 "
         f"is one size. (d), (e) z and G of all of them, {DISTANCE:g} above the onset of each packing, and (f) the mean "
         f"of |G*| there; {loose} of {len(rows)} packings came loose on the way, or had no onset. Of more sizes than "
-        f"one: {'; '.join(parts)}."
+        f"one, from the lowest distribution to the highest: {'; '.join(parts)}."
     )
 
 
