@@ -36,8 +36,8 @@ def from_outlines(
     Example:
         >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
         >>> p = jamlab.from_outlines([square, square + 4.0], [8.0, 8.0], ka=100.0)
-        >>> p.n, p.params["a0"].tolist(), p.box[0, 0]
-        (2, [1.0, 1.0], 4.0)
+        >>> p.n, p.params["a0"].tolist(), p.box.tolist()
+        (2, [1.0, 1.0], [[4.0, 0.0], [0.0, 4.0]])
     """
     shapes = [finite_array(f"outlines[{m}]", outline, (None, 2)) for m, outline in enumerate(outlines)]
     if not shapes or min(map(len, shapes)) < 3:

@@ -111,7 +111,7 @@ def phi(n, radius):
 
 
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
-landed = {n: [0.5 / land(n, seed).box[0, 0] for seed in range(1, 13)] for n in range(3, 11)}
+landed = {n: [0.5 / land(n, seed).box[0, 0] for seed in range(1, 7)] for n in range(3, 11)}
 for known in maxima:
     if known["n"] in landed:
         axes.plot(known["n"] + np.array([-0.35, 0.35]), [phi(known["n"], known["radius"])] * 2, color="#D55E00")
@@ -120,7 +120,7 @@ for n, radii in landed.items():
     nearest = [min(abs(r / known["radius"] - 1) for known in maxima if known["n"] == n) for r in radii]
     print(f"{n} disks: {len(set(np.round(radii, 5)))} places, at most {max(nearest):.0e} from one of the catalogue")
 axes.plot([], [], color="#D55E00", label="catalogue, index 0")
-axes.plot([], [], "o", markersize=3, label="jamlab, twelve random starts", **OURS)
+axes.plot([], [], "o", markersize=3, label="jamlab, six random starts", **OURS)
 axes.set(xlabel="number of disks", ylabel="packing fraction at onset")
 axes.legend()
 
