@@ -234,6 +234,8 @@ class SizeDistribution:
         return self.name + (mark + ",".join(words) if words else "")
 
     def _strata(self, n: int) -> Array:
+        from scipy.optimize import brentq
+
         if self.width == 0.0:
             return np.ones(n)
         nodes, weights = np.polynomial.legendre.leggauss(_FINE)
@@ -241,8 +243,6 @@ class SizeDistribution:
         shares = ends[:-1, None] + 0.5 * (nodes + 1) / n
         means = self.quantiles(shares.ravel()).reshape(n, _FINE) @ (0.5 * weights)
         straight = _standard(means)
-
-        from scipy.optimize import brentq
 
         def skewness(bend: float) -> float:
             return float((_standard(straight + bend * straight**2) ** 3).mean())
