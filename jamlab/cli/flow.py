@@ -10,7 +10,6 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
@@ -133,7 +132,7 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
         print_json(_plain(found) | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
     count = len(getattr(found, next(iter(columns))))
-    shown = np.unique(np.linspace(0, count - 1, min(count, _LINES)).round().astype(int))
+    shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
     lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
     print_table(found.describe(), list(columns), lines)
     for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
@@ -145,7 +144,7 @@ def _rows(found: "Flow") -> dict[str, Any]:
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
     derived = ("compliance", "modulus", "steady", "energy_gap")
     arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
-    arrays = {name: value for name, value in arrays.items() if isinstance(value, np.ndarray) and value.ndim == 1}
+    arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
 
@@ -170,7 +169,7 @@ def _draw(found: "Flow", path: Path) -> None:
 
 def _plain(found: "Flow") -> dict[str, Any]:
     content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
-    content["imbalance"] = np.asarray(found.imbalance).tolist()
+    content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
     for f in fields(found):
         value = getattr(found, f.name)
         if isinstance(value, bool | int | float | str):

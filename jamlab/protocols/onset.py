@@ -26,7 +26,7 @@ from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -116,12 +116,14 @@ def jam(
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
+        method = first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
         "search": search,
         "start": start,
         "seed": seed,
         "step": first_step,
+        "minimizer": method,
     }
     entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
