@@ -16,8 +16,9 @@ from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.force_network import LARGEST_IMBALANCE, mean_size
+from jamlab.mechanics.force_network import LARGEST_IMBALANCE
 from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
