@@ -80,5 +80,5 @@ def test_a_flow_ends_before_image_flags_begin_anew(model, disks, droplets):
     """LAMMPS counts 511 boxes; positions would jump by 1024 without a word."""
     packing = disks if model == "sp" else droplets
     far = packing.with_state(positions=packing.positions + 509 * packing.box[0])
-    with pytest.raises(jamlab.EngineError, match="has moved on by 510 boxes.*moved back by whole lattice vectors"):
+    with pytest.raises(jamlab.EngineError, match=r"has moved on by 510 boxes.*moved back by whole lattice vectors"):
         jamlab.shear(far, 1.0, 6.0, rows=3, tolerance=0.05)
