@@ -226,6 +226,9 @@ class OnsetSettings:
         least_root: part of sqrt(U) that remains at least in one decompression.
         stride: factor of a decompression that did not converge: come from elsewhere.
         falls: jammed states at most that come loose on the way down; a box that shears may repeat itself for ever.
+        slides: along unstable modes at most, until none is left: one or two do, four were seen in 30 onsets.
+        slide: longest, mean particle size.
+        finest: largest force there: contacts that hold a slide bear 1e-13 to 1e-11, rounding leaves 1e-13.
     """
 
     search_tolerance: float = 1e-6
@@ -237,6 +240,9 @@ class OnsetSettings:
     least_root: float = 0.03
     stride: float = 0.7
     falls: int = 8
+    slides: int = 20
+    slide: float = 0.05
+    finest: float = 1e-13
 
 
 @dataclass(frozen=True)
