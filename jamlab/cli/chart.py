@@ -8,7 +8,8 @@ import typer
 
 from jamlab.cli.console import out_console, print_json, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Force, Json
+from jamlab.storage.atomic_file import check_targets
 
 if TYPE_CHECKING:
     from jamlab.studies.study import Study
@@ -24,24 +25,31 @@ Measure = Annotated[bool, typer.Option("--measure", help="Measure anew into --ou
 Plan = Annotated[bool, typer.Option("--plan", help="Only say what --measure would do, and how long it takes.")]
 
 
-@chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts")
+@chart.command(
+    "speed-accuracy",
+    short_help="Draw cost against error of every method.",
+    epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts",
+)
 def speed_accuracy(
     topic: Annotated[list[str] | None, typer.Option(help="One topic; can be repeated; default: all.")] = None,
     measure: Measure = False,
     plan: Plan = False,
     out: Out = Path("jamlab-charts"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
     from dataclasses import asdict
 
     from jamlab.studies.cost.chart import OFF_COLUMNS, defaults_off_the_front, write_charts
+    from jamlab.studies.page import file_names
     from jamlab.studies.registry import CHARTS, chosen
 
     charts = chosen(CHARTS, topic or ())
     if plan:
         print_plan(charts.values(), out, as_json)
         return
+    check_targets(out, file_names(charts, "speed-accuracy", each=False), replace=force)
     expect_output(out)
     found = write_charts(out, charts, measure=measure, progress=tell)
     beaten = defaults_off_the_front(charts, found)
@@ -74,22 +82,29 @@ def print_plan(studies: "Iterable[Study]", out: Path, as_json: bool) -> None:
     out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
 
-@chart.command("stability", epilog="Example: jamlab chart stability --map fire-timestep --out charts")
+@chart.command(
+    "stability",
+    short_help="Draw where methods fail, as shares of seeds.",
+    epilog="Example: jamlab chart stability --map fire-timestep --out charts",
+)
 def stability(
     maps: Annotated[list[str] | None, typer.Option("--map", help="One map; can be repeated; default: all.")] = None,
     measure: Measure = False,
     plan: Plan = False,
     out: Out = Path("jamlab-charts"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
     from jamlab.studies.failure.map import COUNTED, counts, write_maps
+    from jamlab.studies.page import file_names
     from jamlab.studies.registry import MAPS, chosen
 
     named = chosen(MAPS, maps or ())
     if plan:
         print_plan(named.values(), out, as_json)
         return
+    check_targets(out, file_names(named, "stability", each=False), replace=force)
     expect_output(out)
     found = write_maps(out, named, measure=measure, progress=tell)
     if as_json:
@@ -100,19 +115,29 @@ def stability(
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
-@chart.command("all", epilog="Example: jamlab chart all --measure --out charts")
-def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
+@chart.command(
+    "all", short_help="Draw both, into one folder.", epilog="Example: jamlab chart all --measure --out charts"
+)
+def all_charts(
+    measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts"), force: Force = False
+) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
-    if plan:
-        from jamlab.studies.registry import CHARTS, MAPS
+    from jamlab.studies.page import file_names
+    from jamlab.studies.registry import CHARTS, MAPS
 
+    if plan:
         print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
         return
-    speed_accuracy(measure=measure, out=out)
-    stability(measure=measure, out=out)
+    check_targets(out, file_names(MAPS, "stability", each=False), replace=force)
+    speed_accuracy(measure=measure, out=out, force=force)
+    stability(measure=measure, out=out, force=force)
 
 
-@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz")
+@chart.command(
+    "flow-table",
+    short_help="Measure the errors behind choose_flow.",
+    epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz",
+)
 def flow_table(
     out: Annotated[
         Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.gz.")
@@ -131,7 +156,11 @@ def flow_table(
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
 
-@chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")
+@chart.command(
+    "estimates",
+    short_help="Measure the table behind estimate.",
+    epilog="Example: jamlab chart estimates --out ways.csv.gz",
+)
 def estimates(
     out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.gz.")] = Path(
         "ways.csv.gz"

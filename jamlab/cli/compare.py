@@ -8,7 +8,7 @@ import typer
 from jamlab.cli.chart import tell
 from jamlab.cli.console import out_console, print_json, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json, Seed
+from jamlab.cli.options import Force, Json, Seed
 
 
 def compare(
@@ -17,19 +17,29 @@ def compare(
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
     recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from jamlab.storage.atomic_file import make_folder
+    from jamlab.storage.atomic_file import check_targets, make_folder
     from jamlab.studies.other_codes.compare import jolted_minimum, summary
-    from jamlab.studies.other_codes.page import Comparison, comparison_tables, notes, write_comparison, write_recipe
+    from jamlab.studies.other_codes.page import (
+        FILES,
+        Comparison,
+        comparison_tables,
+        notes,
+        write_comparison,
+        write_recipe,
+    )
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")
+        check_targets(folder, ["packing.npz", f"{recipe}_check.py"], replace=force)
         out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
         return
     if out is not None:
         make_folder(out)
+        check_targets(out, FILES, replace=force)
         expect_output(out)
     rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
     if out is not None:

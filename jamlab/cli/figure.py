@@ -8,8 +8,9 @@ from rich.text import Text
 
 from jamlab.cli.console import err_console, out_console, print_json, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Force, Json
 from jamlab.errors import InputError
+from jamlab.storage.atomic_file import check_targets
 
 STYLES = {"differs": "red", "undecided": "yellow"}  # of verdicts in the terminal
 
@@ -32,6 +33,7 @@ def figure(
     only: Annotated[
         list[str] | None, typer.Option("--only", help="With the name reference: a table to write; default: all.")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
@@ -39,9 +41,9 @@ def figure(
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:
-        _write_reference(source, out, commit, add, only or [], as_json)
+        _write_reference(source, out, commit, add, only or [], force, as_json)
     else:
-        _draw_figures(names, source, out, as_json)
+        _draw_figures(names, source, out, force, as_json)
 
 
 def _list_figures(as_json: bool) -> None:
@@ -54,11 +56,16 @@ def _list_figures(as_json: bool) -> None:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
 
 
-def _write_reference(source: Path | None, out: Path, commit: str, add: bool, only: list[str], as_json: bool) -> None:
+def _write_reference(
+    source: Path | None, out: Path, commit: str, add: bool, only: list[str], force: bool, as_json: bool
+) -> None:
     from jamlab.cli.figure_tables import save_reference
+    from jamlab.studies.ensemble_tables import NAMES
+    from jamlab.studies.reference_data import RECORD, TABLE_FILE
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
+    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=force or add)
     written = save_reference(source, out, commit, add, only)
     if as_json:
         print_json({"out": str(out), "bytes": written})
@@ -66,7 +73,7 @@ def _write_reference(source: Path | None, out: Path, commit: str, add: bool, onl
         print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
 
 
-def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
+def _draw_figures(names: list[str], source: Path | None, out: Path, force: bool, as_json: bool) -> None:
     from jamlab.cli.figure_tables import open_tables
     from jamlab.processes.cores import available_cores
     from jamlab.studies import gallery
@@ -76,6 +83,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
     chosen = gallery.check_names(names)
     tables = open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)
+    check_targets(out, gallery.file_names(chosen, whole=whole), replace=force)
     with err_console.status("drawing") as status:
         if whole:
             opening = example_sections() if source is None else ()

@@ -98,10 +98,16 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
         @wraps(run)
         def command(**values: Any) -> None:
             options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
-            expect_files(options.file, options.out, options.plot, options.csv)
-            if options.force:
-                options.out.unlink(missing_ok=True)
-            found, notes = run(options, **values)
+            from jamlab.flow.run_file import OtherRunError
+
+            expect_files(options.file, options.out, options.plot, options.csv, replace=options.force)
+            try:
+                found, notes = run(options, **values)
+            except OtherRunError:
+                if not options.force:
+                    raise
+                options.out.unlink()
+                found, notes = run(options, **values)
             give(found, columns, notes, options.out, options.plot, options.csv, options.as_json)
 
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -115,7 +121,7 @@ _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
 
-def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -> None:
+def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None, *, replace: bool = True) -> None:
     """Refuse, before anything runs, what cannot be written at the end.
 
     Raises:
@@ -127,7 +133,7 @@ def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -
         raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
     for path in (plot, csv):
         if path is not None:
-            check_target(path, source, out)
+            check_target(path, source, out, replace=replace)
     kept = f"kept {out} as it was last saved; the same command goes on from there"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
 

@@ -8,8 +8,9 @@ import typer
 from jamlab.cli.chart import print_plan, tell
 from jamlab.cli.console import out_console, print_json, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Force, Json
 from jamlab.errors import InputError
+from jamlab.storage.atomic_file import check_targets
 
 if TYPE_CHECKING:
     from jamlab.studies.study import Study
@@ -39,13 +40,21 @@ def list_studies(
     print_table("studies", ["name", "kind", "shows"], [[name, s.kind, s.title] for name, s in chosen.items()])
 
 
-@study.command("plan", epilog="Example: jamlab study plan spectrum boromand-6 --out results")
+@study.command(
+    "plan",
+    short_help="Count tasks that are left, and their time.",
+    epilog="Example: jamlab study plan spectrum boromand-6 --out results",
+)
 def plan(names: Names, out: Results = Path("jamlab-results"), as_json: Json = False) -> None:
     """Say how many tasks are left and how long they take, without running anything."""
     print_plan(_chosen(names), out, as_json)
 
 
-@study.command("run", epilog="Example: jamlab study run spectrum --out results")
+@study.command(
+    "run",
+    short_help="Measure what a folder of results lacks.",
+    epilog="Example: jamlab study run spectrum --out results",
+)
 def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     """Measure what a folder of results does not hold; saved task by task, so that it goes on where it stopped."""
     chosen = _chosen(names)
@@ -55,19 +64,25 @@ def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     out_console.print(f"Draw it: jamlab study draw {' '.join(names)} --from {out}", soft_wrap=True, highlight=False)
 
 
-@study.command("draw", epilog="Example: jamlab study draw spectrum moved boromand-6 --out drawn")
+@study.command(
+    "draw",
+    short_help="Draw pictures, numbers and one page.",
+    epilog="Example: jamlab study draw spectrum moved boromand-6 --out drawn",
+)
 def draw(
     names: Names,
     source: Annotated[Path | None, typer.Option("--from", help="Folder of results; default: what ships.")] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-studies"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw studies from a folder of results, or from the data that ship: pictures, numbers, one HTML page."""
-    from jamlab.studies.page import Page, source_fact, write_page
+    from jamlab.studies.page import Page, file_names, source_fact, write_page
 
     chosen = {each.name: each for each in _chosen(names)}
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
+    check_targets(out, file_names(chosen, "studies"), replace=force)
     expect_output(out)
     drawn, failures = write_page(
         out,
@@ -87,7 +102,9 @@ def draw(
     out_console.print(f"Open {out / 'studies.html'}", soft_wrap=True)
 
 
-@study.command("add", epilog="Example: jamlab study add my_study.py")
+@study.command(
+    "add", short_help="Add a study of your own, or packings.", epilog="Example: jamlab study add my_study.py"
+)
 def add(
     source: Annotated[Path, typer.Argument(help="Python file with a study, or a campaign whose packings to add.")],
     out: Annotated[Path, typer.Option(help="Of a campaign: folder of tables to add to.")] = Path("jamlab-tables"),
@@ -107,10 +124,13 @@ def add(
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
     from jamlab.cli.figure_tables import save_reference
-    from jamlab.studies.reference_data import RECORD
+    from jamlab.studies.ensemble_tables import NAMES
+    from jamlab.studies.reference_data import RECORD, TABLE_FILE
 
     expect_output(out)
-    written = save_reference(source, out, commit, (out / RECORD).exists(), only or [])
+    known = (out / RECORD).exists()
+    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=known)
+    written = save_reference(source, out, commit, known, only or [])
     print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
 
 

@@ -147,6 +147,7 @@ def _text(value: object, form: str) -> str:
     return f"{value:{form}}" if form else str(value)
 
 
+FILES = ("comparison.csv", "analysis.csv", "comparison.json", "index.html")  # of `write_comparison`
 RECIPES = {"hoomd": "conda install -c conda-forge hoomd   # version 4 or later; no wheels"}
 
 
