@@ -42,7 +42,7 @@ def test_dp_shear_deck_follows_the_python_engine(tmp_path):
     exact, error = jamlab.shear_modulus(packing), number("error", text)
     assert abs(number("modulus G_xy", text) - exact) <= error < 0.1 * exact
     text = run("in.dp.shear", tmp_path, code=2, **law, strain=1e-9, force=1e-7)
-    assert "\nNO MODULUS: forces up to 1e-7 leave G_xy" in text and "relaxed shear modulus" not in text
+    assert "\nNO MODULUS: forces up to 1e-07 leave G_xy" in text and "relaxed shear modulus" not in text
 
 
 def test_what_files_call_converged_is_what_jamlab_calls_a_minimum():
