@@ -5,6 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_table
+from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Json, Seed
 from jamlab.cli.progress import progress_bar
 
@@ -23,13 +24,21 @@ def estimate(
     from jamlab.estimates.estimate import estimate as run
     from jamlab.estimates.options import Why
 
+    said = ""
+
+    def show(share: float, text: str) -> None:
+        nonlocal said
+        said = text
+        progress(share, text)
+
+    describe_kept(lambda: f"so far {said or 'no packing'}; nothing was written")
     with progress_bar("estimate") as progress:
         made = run(
             *(quantity, rho, error),
             seed=seed,
             model=model,
             processes=processes,
-            progress=progress,
+            progress=show,
             dry_run=dry_run,
         )
     found: dict[str, Any] = {"packings": made.packings, "error": made.error}

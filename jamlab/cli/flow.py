@@ -117,6 +117,7 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
     return decorate
 
 
+_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁"}
 _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
@@ -162,7 +163,7 @@ def give(
     count = len(getattr(found, next(iter(columns))))
     shown = np.unique(np.linspace(0, count - 1, min(count, _LINES)).round().astype(int))
     lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
-    print_table(found.describe(), list(columns), lines)
+    print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in columns], lines)
     for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {out}"):
         print_note(note)
 

@@ -93,7 +93,7 @@ def test_no_file_is_replaced_without_force(tmp_path, onset, command, option):
         target = out if isinstance(names, str) else out.parent
         done = call(tmp_path, *command.split(), *words.split(), *([] if option == "file" else [option]), target)
         assert done.exit_code == 1 and out.name in done.stderr, done.stderr
-        assert out.read_text() == "work of a week" and list(out.parent.glob("*")) == [out] or target == out
+        assert (out.read_text() == "work of a week" and list(out.parent.glob("*")) == [out]) or target == out
 
 
 def test_force_replaces_files(tmp_path, onset):

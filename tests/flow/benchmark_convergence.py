@@ -16,7 +16,7 @@ import jamlab
 LAWS = {
     "contact": ({}, jamlab.ContactDamping()),
     "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
-    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
+    "power law": ({"alpha": 0.5, "most_ties": 100}, jamlab.ContactDamping(alpha=0.5)),  # its ties cost seconds
 }
 SEEDS = {16: 3, 32: 1}
 RATES = (1.0, 0.1, 1e-2, 1e-3)
@@ -40,7 +40,7 @@ def exact_rows(law, n, rate):
 @pytest.mark.benchmark
 def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
     cases = [(law, n, rate) for n, rate, law in itertools.product(SEEDS, RATES, LAWS)]
-    print(f"\n{'law':>9} {'N':>3} {'rate':>6} {'tolerance':>9} {'steps':>6} {'CPU s':>6} {'median':>7} {'99 %':>8}")
+    print("\n      law   N   rate tolerance  steps  CPU s  median     99 %  up to")
     worst = {}
     for case in cases:
         (exact,) = kept_rows(kept_folder / "exact_flows.json", ("law", "n", "rate"), [case], exact_rows)
@@ -50,11 +50,11 @@ def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
             clock = time.process_time()
             run = jamlab.shear(packing, rate, STRAIN, LAWS[law][1], rows=ROWS, tolerance=tolerance)
             seconds = time.process_time() - clock
-            off = np.sort(np.abs(run.stress - stress)[1:]) / np.abs(stress).max() / tolerance
-            worst[*case, tolerance] = off[-2]
+            off = np.abs(run.stress[: len(stress)] - stress)[1:] / np.abs(stress).max() / tolerance
+            worst[*case, tolerance] = high = np.sort(off)[-1 - len(off) // 100]
             print(
                 f"{law:>9} {n:3d} {rate:6.0e} {tolerance:9.0e} {run.steps:6d} {seconds:6.2f} {np.median(off):7.4f}"
-                f" {off[-2]:8.4f}",
+                f" {high:8.4f} {run.strain[len(off)]:6.3f}",
                 flush=True,
             )
     beyond = {case: over for case, over in worst.items() if over > 10}

@@ -44,6 +44,7 @@ class ExactFlow:
     closed: set[int] = field(default_factory=set)
     rubbing: set[int] = field(default_factory=set)  # neither part nor meet
     ties: list[float] = field(default_factory=list)  # strains at which no set of states fits, or several do
+    most_ties: int = 20_000
     events: list[tuple[float, str]] = field(default_factory=list)
     rubbed: float = 0.0  # time with a rubbing contact
 
@@ -202,7 +203,10 @@ class ExactFlow:
         return float(parting if state == "closed" else -parting)
 
     def rows(self, strain: float, count: int) -> np.ndarray:
-        """(count + 1, 5) at equal strains from 0 on: elastic, viscous stress, contacts, pressure, N1."""
+        """(count + 1, 5) at equal strains from 0 on: elastic, viscous stress, contacts, pressure, N1.
+
+        Fewer where ties pile up: there the law does not say how the flow goes on.
+        """
         x, time = self.packing.positions.copy(), 0.0
         self.closed = {int(c) for c in np.flatnonzero(self.gaps(x, 0.0) < 0)}
         found, h, out = self.solve(x, 0.0), 0.01, []
@@ -210,6 +214,8 @@ class ExactFlow:
         for end in ends:
             while time < end * (1 - 1e-13):
                 x, time, found, h = self.advance(x, time, found, h, end)
+                if len(self.ties) > self.most_ties:
+                    return np.array(out)
             out.append(
                 [
                     found["elastic"],
