@@ -4,10 +4,9 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_json, print_note, print_table
+from jamlab.cli.console import print_json, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Json, Seed
-from jamlab.cli.progress import progress_bar
 
 
 def estimate(
@@ -33,14 +32,8 @@ def estimate(
 
     describe_kept(lambda: f"so far {said or 'no packing'}; nothing was written")
     with progress_bar("estimate") as progress:
-        made = run(
-            *(quantity, rho, error),
-            seed=seed,
-            model=model,
-            processes=processes,
-            progress=show,
-            dry_run=dry_run,
-        )
+        how: dict[str, Any] = {"seed": seed, "model": model, "processes": processes, "dry_run": dry_run}
+        made = run(quantity, rho, error, progress=show, **how)
     found: dict[str, Any] = {"packings": made.packings, "error": made.error}
     if not dry_run:
         found = {"value": made.value} | found | {"met": made.met, "left_out": made.left_out, "seconds": made.seconds}

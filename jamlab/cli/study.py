@@ -123,9 +123,8 @@ def add(
         names = ", ".join(each.name for each in add_studies(source))
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
-    from jamlab.cli.figure_tables import save_reference
     from jamlab.studies.ensemble_tables import NAMES
-    from jamlab.studies.reference_data import RECORD, TABLE_FILE
+    from jamlab.studies.reference_data import RECORD, TABLE_FILE, save_reference
 
     expect_output(out)
     known = (out / RECORD).exists()

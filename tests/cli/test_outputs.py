@@ -10,9 +10,8 @@ from commands import call
 
 import jamlab
 from jamlab.cli import interruption
-from jamlab.cli.flow import expect_files
-from jamlab.cli.interruption import Interrupted
-from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.flow import FlowOptions, expect_files
+from jamlab.cli.interruption import Interrupted, KeptStates
 from jamlab.cli.main import app
 
 
@@ -150,7 +149,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
         raise Interrupted(2)
 
     onset.write(tmp_path / "onset.h5")
-    monkeypatch.setattr("jamlab.cli.compress.print_packings", stop)
+    monkeypatch.setattr("jamlab.cli.jam.print_packings", stop)
     with pytest.raises(Interrupted):
         words = ["compress", str(tmp_path / "onset.h5"), "--to", "0.86", "--out", str(tmp_path / "sweep.h5")]
         app(words, standalone_mode=False)
@@ -160,7 +159,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
 def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, monkeypatch):
     monkeypatch.setattr(interruption, "_describe", lambda: "not told")
     out = tmp_path / "run.h5"
-    expect_files(tmp_path / "onset.h5", out, None, None)
+    expect_files(FlowOptions(tmp_path / "onset.h5", out=out))
     assert interruption._describe() == "nothing was written"
     out.write_text("of yesterday")
     assert "as it was last saved; the same command goes on" in interruption._describe()
