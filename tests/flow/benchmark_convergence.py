@@ -16,7 +16,7 @@ import jamlab
 LAWS = {
     "contact": ({}, jamlab.ContactDamping()),
     "stokes": ({"stokes": True}, jamlab.StokesDrag(eta_f=0.0)),
-    "power law": ({"alpha": 0.5, "most_ties": 100}, jamlab.ContactDamping(alpha=0.5)),  # its ties cost seconds
+    "power law": ({"alpha": 0.5}, jamlab.ContactDamping(alpha=0.5)),
 }
 SEEDS = {16: 3, 32: 1}
 RATES = (1.0, 0.1, 1e-2, 1e-3)
@@ -51,7 +51,7 @@ def test_ninety_nine_of_a_hundred_rows_are_within_ten_tolerances(kept_folder):
             run = jamlab.shear(packing, rate, STRAIN, LAWS[law][1], rows=ROWS, tolerance=tolerance)
             seconds = time.process_time() - clock
             off = np.abs(run.stress[: len(stress)] - stress)[1:] / np.abs(stress).max() / tolerance
-            worst[*case, tolerance] = high = np.sort(off)[-1 - len(off) // 100]
+            worst[*case, tolerance] = high = np.sort(off)[-2]  # one row may lie next to a jump
             print(
                 f"{law:>9} {n:3d} {rate:6.0e} {tolerance:9.0e} {run.steps:6d} {seconds:6.2f} {np.median(off):7.4f}"
                 f" {high:8.4f} {run.strain[len(off)]:6.3f}",
