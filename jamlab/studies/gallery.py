@@ -16,7 +16,7 @@ from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, write_csv
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file
-from jamlab.studies import micrograph_errors, page
+from jamlab.studies import micrograph_errors, study
 from jamlab.studies.baumgarten import correlation, motion, spectra
 from jamlab.studies.baumgarten import pictures as drawings
 from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structure, stiffening_disks
@@ -25,10 +25,9 @@ from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
 from jamlab.studies.dynamics import collapse, flow_curves, oscillation, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.page import Failure, Page, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
-from jamlab.studies.study import CampaignStudy, Shown
+from jamlab.studies.study import CampaignStudy, Failure, Page, Shown, write_page
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": pictures.figure_1,
@@ -77,7 +76,7 @@ VERDICTS = "verdicts.csv"
 
 def file_names(names: Iterable[str], *, whole: bool) -> list[str]:
     """Names of the files that are written of figures; `whole`: with their page, verdicts and summary."""
-    return page.file_names(names, _PAGE if whole else "") + ([VERDICTS, SUMMARY] if whole else [])
+    return study.file_names(names, _PAGE if whole else "") + ([VERDICTS, SUMMARY] if whole else [])
 
 
 def titles() -> dict[str, str]:
@@ -122,11 +121,9 @@ class FigureStudy(CampaignStudy):
 
     @property
     def heading(self) -> str:
-        """Name and title."""
         return f"{self.name}: {self.title}"
 
     def draw(self, folder: Path | None = None) -> Shown:
-        """Draw the figure from a folder of results, or from the reference data that ship."""
         tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
         return draw_shown(self.name, tables)
 
