@@ -92,10 +92,16 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
         @wraps(run)
         def command(**values: Any) -> None:
             options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
+            from jamlab.flow.run_file import OtherRunError
+
             expect_files(options)
-            if options.force:
-                options.out.unlink(missing_ok=True)
-            found, notes = run(options, **values)
+            try:
+                found, notes = run(options, **values)
+            except OtherRunError:
+                if not options.force:
+                    raise
+                options.out.unlink()
+                found, notes = run(options, **values)
             give(found, columns, notes, options)
 
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -105,6 +111,7 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
     return decorate
 
 
+_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁"}
 _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
@@ -117,7 +124,7 @@ def expect_files(options: FlowOptions) -> None:
         raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
     for path in (plot, options.csv):
         if path is not None:
-            check_target(path, options.file, out)
+            check_target(path, options.file, out, replace=options.force)
     kept = f"kept {out} as it was last saved; the same command goes on from there"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
 
@@ -134,7 +141,7 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
     count = len(getattr(found, next(iter(columns))))
     shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
     lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
-    print_table(found.describe(), list(columns), lines)
+    print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in columns], lines)
     for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
         print_note(note)
 
