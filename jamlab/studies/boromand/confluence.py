@@ -1,13 +1,16 @@
 """Draw the contacts that are missing below confluence in Boromand et al., fig 7."""
 
+from functools import partial
+
 import numpy as np
 
+from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import Kind, write_by
+from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
 from jamlab.studies.conventions import fit_exponent, select_below_confluence
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import Ensemble, ensemble, log_places, sampled_sizes, scaled, sizes
+from jamlab.studies.ensembles import Ensemble, bootstrap, ensemble, log_places, mean_curve, sampled_sizes, scaled, sizes
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, scale, size_style
 
 CONFLUENT = (3e-3, 0.1)  # rho* - rho between which the exponent is fitted
@@ -42,8 +45,17 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
         label(times_n, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
         sampled = sampled_sizes(states, model)
-        claim = _claim_disks if model == "sp" else _claim_droplets
-        claim(out, {n: e for n, e in curves.items() if n in sampled})
+        shown = {n: e for n, e in curves.items() if n in sampled}
+        if model == "sp":
+            _claim_disks(out, shown)
+        else:
+            most = max(shown, default=0)
+            below = select_below_confluence(states[(states["model"] == model) & (states["n"] == most)])
+            fine = (
+                ensemble(below, model, most, "to_confluence", "missing", log_places(*CONFLUENT, 10)) if most else None
+            )
+            _claim_droplets(out, shown, fine)
+        _claim_collapse(out, name, shown)
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
         f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "
@@ -69,15 +81,45 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
     )  # one contact short is 2 by counting
 
 
-def _claim_droplets(out: Drawing, curves: dict[int, Ensemble]) -> None:
+def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
+    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1.
+
+    Nearer to rho* one contact is missing, which makes it 2 at every N by counting.
+    """
+    n, found, every = sorted(curves), None, {}
+    if len(n) > 1:
+        groups = [curves[m].curves for m in n]
+
+        def exponent(drawn: list[Array], scaled_distance: float = 1.0) -> float:
+            mean = [mean_curve(part) for part in drawn]
+            values = [m * np.interp(scaled_distance / m, x, y) for m, (x, y) in zip(n, mean, strict=True)]
+            return float(np.polyfit(np.log(n), np.log(values), 1)[0])
+
+        found = bootstrap(groups, exponent)
+        every = vary(partial(exponent, groups), {"scaled_distance": 2.0}, {"scaled_distance": 4.0})
+    words = {"how": f"N = {write_list(n)}, (rho* - rho) N = 1", "shown_by": "boromand-7 b and d"}
+    words["cause"] = "far from rho* z is a function of rho* - rho, whatever N: z N rises with N"
+    text = f"exponent of (z_conf - z) N in N, {model}"
+    out.claim(text, found, published.COLLAPSE_OF_SIZES, Kind.MEASURED, every, **words)
+
+
+def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | None = None) -> None:
     """Claim the exponent of missing contacts of droplets in the largest size."""
-    slope, words = None, {"how": "no dp packing reaches z = 6"}
+    slope, every, words = None, None, {"how": "no dp packing reaches z = 6"}
     if curves:
         n = max(curves)
-        slope = curves[n].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
+
+        def exponent(x: Array, y: Array, low: float = CONFLUENT[0], high: float = CONFLUENT[1]) -> float:
+            return float(power_law(x, y, low=low, high=high).exponents[0])
+
+        slope = curves[n].interval(exponent)
+        every = vary(partial(exponent, *curves[n].mean), *halves(*CONFLUENT))
+        if fine is not None:
+            every |= vary(lambda points: exponent(*fine.mean), {"points": "10 a decade"})
         words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
         words["cause"] = _explain_exponent(out, curves)
-    out.claim("exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, **words)
+    text = "exponent of z_conf - z in rho* - rho, DP"
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
 
 
 def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:
