@@ -90,7 +90,8 @@ def fit_scaling_exponents(
         start: first guess of (a, b).
 
     Raises:
-        InputError: a family without one curve for each scale; see `measure_spread`.
+        InputError: a family without one curve for each scale, or curves none of which overlap at the start of the
+            search; see `measure_spread`.
     """
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
@@ -114,6 +115,8 @@ def fit_scaling_exponents(
         return out[0], out[1]
 
     best = fill_in(np.array([start[k] for k in free]))
+    if free and np.isinf(spread(best)):
+        raise InputError(f"no two curves overlap at the start {best}: give another one, or curves of wider range")
     if free:
         found = minimize(
             lambda v: spread(fill_in(v)) ** 2,

@@ -303,12 +303,14 @@ def first_line(claims: Sequence[Claim]) -> str:
     return f"{tests} numbers of both papers: {numbers}{more}."
 
 
-def summary(claims: Sequence[Claim]) -> list[str]:
-    """Write the first line, then one line for each number of the papers that differs, with its cause."""
+def summary(claims: Sequence[Claim], every: bool = False) -> list[str]:
+    """Write the first line, then one for each number of the papers that differs, with its cause, or for every one."""
     lines = [first_line(claims)]
     for c in _of_papers(claims):
-        if c.verdict is Verdict.DIFFERS:
-            lines.append(f"  {c.figure}, {c.quantity}: {c.value:.4g} for {c.paper_text}: {c.reason}")
+        if every or c.verdict is Verdict.DIFFERS:
+            ends = f"[{c.low:.4g}, {c.high:.4g}]" + (f", {c.spread}," if c.family else "")
+            more = "" if c.counted else f" ({c.kind})"
+            lines.append(f"  {c.figure}: {c.quantity} | {c.value:.4g} {ends} for {c.paper_text} | {c.text}{more}")
     return lines
 
 

@@ -202,7 +202,7 @@ def write_all(
     claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
-        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
+        temporary.write_text("\n".join(summary(claims, every=True)) + "\n", encoding="utf-8")
     return drawn, failures
 
 

@@ -1,5 +1,6 @@
 """Draw motion and finite size in Baumgarten & Tighe: figs 5 and 8."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -64,14 +65,14 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         if square := _mean_square(out, tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
         out.claim(f"exponent of {name} in p", found, paper, Kind.MEASURED, every, **words)
-        stressed = select_largest(table[table["prestress"].astype(bool)]) if len(loose) else loose
+        stressed = table[table["prestress"].astype(bool) & (table["n"] == n) & bool(len(loose))]
         used = {
             q: v
             for q, v in zip(p, groups_by(stressed, "pressure", name, p), strict=True)
             if len(v) >= FEWEST and q * n**2 >= LARGE
         }
         found, every = _fit_motion(used)
-        words = {"how": f"{len(used)} pressures with five packings or more", "cause": "as without pre-stress"}
+        words = {"how": f"N = {n}, {len(used)} pressures with five packings or more", "shown_by": "baumgarten-5"}
         out.claim(f"exponent of {name} in p, with pre-stress", found, paper, Kind.MEASURED, every, **words)
         if name == "approach":
             _claim_mean_approach(out, tables, n, [p[k] for k in fitted])
@@ -242,7 +243,7 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
 
     def up_to(highest: float) -> float:
         part = every.up_to(highest)
-        return -part.fit(part.drawn, start=start).b
+        return -part.fit(part.drawn, start=start).b if len(part.n) > 1 else float("nan")
 
     found, moved = None, {}
     words = {"how": f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
@@ -255,9 +256,11 @@ def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
     out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, Kind.MEASURED, moved, **words)
     _claim_tail(out, law, prestress, near)
-    if law == "stokes" and not prestress and found:
-        least = every.up_to(_LEAST)
-        a = bootstrap(least.drawn, lambda drawn: -least.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+    least = every.up_to(_LEAST)
+    if law == "stokes" and not prestress and len(least.n) > 1:
+        a = None
+        with suppress(InputError):  # sizes of which too few pressures are known
+            a = bootstrap(least.drawn, lambda drawn: -least.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
         moved = vary(up_to, {"highest": published.HIGHEST_PRESSURE}, {"highest": highest})
         words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
         likely = published.STOKES_AS_CONTACT

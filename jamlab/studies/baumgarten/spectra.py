@@ -367,9 +367,12 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         how = f"eta_F = {low:g} and {high:g}, p = {p:g}"
         rise = np.diff(same_packings([viscosity[low], viscosity[high]]))[:, 0] / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
-    if viscosity:
+    low, high = CRITICAL * p, HIGHEST
+    if (
+        viscosity
+        and np.count_nonzero((viscosity[max(viscosity)].omega >= low) & (viscosity[max(viscosity)].omega <= high)) > 2
+    ):
         most = max(viscosity)
-        low, high = CRITICAL * p, HIGHEST
         slope = bootstrap([viscosity[most].loss], partial(_slope, viscosity[most].omega, low, high))
         text, where = "slope of G'' in the critical window, largest eta_F", "[T] Stokes drag, fig 6 b"
         words = {"how": f"eta_F = {most:g}, p = {p:g}", "where": where}

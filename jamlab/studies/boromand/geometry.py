@@ -417,7 +417,8 @@ def _claim_last_decade(out: Drawing, axes: Any, e: Ensemble, how: str, text: str
         return float(power_law(x, y, low=low * last * 0.999, high=high * last * 1.001).exponents[0])
 
     every = vary(lambda **part: exponent(x, y, **part), {"low": 0.5}, *halves(0.1, 1.0))
-    slopes = np.diff(np.log(y[x > 0.1 * last])) / np.diff(np.log(x[x > 0.1 * last]))
+    kept = (x > 0.1 * last) & (y > 0)
+    slopes = np.diff(np.log(y[kept])) / np.diff(np.log(x[kept]))
     first, final = out.keep(
         f"local exponent, {text}", slopes[[0, -1]] if len(slopes) else (np.nan, np.nan), x=(0.1 * last, last)
     )

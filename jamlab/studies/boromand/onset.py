@@ -32,7 +32,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             continue
         n = sizes(onset, model)
         groups[model] = groups_by(part, "n", column, n)
-        inset = axes.inset_axes((0.1, 0.52, 0.36, 0.36))
+        inset = axes.inset_axes((0.1, 0.55, 0.3, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups[model], strict=True):
             if size not in SIZES and set(n) & set(SIZES):  # the paper's, on its axes

@@ -8,19 +8,20 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import InputError, StorageError
 from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
-from jamlab.studies.droplet_tables import counts_at_onset
+from jamlab.studies.droplet_tables import PACKING, counts_at_onset, usual_law
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     Ensemble,
     average,
     bootstrap,
+    groups_by,
     has,
     mean_over_packings,
     median,
@@ -74,6 +75,7 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
         words = {"contradiction": counting, "shown_by": "boromand-10 f"}
     else:
         words = _extra_contacts(out, at_onset, tables.onset, n)
+        words["cause"] += _with_more_vertices(out, tables)
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
     same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # onsets of the disks of SP(φ)
     out.claim(f"z_J, {series}", found[0], paper[0], same, how=f"N = {n}", **words)
@@ -101,6 +103,30 @@ def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, onset: pd.DataFrame, n
         f"the mean of {len(counts)} packings, where those of disks have none and one"
     )
     return {"cause": words, "shown_by": "beyond-droplet-contacts"}
+
+
+def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
+    """Keep contacts at onset beyond 2N' - 1 by number of vertices, of the largest size that has several."""
+    try:
+        rows = tables.droplet_states
+    except (InputError, StorageError, KeyError):
+        return ""
+    onset = tables.onset.query("model == 'dp'").rename(columns={"z_J": "z"})
+    usual = usual_law(rows)
+    every = pd.concat([rows[rows["state"] == 0], onset], ignore_index=True).fillna(usual).drop_duplicates(PACKING)
+    every = every[np.isclose(every["eps"], usual["eps"]) & np.isclose(every["gamma"], usual["gamma"])]
+    several = every.groupby("n")["nv_small"].nunique()
+    n = several.index[several > 1].max()
+    held = every["n"] - every["rattlers"]
+    part = every.assign(extra=0.5 * every["z"] * held - (2 * held - 1))[every["n"] == n].dropna(subset=["extra"])
+    if part.empty:
+        return ""
+    vertices = sorted(part["nv_small"].unique())
+    found = [mean_over_packings([values])[0] for values in groups_by(part, "nv_small", "extra", vertices)]
+    name = f"contacts beyond 2N' - 1, N = {n:g}"
+    out.keep(name, found, vertices=vertices)
+    parts = ", ".join(f"{out.write(f'{name}, vertices = {v:g}', 1)} with {v:g}" for v in vertices)
+    return f"; facets: at N = {n:g} they are {parts} vertices of small droplets"
 
 
 def _by_size(
