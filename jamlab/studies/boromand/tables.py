@@ -15,8 +15,7 @@ from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
-from jamlab.studies.droplet_tables import PACKING, counts_at_onset, usual_law
-from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
 from jamlab.studies.ensembles import (
     Ensemble,
     average,
