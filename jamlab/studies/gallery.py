@@ -40,7 +40,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-7": confluence.figure_7,
     "boromand-8": voids.figure_8,
     "boromand-8-voids": pictures.figure_8_snapshots,
-    "boromand-9": geometry.figure_9,
+    "boromand-9": confluence.figure_9,
     "boromand-10": onset.figure_10,
     "boromand-11": geometry.figure_11,
     "tables": coefficients.tables_1_2,

@@ -1,4 +1,4 @@
-"""Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4, 9 and 11."""
+"""Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
 
 from dataclasses import replace
 from functools import partial
@@ -12,30 +12,24 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.studies.claims import Kind, halves, vary, write_list
+from jamlab.studies.claims import Kind, halves, vary
 from jamlab.studies.conventions import (
     DISTANCES,
-    FRACTIONS,
     NEAR,
     SHAPE_TARGET,
-    SIZES,
     TWO_OVERLAPS,
     at,
     eq_11,
     fit_prefactor,
-    select_below_confluence,
 )
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     Ensemble,
-    bootstrap,
     ensemble,
     from_onset,
     has,
-    line_in_inverse,
     log_places,
     nearest_size,
-    sampled_sizes,
 )
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 
@@ -237,86 +231,6 @@ def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
 def has_printed(states: pd.DataFrame) -> bool:
     """Whether some packings have rho by eq 12 as printed."""
     return "rho_printed" in states and bool(states["rho_printed"].notna().any())
-
-
-def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
-    """Arrange 6 - z of droplets over 1 - rho, up to z = 6."""
-    near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
-    return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
-
-
-def _near_unity(x: Array, y: Array, low: float = 5e-3, high: float = 0.1) -> float:
-    return float(power_law(x, y, low=low, high=high).exponents[0])
-
-
-def _keep_confluence(out: Drawing, states: pd.DataFrame) -> str:
-    """Keep where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
-    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
-    measured = [n for n in sampled_sizes(states, "dp") if n in set(full["n"])]
-    if not measured:
-        return ""
-    first = full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
-    reached = out.keep("1 - rho where z = 6, DP", [1 - first[n] for n in measured], N=measured)
-    slopes = [_approach_to_unity(states, n).interval(_near_unity) for n in measured]
-    out.keep("exponent of z_conf - z in 1 - rho, DP", slopes, N=measured)
-    ends = f"z = 6 is reached at 1 - rho = {write_list(reached, '.4f')}"
-    return f"{ends}, and the exponent is {write_list(slopes, '.2f')}, at N = {write_list(measured)}"
-
-
-def _claim_confluent_limit(out: Drawing, states: pd.DataFrame) -> None:
-    """Claim 1 - rho* in the limit of large packings, linear in 1/N; the family leaves a size out."""
-    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
-    first = full.groupby(["n", "seed"])["rho"].min()
-    n = [m for m in sampled_sizes(states, "dp") if m in set(full["n"]) and m in SIZES]
-    found, every, how = None, None, "needs two sizes that reach z = 6"
-    if len(n) > 1:
-        groups = [1 - first[m].to_numpy(dtype=np.float64) for m in n]
-        found, how = bootstrap(groups, lambda g: line_in_inverse(n, g)[0]), f"linear in 1/N, N = {write_list(n)}"
-        if len(n) > 2:
-            every = vary(
-                lambda without: line_in_inverse(
-                    n[:without] + n[without + 1 :], groups[:without] + groups[without + 1 :]
-                )[0],
-                {"without": 0},
-                {"without": len(n) - 1},
-            )
-    words = {"how": how, "cause": "1 - rho* hardly falls with N", "shown_by": "boromand-9 a"}
-    out.claim("1 - rho* of large N, DP", found, published.CONFLUENT_LIMIT, Kind.MEASURED, every, **words)
-
-
-def figure_9(tables: EnsembleTables) -> Drawing:
-    """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
-    states = tables.states
-    out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how, cause, every = None, "no dp packings", "", None
-    for model in ("sp", "dp"):
-        if not has(states, model):
-            continue
-        n = nearest_size(states, model, 64)
-        x, y = ensemble(states, model, n, "rho", "z", FRACTIONS).band
-        out.curve(a, f"{model.upper()}, N = {n}", x, y, **model_style(model, linestyle="-"))
-        x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
-        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
-        if model == "dp":
-            how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
-            e = _approach_to_unity(states, n)
-            slope, every = e.interval(_near_unity), vary(partial(_near_unity, *e.mean), *halves(5e-3, 0.1))
-    label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
-    label(
-        b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
-    )
-    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
-    _claim_confluent_limit(out, states)
-    how = "the points of emulsions and foams are printed in no table, and the stored text has no picture"
-    for curve in ("z over rho", "rho over A - 1"):
-        like = published.Published(0.0, where="[B] sec 3, fig 9")
-        out.claim(f"{curve}: droplets less experiments", None, like, how=how)
-    out.caption = (
-        "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
-        "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
-    )
-    return out
 
 
 class Law(NamedTuple):
