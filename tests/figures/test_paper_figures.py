@@ -69,7 +69,7 @@ def test_figures_measure_what_the_tables_hold(figure, quantity, value, tolerance
 
 def test_a_table_that_differs_is_told_from_the_paper():
     both = pd.concat([states(z0=5.0, c=0.9), states("dp")])
-    other = EnsembleTables({"states": both, "onset": onset()}.get)
+    other = EnsembleTables({"states": both, "onset": onset()}.__getitem__)
     by_name = {c.quantity: c for c in gallery.draw("tables", other).claims}
     assert by_name["z_0, SP(φ)"].value == pytest.approx(5.0, abs=0.1)
     assert by_name["z_0, SP(φ)"].verdict == "differs" and by_name["z_0, SP(φ)"].cause
