@@ -195,17 +195,8 @@ def claim(
 
 
 def vary(statistic: Callable[..., Any], *choices: Mapping[str, Any]) -> dict[str, float]:
-    """Evaluate a statistic under other defensible choices, its systematic error: the family stands written in the code.
-
-    Args:
-        statistic: of the whole ensemble; takes what a choice names.
-        choices: keywords and values, such as {"low": 0.02}; those without a value, or without a fit, are left out.
-
-    Example:
-        >>> from jamlab.studies.claims import vary
-        >>> vary(lambda low=1.0: 2 * low, {"low": 3.0})
-        {'low = 3': 6.0}
-    """
+    """Evaluate a statistic under other defensible choices, keywords with values such as {"low": 0.02}: its systematic
+    error. The family stands written in the code; choices without a value, or without a fit, are left out."""
     found = {}
     for choice in choices:
         with suppress(ConvergenceError, InputError):
