@@ -1,5 +1,7 @@
 """A mean over packings of droplets to an error asked for, from the cheapest packings that give it."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -208,7 +210,6 @@ def _choice(plan: EnsemblePlan) -> Choice:
 def _run(
     plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
 ) -> tuple[Sample, list[int], Stop]:
-    """Make the packings: what they gave, the seeds that were tried, and why no more."""
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)

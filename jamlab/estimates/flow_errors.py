@@ -146,7 +146,6 @@ class FlowErrors:
         return tuple(found)
 
     def _promise_at_one(self, flow: Flow) -> float:
-        """Promise at beta = 1."""
         axes, upper = self._grids[flow.kind, flow.alpha == STOKES]
         if not upper.size:
             return np.inf

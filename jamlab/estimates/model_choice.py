@@ -6,6 +6,8 @@ how far z, G, A and the voids of a way are from those of default droplets (Borom
 that, and the distance from it that few packings exceed, is its expected error. Default droplets are the last resort.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

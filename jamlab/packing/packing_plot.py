@@ -28,10 +28,7 @@ _MOST = 4000  # particles: beyond, a picture this small shows grey and makes a n
 
 def draw_svg(packing: Packing) -> str:
     """SVG of one periodic cell: small particles pink, large ones blue; polygons with their rims, drawn as strokes.
-
-    Returns:
-        An `<svg>` element, or "" for more particles than such a picture can show.
-    """
+    Returns an `<svg>` element, or "" for more particles than such a picture can show."""
     if packing.n > _MOST:
         return ""
     scale = _WIDTH / packing.box[0, 0]
@@ -125,13 +122,7 @@ def _size_scale(sizes: Array) -> Normalize:
 
 def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:
     """Fill every particle in all its images, droplets with their rims, and draw a line around each (DP: bare polygon).
-
-    Args:
-        axes: to draw into.
-        packing: SP or DP.
-        facecolor: one colour, or (n,) of them.
-        style: of matplotlib's PolyCollection.
-    """
+    `axes`: to draw into; `facecolor`: one colour, or (n,) of them; `style`: of matplotlib's PolyCollection."""
     fills, edges = (move_home(packing, shapes) for shapes in particle_shapes(packing))
     look = merged(
         PolyCollection, {"facecolor": facecolor, "edgecolor": "white", "linewidth": 0.8, "alpha": 0.55}, style
@@ -147,10 +138,8 @@ def draw_background(axes: Axes, packing: Packing, facecolor: Any = PARTICLE) -> 
 
 
 def particle_shapes(packing: Packing) -> tuple[list[Array], list[Array]]:
-    """Rings to fill and rings to outline for each particle, at the place where it is stored.
-
-    Disks: the circle, twice. Droplets: the polygon grown by its rim of width delta/2, and the polygon itself.
-    """
+    """Rings to fill and rings to outline for each particle, at the place where it is stored. Disks: the circle, twice.
+    Droplets: the polygon grown by its rim of width delta/2, and the polygon itself."""
     if packing.diameters is not None:
         disks = circles(packing.positions, packing.diameters)
         return disks, disks

@@ -85,7 +85,8 @@ def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, dec
     assert {path.name for path in tmp_path.glob("*.data")} == {"packing.data", "sp.unconverged.data"}
     entries = described((tmp_path / "sp.unconverged.data").read_text().splitlines())
     assert entries["converged"] is False and entries["max_force"] > 1e-12
-    assert "\nNOT A MINIMUM" in run("in.sp.contacts", tmp_path, data="sp.unconverged.data")
+    if deck == "minimize":
+        assert "\nNOT A MINIMUM" in run("in.sp.contacts", tmp_path, data="sp.unconverged.data")
 
 
 @pytest.mark.parametrize("pressure", [3e-2, 1e-4])

@@ -2,6 +2,7 @@
 
 import json
 
+import campaigns
 import pytest
 from commands import call
 
@@ -97,9 +98,11 @@ def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path)
         studies()["droplet-calibration"].draw()
 
 
-def test_packings_of_a_campaign_are_added_to_tables(full, tmp_path):
+def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
+    campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaigns.run_here(campaign)
     for commit in ("one", "two"):
-        done = call(tmp_path, "study", "add", full.file, "--out", "tables", "--commit", commit)
+        done = call(tmp_path, "study", "add", campaign.file, "--out", "tables", "--commit", commit)
         assert done.exit_code == 0, done.stderr
     record = json.loads((tmp_path / "tables" / "reference.json").read_text())
     assert [run["commit"] for run in record["runs"]] == ["one", "two"]

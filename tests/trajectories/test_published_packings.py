@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.trajectories.published_packings import write_xyz
 
 PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 LEIDEN, SHEAR = PUBLISHED / "N16~P1e-3~0001.txt", PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt"
@@ -49,6 +48,19 @@ def test_goodrich_energies_stresses_and_elastic_tensors(path):
         strain = 0.25 * (c + c.transpose(1, 0, 2, 3) + c.transpose(0, 1, 3, 2) + c.transpose(1, 0, 3, 2))
         found = [strain[i] for i in ((0,) * 4, (1,) * 4, (0, 1, 0, 1), (0, 0, 1, 1), (0, 0, 0, 1), (1, 1, 0, 1))]
         assert found == pytest.approx(tensor[k], abs=1e-7)
+
+
+def write_xyz(path, packing):
+    """One frame of extended xyz, as OVITO, freud and ASE write it: positions, radii, box; and the force law."""
+    cell = np.zeros((3, 3))
+    cell[:2, :2], cell[2, 2] = packing.box, 1.0
+    law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items())
+    lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
+    head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
+    rows = [
+        f"A {x:.17g} {y:.17g} 0 {d / 2:.17g}" for (x, y), d in zip(packing.positions, packing.diameters, strict=True)
+    ]
+    path.write_text("\n".join([str(packing.n), head, *rows]) + "\n")
 
 
 def test_extended_xyz_comes_back_bit_for_bit(tmp_path):

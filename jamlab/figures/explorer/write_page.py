@@ -3,6 +3,8 @@
 One page holds states of the same particles, in the same units, and not too much of them.
 """
 
+from __future__ import annotations
+
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,8 +20,7 @@ from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, strains, unit_labels
-from jamlab.figures.explorer.states import pack_state
+from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
@@ -194,7 +195,6 @@ def explorer_assets() -> Markup:
 
 
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What all states share, and the numbers of each."""
     first = packings[0]
     sizes = np.asarray(first.diameters if first.diameters is not None else first.params["a0"])
     return {
@@ -212,7 +212,6 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
 
 
 def _extent(packings: list[Packing]) -> list[float]:
-    """Width and height that hold the cell of every state."""
     boxes = np.array([packing.box for packing in packings])
     return [float((boxes[:, 0, 0] + np.abs(boxes[:, 1, 0])).max()), float(boxes[:, 1, 1].max())]
 
@@ -228,7 +227,6 @@ def _describe(packing: Packing) -> str:
 
 
 def _facts(first: Packing, last: Packing) -> dict[str, str]:
-    """How it was made."""
     law = {name: value for name, value in last.params.items() if name != "a0"}
     facts = {"force law": ", ".join(f"{name} = {value}" for name, value in law.items())}
     if last.onset is not None:
