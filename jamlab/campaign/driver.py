@@ -103,7 +103,7 @@ def _make_file(
 
 @dataclass(frozen=True)
 class CampaignRun:
-    """What one run of a campaign did: how many tasks it `finished`, how many `failed` (the reasons are in the folder), and
+    """What one run of a campaign did: how many tasks it `finished`, how many `failed` (reasons are in the folder), and
     `repaired`: task whose file was damaged -> what was wrong, and where that file is now."""
 
     finished: int

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class StressDrops(NamedTuple):
-    """Falls of the stress, one after the other: the `strain` (k,) at which each begins, and its `size` (k,), positive."""
+    """Falls of the stress, one after the other: the `strain` (k,) where each begins, and its `size` (k,), positive."""
 
     strain: Array
     size: Array
