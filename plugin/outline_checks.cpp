@@ -8,9 +8,11 @@
 #include "domain.h"
 #include "error.h"
 #include "fix_polygon_outline.h"
+#include "force.h"
 #include "lammps.h"
 #include "neigh_list.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -130,4 +132,25 @@ void LAMMPS_NS::check_outlines(LAMMPS *lmp, const FixPolygonOutline &outline, co
   error->all(FLERR, "{}: the edge between atoms {} and {} is {:.6g} long, more than half the box, so that the bond "
              "between them takes another image: use a larger box or more vertices per polygon", STYLE,
              report.ends[0], report.ends[1], length);
+}
+
+/* ----------------------------------------------------------------------
+   factors of special_bonds belong to pairs of atoms, so to pairs of disks: an edge has two ends
+------------------------------------------------------------------------- */
+
+void LAMMPS_NS::check_special_bonds(LAMMPS *lmp, const ContactLaws &laws)
+{
+  const double *const factors = lmp->force->special_lj;
+  if (std::count(factors + 1, factors + 4, 1.0) == 3) return;
+  Atom *const atom = lmp->atom;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int k = 0, level = 1; k < atom->nspecial[i][2]; k++) {
+      while (k >= atom->nspecial[i][level - 1]) level++;
+      const int j = atom->map(atom->special[i][k]);
+      if (j < 0 || factors[level] == 1.0 || laws.start[atom->type[i]][atom->type[j]] < 0.0) continue;
+      const bool idisk = laws.disk(atom->type[i]), jdisk = laws.disk(atom->type[j]);
+      if ((idisk && jdisk) || (!idisk && !jdisk && atom->molecule[i] == atom->molecule[j])) continue;
+      lmp->error->one(FLERR, "{}: bonds join atoms {} and {}, of which one is on an outline, so that special_bonds cannot "
+                      "weaken their contacts: use special_bonds lj/coul 1 1 1", STYLE, atom->tag[i], atom->special[i][k]);
+    }
 }
