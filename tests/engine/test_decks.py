@@ -88,9 +88,14 @@ def test_every_setting_has_a_rule():
     openings = set()
     for path in filter(Path.is_file, installed("lammps_inputs").iterdir()):
         text = path.read_text()
-        assert {name for name in bare.findall(text)} <= {"deck", "dir", "small_polygon", "large_polygon", "title", "form"}, (
-            path.name
-        )
+        assert {name for name in bare.findall(text)} <= {
+            "deck",
+            "dir",
+            "small_polygon",
+            "large_polygon",
+            "title",
+            "form",
+        }, path.name
         if path.name.startswith("in."):
             opening = text.partition("variable deck")[2].partition("\n\n")[0]
             openings.add(opening.replace(path.name, "DECK").replace("index dp ", "index sp "))
@@ -144,13 +149,17 @@ def test_polygon_templates_are_regular_and_of_unit_area():
         assert np.ptp(np.hypot(*(y - x).T)) < 1e-14
 
 
-SHORTER = {"in.dp.jam": ("n 16", "n 8"), "in.dp.startup": ("strain 1", "strain 0.01"), "in.sp.startup": ("strain 1", "strain 0.02")}
+SHORTER = {
+    "in.dp.jam": ("n 16", "n 8"),
+    "in.dp.startup": ("strain 1", "strain 0.01"),
+    "in.sp.startup": ("strain 1", "strain 0.02"),
+}
 FIRST = ["in.sp.jam", "in.sp.compress", "in.dp.jam"]  # make what the others read
 
 
 @pytest.mark.slow
 def test_the_example_at_the_head_of_every_deck_runs_to_its_end(tmp_path):
-    """In the folder of the decks, as a reader of LAMMPS decks types it; exit code 2 tells that FIRE did not converge."""
+    """In the folder of the decks, as a reader of LAMMPS decks types it; exit code 2: FIRE did not converge."""
     folder = copy_decks(tmp_path / "decks")
     (folder / "packing.data").symlink_to("sp.onset.data")
     decks = {path.name for path in folder.glob("in.*")}

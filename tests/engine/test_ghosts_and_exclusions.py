@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from mixtures import mixture, write
+from mixtures import coefficients, mixture, write
 
 from jamlab.kernels.installed_files import installed
 
-from .test_disks_and_walls import coefficients
 from .test_growing_edges import END, GROW, growing
 from .test_growing_edges import START as GROWING
 from .test_plugin_on_ranks import columns, run

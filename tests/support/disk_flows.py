@@ -107,7 +107,12 @@ def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, ra
 
 
 def dense_flow(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float = 1.0) -> np.ndarray:
-    """(steps + 1, 2) elastic and whole shear stress up to a strain: Runge and Kutta's steps of fourth order."""
+    """(steps + 1, 2) elastic and whole shear stress up to a strain."""
+    return dense_path(packing, rate, strain, steps, beta)[1]
+
+
+def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> tuple:
+    """Positions at the strain, and the stresses up to it: Runge and Kutta's steps of fourth order."""
     dt = strain / rate / steps
 
     def velocity(x: np.ndarray, time: float) -> tuple:
@@ -123,7 +128,7 @@ def dense_flow(packing: jamlab.Packing, rate: float, strain: float, steps: int, 
         third, _ = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
         fourth, _ = velocity(x + dt * third, time + dt)
         x = x + dt / 6 * (first + 2 * second + 2 * third + fourth)
-    return np.array([*stresses, velocity(x, strain / rate)[1]])
+    return x, np.array([*stresses, velocity(x, strain / rate)[1]])
 
 
 def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:
