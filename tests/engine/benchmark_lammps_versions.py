@@ -6,6 +6,7 @@ JAMLAB_RESULTS is a folder where rows and environments are kept, so that a run c
 """
 
 import os
+import resource
 import subprocess
 import sys
 import sysconfig
@@ -28,7 +29,7 @@ CHECKS = {  # tests that answer for a column
         "-k",
         "law[1]",
     ],
-    "flow": ["test_overdamped_flow.py", "test_overdamped_droplets.py"],
+    "force styles": ["test_force_styles.py"],
     "restart": ["test_plugin_on_ranks.py::test_files_of_lammps_give_the_same_bits", "-k", "1-"],
     "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],
     "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[2]"],
@@ -59,12 +60,18 @@ def environment(folder, version):
     return {}
 
 
+def limit():
+    """A deck that grows without end must not take the machine with it: 8 GB, 20 minutes of computing."""
+    resource.setrlimit(resource.RLIMIT_DATA, (8 * 2**30, 8 * 2**30))
+    resource.setrlimit(resource.RLIMIT_CPU, (1200, 1200))
+
+
 def outcome(folder, version, tests):
     """Of one column: "yes", or the first line that says what went wrong."""
     python = folder / version / "bin" / "python"
     names = [str(ROOT / "tests" / "engine" / word) if ".py" in word else word for word in tests]
     line = [python, "-P", "-m", "pytest", "-n", "0", "-q", "--tb=line", "-p", "no:cacheprovider", *names]
-    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(line, cwd=ROOT, preexec_fn=limit, capture_output=True, text=True, check=False)
     if done.returncode == 0:
         return "yes"
     last = [text for text in done.stdout.splitlines() if "rror" in text] or done.stdout.splitlines() or ["no output"]
