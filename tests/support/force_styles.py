@@ -89,7 +89,7 @@ def velocities(v: np.ndarray) -> str:
 
 def head(input_file: str, styles: list[str], post: list[str], epsilon: float) -> str:
     text = "---\nlammps_version: 22 Jul 2025\ndate_generated: by plain loops\n" + field("epsilon", epsilon)
-    text += "skip_tests:\n" + block("prerequisites", styles) + "pre_commands: ! \"\"\n"
+    text += "skip_tests:\n" + block("prerequisites", styles) + 'pre_commands: ! ""\n'
     return text + block("post_commands", post) + field("input_file", input_file)
 
 
@@ -233,7 +233,9 @@ class Disks:
 
     def files(self) -> dict[str, str]:
         pairs = {(a, b): 0.5 * (DIAMETERS[a - 1] + DIAMETERS[b - 1]) for a, b in STRENGTH}
-        text = head("in.disks", ["atom atomic", "pair disk/drag"], [""], 2e-11) + field("pair_style", "disk/drag 1.0 0.4")
+        text = head("in.disks", ["atom atomic", "pair disk/drag"], [""], 2e-11) + field(
+            "pair_style", "disk/drag 1.0 0.4"
+        )
         text += block("pair_coeff", [f"{a} {b} {STRENGTH[a, b]} {s}" for (a, b), s in pairs.items()])
         text += block("extract", ["k 2", "cut 2"])
         found = {"atomic-pair-disk_drag": text + forces_of(self.law, self.state, "vdwl")}
