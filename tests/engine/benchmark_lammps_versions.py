@@ -13,7 +13,7 @@ import sysconfig
 from pathlib import Path
 
 import pytest
-from kept_results import kept_folder, kept_rows  # noqa: F401  a fixture
+from kept_results import kept_rows
 
 from jamlab.engine.installation import TESTED_LAMMPS
 

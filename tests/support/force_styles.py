@@ -247,10 +247,10 @@ class Disks:
         return found | {"fix-timestep-overdamped": text}
 
 
-def write_all(folder: Path) -> list[Path]:
+def write_all(folder: Path, sources: list | None = None) -> list[Path]:
     """The YAML files, beside what they read."""
     written = []
-    for source in (Mixture(), Disks()):
+    for source in sources or (Mixture(), Disks()):
         source.write(folder)
         for name, text in source.files().items():
             path = folder / f"{name}.yaml"
