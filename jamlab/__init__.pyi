@@ -19,9 +19,9 @@ from .estimates.estimate import estimate as estimate
 from .estimates.flow_choice import FlowChoice as FlowChoice
 from .estimates.flow_choice import choose_flow as choose_flow
 from .estimates.model_choice import Choice as Choice
+from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
-from .estimates.scene import Scene as Scene
-from .estimates.scene import scene as scene
+from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
 from .figures.geometry_pictures import geometry_figure as geometry_figure
 from .flow.creep import CreepRun as CreepRun
@@ -106,7 +106,7 @@ from .rheology.nonlinear_drag import nonlinear_modulus as nonlinear_modulus
 from .rheology.reduced_model import KrylovSettings as KrylovSettings
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
-from .statistics.published_points import read_points as read_points
+from .statistics.published_numbers import read_points as read_points
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe

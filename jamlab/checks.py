@@ -26,15 +26,10 @@ T = TypeVar("T")
 
 
 class _Kind(NamedTuple):
-    """What an argument must be.
+    """What an argument must be."""
 
-    Attributes:
-        holds: whether a value is that.
-        text: the same for a message.
-    """
-
-    holds: Callable[[Any], bool]
-    text: str
+    holds: Callable[[Any], bool]  # whether a value is that
+    text: str  # the same for a message
 
 
 _Named = tuple[str, _Kind]
@@ -46,17 +41,13 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     Whole numbers and numbers include those of numpy but no truth values; 2.0 is no whole number, text is no sequence,
     and an int beyond 64 bits is no number, since numpy makes an object of it. Nothing is converted. A call takes 3 to
     9 us longer. `checked_class` does the same for what a class is made from.
-
-    Raises:
-        InputError: from the function returned, naming the argument, its value and its type.
     """
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         positional, rest, named, others = _kinds(function)
         for (name, kind), value in itertools.chain(
-            zip(positional, args, strict=False),
-            zip(itertools.repeat(rest), args[len(positional) :], strict=False),
+            zip(positional, args, strict=False), zip(itertools.repeat(rest), args[len(positional) :], strict=False)
         ):
             if not kind.holds(value):
                 raise _refusal(function, name, kind, value)
@@ -70,11 +61,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def named_from(*names: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Take arguments that are given by name now by position as well, for one more release, with a warning.
-
-    Args:
-        names: of the arguments in their old order, after those that may stand by position; goes above `checked`.
-    """
+    """Take arguments that are given by name now by position as well, in their old order, for one more release, with a
+    warning; goes above `checked`."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         places = [p for p in inspect.signature(function).parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD]
@@ -214,39 +202,22 @@ _PLAIN: dict[Any, _Kind] = {
 
 
 def check_choice(name: str, value: object, choices: Iterable[str]) -> None:
-    """Refuse a name that is not among the choices.
-
-    Raises:
-        InputError: naming the value and the choices.
-    """
+    """Refuse a name that is not among the choices."""
     known = tuple(choices)
     if not isinstance(value, str) or value not in known:
         raise InputError(f"unknown {name} {value!r}: use one of {', '.join(known)}")
 
 
 def check_number(name: str, value: Any, highest: float) -> None:
-    """Refuse what is no finite number above 0 and up to `highest`.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """Refuse what is no finite number above 0 and up to `highest`."""
     if not is_number(value) or not 0 < value <= highest:
         limits = f"a number above 0 and at most {highest:g}" if is_number(highest) else "a finite number above 0"
         raise InputError(f"{name} = {value!r}: must be {limits}")
 
 
 def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
-    """Refuse numbers that no packing of small and large particles can start from.
-
-    Args:
-        n: number of particles; even, if half of them are large.
-        seed: of the random start.
-        phi: nominal packing fraction.
-        large: number share of the large particles.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """Refuse numbers that no packing of small and large particles can start from; large: number share of the large
+    ones."""
     if not is_number(large) or not 0 < large < 1:
         raise InputError(f"large = {large!r}: the share of large particles must lie between 0 and 1")
     check_count(n, large)
@@ -257,15 +228,7 @@ def check_bidisperse(n: Any, seed: Any, phi: float, large: Any = 0.5) -> None:
 
 
 def check_count(n: Any, large: float | None = 0.5) -> None:
-    """Refuse a number of particles that no packing has; an odd one where half of them are large.
-
-    Args:
-        n: number of particles.
-        large: number share of the large ones; None: of any sizes.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """Refuse a number of particles that no packing has; an odd one where half of them are large. None: of any sizes."""
     whole = isinstance(n, int | np.integer) and not isinstance(n, bool) and n >= 2
     if large == 0.5 and not (whole and n % 2 == 0):
         raise InputError(f"n = {n}: half of the particles are large, so n must be an even number, 2 or more")
@@ -276,11 +239,7 @@ def check_count(n: Any, large: float | None = 0.5) -> None:
 
 
 def check_seed(seed: Any) -> None:
-    """Refuse what is no seed of random numbers.
-
-    Raises:
-        InputError: naming the value.
-    """
+    """Refuse what is no seed of random numbers."""
     if not _is_whole(seed) or seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number, 0 or more")
 
@@ -294,16 +253,7 @@ def is_number(value: object) -> bool:
 
 
 def finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-    """A float64 copy of `values`.
-
-    Args:
-        name: of the argument, for the message.
-        values: numbers.
-        shape: wanted; None stands for any length.
-
-    Raises:
-        InputError: what are no numbers, another shape, or values that are not finite.
-    """
+    """A float64 copy of `values` of a shape, in which None stands for any length."""
     try:
         array = np.array(values, dtype=np.float64, order="C")  # as compiled code wants it
     except (TypeError, ValueError):
@@ -319,11 +269,7 @@ def finite_array(name: str, values: ArrayLike, shape: tuple[int | None, ...]) ->
 
 
 def check_positive(name: str, values: NDArray[np.float64]) -> None:
-    """Refuse an array (n,) that holds a number that is not above 0.
-
-    Raises:
-        InputError: naming the first of them.
-    """
+    """Refuse an array (n,) that holds a number that is not above 0."""
     bad = np.flatnonzero(values <= 0)
     if len(bad):
         raise InputError(f"{name}[{bad[0]}] is {values[bad[0]]:.6g}: must be positive")

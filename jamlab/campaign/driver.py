@@ -35,29 +35,17 @@ _PER_WORKER = 2  # one that runs and one that waits, so that no worker waits for
 
 
 class Outcome(NamedTuple):
-    """How a task ended.
+    """How a task ended."""
 
-    Attributes:
-        state: "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can
-            go on).
-        line: the task, and what went wrong, as text to show.
-        seconds: wall time; nan if the workers died.
-    """
-
+    # "finished", "failed" (the reason is in `failed/`) or "full" (the folder cannot be written, so no task can go on)
     state: str
-    line: str
-    seconds: float
+    line: str  # the task, and what went wrong, as text to show
+    seconds: float  # wall time; nan if the workers died
 
 
 def run_task(folder: str, task: Task, source: str | None = None, modules: Sequence[str] = ()) -> Outcome:
-    """Run a task unless its file exists.
-
-    Args:
-        folder: of the campaign, the same path on every machine.
-        task: with its ranks, as many cores as it may use.
-        source: finished task whose states are those of this one.
-        modules: folders that hold modules of the user's own observables.
-    """
+    """Run a task unless its file exists, with the states of a finished task `source`; `modules` are folders with
+    modules of the user's own observables."""
     began, used = time.perf_counter(), cpu_seconds()
 
     def end(state: str, line: str) -> Outcome:
@@ -116,16 +104,11 @@ def _make_file(
 
 @dataclass(frozen=True)
 class CampaignRun:
-    """What one run of a campaign did.
+    """What one run of a campaign did."""
 
-    Attributes:
-        finished: number of tasks finished in this run.
-        failed: number of tasks that failed in this run; their reasons are in the folder.
-        repaired: task whose file was damaged -> what was wrong, and where that file is now.
-    """
-
-    finished: int
-    failed: int
+    finished: int  # number of tasks finished in this run
+    failed: int  # number of tasks that failed in this run; their reasons are in the folder
+    # task whose file was damaged -> what was wrong, and where that file is now
     repaired: dict[str, str] = field(default_factory=dict)
 
 
@@ -148,20 +131,7 @@ def drive(
     stored: StoredStates | None = None,
     modules: Sequence[str] = (),
 ) -> CampaignRun:
-    """Run tasks until none is left.
-
-    Args:
-        crew: of workers.
-        folder: of the campaign, locked.
-        tasks: to run, preferably the longest first.
-        tell: called after each task with its outcome.
-        stored: finished tasks whose states may be used again.
-        modules: folders that hold modules of the user's own observables.
-
-    Raises:
-        StorageError: the folder cannot be written, e.g. the disk is full; running tasks are given up.
-        EngineError: the workers cannot run jamlab, do not see the folder, or are lost.
-    """
+    """Run tasks, preferably the longest first, until none is left, and tell each outcome; the folder is locked."""
     place = str(folder.path.resolve())
     under_way: dict[str, Task] = {}
     counts = {FINISHED: 0, FAILED: 0}

@@ -20,21 +20,8 @@ FORMATS = ("csv", "parquet", "dump")
 
 
 def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
-    """Copy finished tasks from other folders into the folder of a campaign.
-
-    Tasks already present are kept: the same task has the same content wherever it ran.
-
-    Args:
-        campaign: receives the tasks; its campaign file is copied into its folder.
-        sources: folders in which campaigns ran.
-
-    Returns:
-        Numbers of files that were "copied", already "present", and "damaged", hence left out.
-
-    Raises:
-        InputError: there is no campaign in a source.
-        StorageError: the folder is in use or cannot be written.
-    """
+    """Copy the campaign file, and finished tasks that it lacks from other folders, since the same task has the same
+    content wherever it ran; counts files "copied", already "present", and "damaged", hence left out."""
     for source in sources:
         if not (source / "tasks").is_dir():
             raise InputError(f"no campaign has run in the folder {source}: give folders that contain a folder tasks")
@@ -57,12 +44,7 @@ def merge(campaign: Campaign, sources: Sequence[Path]) -> dict[str, int]:
 
 
 def export_table(frame: "pd.DataFrame", path: Path) -> None:
-    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing.
-
-    Raises:
-        InputError: the path has another suffix, or pyarrow is missing for Parquet.
-        StorageError: the file cannot be written.
-    """
+    """Write a table as .csv (17 digits: every number comes back) or .parquet, all or nothing."""
     if path.suffix not in (".csv", ".parquet"):
         raise InputError(f"cannot tell what to write to {path}: end its name in .csv or .parquet")
     if path.suffix == ".parquet":
@@ -75,11 +57,7 @@ def export_table(frame: "pd.DataFrame", path: Path) -> None:
 
 
 def check_parquet() -> None:
-    """Check that Parquet can be written.
-
-    Raises:
-        InputError: pyarrow is not installed.
-    """
+    """Check that Parquet can be written."""
     try:
         import pyarrow  # noqa: F401
     except ImportError:
@@ -95,23 +73,8 @@ def export(
     *,
     replace: bool = True,
 ) -> list[Path]:
-    """Write tables, or the frames of every task, into a folder.
-
-    Args:
-        campaign: to export.
-        out: folder, made when there is something to write.
-        form: "csv", "parquet", or "dump": one LAMMPS text dump per task, for OVITO.
-        tables: their names; by default all that have rows.
-        sweep: export the tasks of this sweep only.
-        replace: whether files of the same names are replaced; if not, and one is there, none is written.
-
-    Returns:
-        Paths of the files written.
-
-    Raises:
-        InputError: the format, a table or the sweep is unknown.
-        StorageError: a file is damaged or cannot be written.
-    """
+    """Write tables, by default all with rows, as "csv" or "parquet", or a LAMMPS text "dump" of every task for OVITO;
+    returns their paths. Where one is there and `replace` is False, none is written."""
     check_choice("format", form, FORMATS)
     if form == "parquet":
         check_parquet()

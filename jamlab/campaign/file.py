@@ -84,10 +84,8 @@ ObservableName = Annotated[str, AfterValidator(_check_observable)]
 
 
 class Compression(FileTable):
-    """Arguments of `jamlab.compress`, from onset up to a packing fraction.
-
-    With `confluence`, the packing fraction at which z reaches 6 is bisected to that error (`bisect_confluence`).
-    """
+    """Arguments of `jamlab.compress`, from onset up to a packing fraction. With `confluence`, the packing fraction at
+    which z reaches 6 is bisected to that error (`bisect_confluence`)."""
 
     to: Annotated[float, Field(gt=0, le=2)]
     by: Literal["rho", "phi"] = "rho"
@@ -130,54 +128,47 @@ class SeedRange(FileTable):
 
 
 class Sweep(FileTable):
-    """One `[[sweep]]`; `SweepTable` adds the keys of observables, such as `omega` of "spectra".
+    """One `[[sweep]]`; `SweepTable` adds the keys of observables, such as `omega` of "spectra"."""
 
-    Attributes:
-        name: of the sweep, for `--only` and `table(..., sweep=...)`.
-        model: "sp", "dp" or a list of both.
-        n: number of particles, or a list; even where half of them are large.
-        seeds: number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used.
-        until: { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings
-            of each named column of "states", at the last state of each packing and for each model and n. The first
-            eight seeds always run; `status.py` says how many follow.
-        compress: from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
-        pressures: target pressures of disks, in units of k.
-        phi: packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start.
-        onset: true: make only the packings at onset.
-        ensemble: "fixed-box" or "shear-stabilized".
-        observables: tables to measure; "states" is always among them. One added later is measured on the packings
-            that are stored. "module:function" is a function of your own in a module beside the campaign file: it
-            takes a `Packing` and returns a number, column `function` of "states", or a dict of numbers, whose keys
-            are columns. Only its name enters the names of tasks: rename it when it changes.
-        force_law: parameters that replace the defaults; `exponent` of disks, any of droplets.
-        tolerances: see `Tolerances`.
-        sizes: of disks, a distribution by name such as "lognormal:0.3", or a list of n diameters; see
-            `jamlab.protocols.size_distributions`. By default half of the disks are large.
-        ranks: MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds
-            so many cores. Pays from about 10 000 disks.
-    """
-
-    name: Annotated[str, Field(pattern=_NAME)]
+    name: Annotated[str, Field(pattern=_NAME)]  # of the sweep, for `--only` and `table(..., sweep=...)`
+    # "sp", "dp" or a list of both
     model: Annotated[list[Literal["sp", "dp"]], BeforeValidator(as_list), AfterValidator(distinct)]
+    # number of particles, or a list; even where half of them are large
     n: Annotated[
         list[Annotated[int, Field(ge=2, le=MOST_PARTICLES)]],
         BeforeValidator(as_list),
         Field(max_length=MOST_SIZES),
         AfterValidator(distinct),
     ]
+    # number of seeds (1, 2, ...), a list, or { first, last }; with `until`, the most that may be used
     seeds: list[Annotated[int, Field(ge=0)]] | range
+    # { column = error, ... }: use no more seeds than needed for this standard error of the mean over packings of each
+    # named column of "states", at the last state of each packing and for each model and n. The first eight seeds always
+    # run; `status.py` says how many follow.
     until: Annotated[dict[str, Positive], Field(min_length=1)] | None = None
+    # from onset up to a packing fraction. Give exactly one of `compress`, `pressures`, `phi` and `onset`.
     compress: Compression | None = None
+    # target pressures of disks, in units of k
     pressures: Annotated[list[Annotated[float, Field(ge=1e-8, le=0.3)]], AfterValidator(distinct)] | None = None
+    # packing fractions at which random disks are quenched, jammed or loose, in units of k: where flows start
     phi: Annotated[list[Annotated[float, Field(ge=0.1, le=2)]], AfterValidator(distinct)] | None = None
-    onset: Literal[True] | None = None
-    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"
+    onset: Literal[True] | None = None  # true: make only the packings at onset
+    ensemble: Literal["fixed-box", "shear-stabilized"] = "fixed-box"  # "fixed-box" or "shear-stabilized"
+    # tables to measure; "states" is always among them. One added later is measured on the packings that are stored.
+    # "module:function" is a function of your own in a module beside the campaign file: it takes a `Packing` and returns
+    # a number, column `function` of "states", or a dict of numbers, whose keys are columns. Only its name enters the
+    # names of tasks: rename it when it changes.
     observables: Annotated[list[Annotated[str, AfterValidator(_check_observable)]], AfterValidator(distinct)] = Field(
         default=[STATES]
     )
+    # parameters that replace the defaults; `exponent` of disks, any of droplets
     force_law: dict[str, Any] = Field(default={})
+    # of disks, a distribution by name such as "lognormal:0.3", or a list of n diameters; see
+    # `jamlab.protocols.size_distributions`. By default half of the disks are large.
     sizes: str | list[float] | None = None
-    tolerances: Tolerances = Tolerances()
+    tolerances: Tolerances = Tolerances()  # see `Tolerances`
+    # MPI ranks of each task, which minimise large packings of disks; a worker or SLURM job of this sweep holds so many
+    # cores. Pays from about 10 000 disks.
     ranks: Annotated[int, Field(ge=1, le=MOST_RANKS)] = 1
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -308,18 +299,13 @@ _SweepWithKeys = SerializeAsAny[Annotated[Sweep, BeforeValidator(SweepTable.mode
 
 
 class CampaignTable(FileTable):
-    """A whole file.
+    """A whole file."""
 
-    Attributes:
-        name: of the campaign, and of its folder.
-        sweep: one or more sweeps.
-        slurm: arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory
-            ("2 GB"), job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many
-            cores as its sweep has `ranks`.
-    """
-
-    name: Annotated[str, Field(pattern=_NAME)]
-    sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]
+    name: Annotated[str, Field(pattern=_NAME)]  # of the campaign, and of its folder
+    sweep: Annotated[list[_SweepWithKeys], Field(min_length=1)]  # one or more sweeps
+    # arguments of `dask_jobqueue.SLURMCluster` for `--slurm`: queue, account, walltime ("24:00:00"), memory ("2 GB"),
+    # job_extra_directives, job_script_prologue, ... One job runs one task at a time, on as many cores as its sweep has
+    # `ranks`.
     slurm: dict[str, Any] = Field(default={})
 
     @field_validator("slurm")
@@ -359,12 +345,7 @@ def read_campaign_file(path: str | os.PathLike[str]) -> CampaignTable:
 
 
 def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
-    """Check the text of a campaign file.
-
-    Raises:
-        InputError: the text is not TOML, or not a valid campaign; one line for each wrong key, with its value and a
-            remedy.
-    """
+    """Check the text of a campaign file."""
     try:
         content = tomllib.loads(text)
     except RecursionError as error:
@@ -380,11 +361,7 @@ def check_campaign(text: str, path: str | os.PathLike[str]) -> CampaignTable:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Read a file of a sensible size; a device or a pipe could be read without end, and not twice.
-
-    Raises:
-        InputError: the file cannot be read, or is not text.
-    """
+    """Read a file of a sensible size; a device or a pipe could be read without end, and not twice."""
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):

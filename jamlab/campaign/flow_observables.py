@@ -36,27 +36,17 @@ FlowTolerance = Annotated[float, Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)
 
 
 class Flow(FileTable):
-    """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`.
+    """Steady flow, and the start-up before it, of every state by every damping law, as by `jamlab.flow_curve`."""
 
-    Attributes:
-        rates: of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
-        strain: of the average.
-        discard: strain of start-up before.
-        step: of strain, at rate 0.
-        alpha: power of the velocity in contact damping, 1 is linear.
-        background: drag beside contact damping, over k tau_1; by default that of `jamlab.shear`.
-        tolerance: relative error of velocities in a step.
-        last: true: only of the last state of each packing.
-    """
-
+    # of shear, 1/tau_1: a list, or { lowest, highest, points } for even spacing in log rate. 0: quasi-static.
     rates: Rates
-    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0
-    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0
-    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3
-    alpha: Alpha = 1.0
-    background: Background | None = None
-    tolerance: FlowTolerance = 1e-2
-    last: bool = False
+    strain: Annotated[float, Field(ge=1, le=1000)] = 4.0  # of the average
+    discard: Annotated[float, Field(gt=0, le=1000)] = 1.0  # strain of start-up before
+    step: Annotated[float, Field(ge=1e-6, le=LARGEST_STEP)] = 1e-3  # of strain, at rate 0
+    alpha: Alpha = 1.0  # power of the velocity in contact damping, 1 is linear
+    background: Background | None = None  # drag beside contact damping, over k tau_1; by default that of `jamlab.shear`
+    tolerance: FlowTolerance = 1e-2  # relative error of velocities in a step
+    last: bool = False  # true: only of the last state of each packing
 
     @field_validator("rates")
     @classmethod
@@ -67,19 +57,14 @@ class Flow(FileTable):
 
 
 class Oscillating(FileTable):
-    """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude.
+    """Arguments of `jamlab.oscillate`, for every state, damping law, frequency and amplitude."""
 
-    Attributes:
-        omega: frequencies, 1/tau_1.
-        amplitudes: of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm.
-        alpha, background, tolerance: see `Flow`.
-        cycles: at most.
-    """
-
-    omega: Frequencies
+    omega: Frequencies  # frequencies, 1/tau_1
+    # of the strain; both are lists, or { lowest, highest, points } for even spacing in the logarithm
     amplitudes: Frequencies
+    # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
-    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20
+    cycles: Annotated[int, Field(ge=2, le=MOST_CYCLES)] = 20  # at most
     background: Background = 0.0
     tolerance: FlowTolerance = 1e-3
 
@@ -92,18 +77,12 @@ class Oscillating(FileTable):
 
 
 class Creeping(FileTable):
-    """Arguments of `jamlab.creep`, for every state, damping law and stress.
+    """Arguments of `jamlab.creep`, for every state, damping law and stress."""
 
-    Attributes:
-        stresses: beside the residual one, in the packing's unit.
-        duration: time, tau_1.
-        largest_strain: at which a run ends early.
-        alpha, background, tolerance: see `Flow`.
-    """
-
-    stresses: Frequencies
-    duration: Annotated[float, Field(gt=0, le=LONGEST)]
-    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0
+    stresses: Frequencies  # beside the residual one, in the packing's unit
+    duration: Annotated[float, Field(gt=0, le=LONGEST)]  # time, tau_1
+    largest_strain: Annotated[float, Field(gt=0, le=1e4)] = 1.0  # at which a run ends early
+    # alpha, background, tolerance: see `Flow`
     alpha: Alpha = 1.0
     background: Background = 0.0
     tolerance: FlowTolerance = 1e-3

@@ -32,13 +32,9 @@ CERTIFICATE = ".certificate-"  # how folders with the certificate of a run on SL
 
 @dataclass(frozen=True)
 class CampaignFolder:
-    """The folder of a campaign.
+    """The folder of a campaign."""
 
-    Attributes:
-        path: need not exist until something is written.
-    """
-
-    path: Path
+    path: Path  # need not exist until something is written
 
     def task_file(self, name: str) -> Path:
         """Return the path of a finished task, whether or not it exists yet."""
@@ -110,21 +106,13 @@ class CampaignFolder:
         return target
 
     def prepare(self) -> None:
-        """Make the folders of tasks and failures.
-
-        Raises:
-            StorageError: they cannot be made, or are links out of the folder.
-        """
+        """Make the folders of tasks and failures."""
         for part in ("tasks", "failed"):
             self.check_target(self.path / part / "file")
             make_folder(self.path / part)
 
     def check_target(self, path: Path) -> None:
-        """Refuse to write where a link leads out of the folder: what lies there is not of this campaign.
-
-        Raises:
-            StorageError: naming the link and where it leads.
-        """
+        """Refuse to write where a link leads out of the folder: what lies there is not of this campaign."""
         real = Path(os.path.realpath(path))
         if not real.is_relative_to(os.path.realpath(self.path)):
             raise StorageError(f"{path} is a link out of the campaign folder, to {real}: remove the link")
@@ -141,11 +129,7 @@ class CampaignFolder:
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """Keep other drivers out until the block ends; the lock of a driver that dies is released.
-
-        Raises:
-            StorageError: another driver runs here, or `lock` is not a file.
-        """
+        """Keep other drivers out until the block ends; the lock of a driver that dies is released."""
         with _open_lock(self.path / "lock") as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

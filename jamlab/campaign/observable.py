@@ -35,19 +35,12 @@ def floats(*names: str) -> Schema:
 
 @dataclass(frozen=True)
 class TaskStates:
-    """States of one task.
+    """States of one task."""
 
-    Attributes:
-        packings: frame by frame; in a compression the first is the onset itself.
-        target_pressures: one per packing, in units of k; nan where there is none.
-        converged: one per packing: at a minimum within the tolerances, and at its packing fraction.
-        missing: one entry per state that could not be made: `state`, as text, and `reason`.
-    """
-
-    packings: list[Packing]
-    target_pressures: list[float]
-    converged: list[bool]
-    missing: list[dict[str, str]]
+    packings: list[Packing]  # frame by frame; in a compression the first is the onset itself
+    target_pressures: list[float]  # one per packing, in units of k; nan where there is none
+    converged: list[bool]  # one per packing: at a minimum within the tolerances, and at its packing fraction
+    missing: list[dict[str, str]]  # one entry per state that could not be made: `state`, as text, and `reason`
 
 
 @dataclass(frozen=True)
@@ -69,25 +62,16 @@ class Measured:
 
 @dataclass(frozen=True)
 class Size:
-    """What the cost of a task depends on beside its observables.
+    """What the cost of a task depends on beside its observables."""
 
-    Attributes:
-        model: "sp" or "dp".
-        n: number of particles.
-        sites: number of coordinate pairs of a packing: disks, or vertices.
-        states: number of packings.
-    """
-
-    model: str
-    n: int
-    sites: float
-    states: int
+    model: str  # "sp" or "dp"
+    n: int  # number of particles
+    sites: float  # number of coordinate pairs of a packing: disks, or vertices
+    states: int  # number of packings
 
     def seconds(self, points: Points) -> float:
-        """Interpolate times of packings, linear in log n and log t; beyond the last point, extrapolate.
-
-        Droplets count by their vertices: 8 droplets of 29 vertices take as long as 16 of 14.5.
-        """
+        """Interpolate times of packings, linear in log n and log t; beyond the last point, extrapolate. Droplets count
+        by their vertices: 8 droplets of 29 vertices take as long as 16 of 14.5."""
         n = self.n if self.model == "sp" else self.sites / VERTICES
         x, y = np.log(np.array(points)).T
         slope = (y[-1] - y[-2]) / (x[-1] - x[-2])
@@ -96,24 +80,17 @@ class Size:
 
 
 class Observable(FileTable):
-    """What a sweep asks to measure, with the values of its keys; a table of this name.
+    """What a sweep asks to measure, with the values of its keys; a table of this name."""
 
-    Attributes:
-        name: in `observables` of a sweep, and of its table.
-        stored: columns in a file of a task, with their types; `state` is the frame that a row belongs to.
-        columns: of the table that users see; what a file does not hold is taken from its task or its states.
-        needs: what a sweep must give for the keys without default.
-        only: the one model that it is for; "" for both.
-        labels: column -> label of its axis in plots.
-    """
-
-    name: ClassVar[str]
+    name: ClassVar[str]  # in `observables` of a sweep, and of its table
+    # columns in a file of a task, with their types; `state` is the frame that a row belongs to
     stored: ClassVar[Schema]
+    # of the table that users see; what a file does not hold is taken from its task or its states
     columns: ClassVar[tuple[str, ...]]
     before: ClassVar[tuple[str, ...]] = ()  # columns of the table that a file does not hold
-    needs: ClassVar[str] = "frequencies"
-    only: ClassVar[str] = ""
-    labels: ClassVar[dict[str, str]] = {}
+    needs: ClassVar[str] = "frequencies"  # what a sweep must give for the keys without default
+    only: ClassVar[str] = ""  # the one model that it is for; "" for both
+    labels: ClassVar[dict[str, str]] = {}  # column -> label of its axis in plots
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:

@@ -243,10 +243,8 @@ class VoidsOfStates(Observable):
 
 class Order(Observable):
     """Bond-orientational order of every state over Delaunay neighbours, and how many particles have 5, 6 and 7 of them.
-
     psi_6 is the mean of |psi_6| over particles and psi_6_overall |mean of psi_6|, both 1 in a triangular crystal;
-    share_k is the part of the particles with k neighbours, so that 1 - share_6 is the density of disclinations.
-    """
+    share_k is the part of the particles with k neighbours, so that 1 - share_6 is the density of disclinations."""
 
     name = "order"
     _NEIGHBORS: ClassVar = (5, 6, 7)

@@ -19,18 +19,9 @@ Function = Callable[[Packing], Any]
 
 
 def check_function(observable: str, folders: Sequence[str]) -> None:
-    """Look for the function of an observable `module:function` without running any code.
-
-    Its module is found as by an import, but only read. A module without source, or one that imports all names of
-    another, is believed.
-
-    Args:
-        observable: its name.
-        folders: searched for the module before the places where Python looks.
-
-    Raises:
-        InputError: there is no such module or function.
-    """
+    """Look for the function of an observable `module:function` without running any code. Its module is found as by
+    an import, in the folders first, but only read; one without source, or that imports all names of another, is
+    believed."""
     module, _, name = observable.partition(":")
     places: list[str] | None = [*folders, *sys.path]
     words = module.split(".")
@@ -69,15 +60,7 @@ def _no_module(observable: str, module: str, folders: Sequence[str], reason: str
 
 
 def load_function(observable: str, folders: Sequence[str]) -> Function:
-    """Import the function of an observable `module:function`.
-
-    Args:
-        observable: its name.
-        folders: searched for the module before the places where Python looks.
-
-    Raises:
-        InputError: the module cannot be imported, or has no such function.
-    """
+    """Import the function of an observable `module:function`, from the folders first."""
     module, _, name = observable.partition(":")
     with _search(folders):
         try:
@@ -94,21 +77,8 @@ def load_function(observable: str, folders: Sequence[str]) -> Function:
 def measure_own(
     observable: str, function: Function, packings: Sequence[Packing], taken: Iterable[str]
 ) -> dict[str, NDArray[np.float64]]:
-    """Measure each packing with a function of the user's own.
-
-    Args:
-        observable: its name, for messages.
-        function: returns a number, or a dict of numbers with the same keys for every packing; nan where it has no
-            value.
-        packings: frames of a task.
-        taken: names of columns that other observables use.
-
-    Returns:
-        Column -> (packings,); a single number makes the column `function`.
-
-    Raises:
-        InputError: the function fails, or returns anything else.
-    """
+    """Measure each packing with a function of the user's own, which returns a number, for the column `function`, or a
+    dict of numbers, the same keys every time; columns (packings,) may not bear a taken name."""
     rows = [_row(observable, function, packing, k) for k, packing in enumerate(packings)]
     for k, row in enumerate(rows):
         if row.keys() != rows[0].keys():

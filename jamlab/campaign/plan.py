@@ -92,12 +92,7 @@ def _making_seconds(parameters: Parameters) -> float:
 
 
 def measuring_seconds(parameters: Parameters, known: Collection[str] = ()) -> float:
-    """Estimate the time to measure the states of one task, s.
-
-    Args:
-        parameters: of the task.
-        known: observables that are measured already.
-    """
+    """Estimate the time to measure the states of one task, s, without the observables that are known."""
     size = parameters.size
     seconds = sum(o.seconds(size) for o in parameters.observables if o.name not in known)
     return seconds + size.states * size.seconds(_STATES_TIME[size.model]) * (STATES not in known)
@@ -112,10 +107,8 @@ def task_bytes(parameters: Parameters) -> int:
 
 @cache
 def machine_speed() -> float:
-    """CPU time of measurements of a crystal of disks on this machine, over that where times were measured.
-
-    It takes a few tenths of a second. Other programs that run now slow it down just as they slow down tasks.
-    """
+    """CPU time of measurements of a crystal of disks on this machine, over that where times were measured. It takes a
+    few tenths of a second. Other programs that run now slow it down just as they slow down tasks."""
     rows = np.arange(_CRYSTAL)
     height = np.sqrt(0.75)
     x = np.add.outer(0.5 * (rows % 2), rows).ravel()
@@ -133,45 +126,25 @@ def machine_speed() -> float:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of one sweep, model and n.
+    """Estimated cost of one sweep, model and n."""
 
-    Attributes:
-        sweep: its name.
-        model: "sp" or "dp".
-        n: number of particles.
-        tasks: number of tasks; with `until` the most there may be, or, once the standard errors are met, those needed.
-        left: number of tasks neither finished nor failed; one that an earlier sweep has too is counted there.
-        stored: number of tasks left whose states another finished task holds.
-        states: number of packings in each task.
-        seconds: of cores, for the tasks left; functions of the user's own count nothing.
-        bytes: on disk, for the tasks left.
-        measured: whether the time is that of finished tasks of the same kind.
-        until: column -> wanted standard error; empty without `until`.
-        ranks: MPI ranks of each task, hence cores of a worker.
-    """
-
-    sweep: str
-    model: str
-    n: int
+    sweep: str  # its name
+    model: str  # "sp" or "dp"
+    n: int  # number of particles
+    # number of tasks; with `until` the most there may be, or, once the standard errors are met, those needed
     tasks: int
-    left: int
-    stored: int
-    states: int
-    seconds: float
-    bytes: int
-    measured: bool
-    until: dict[str, float]
-    ranks: int
+    left: int  # number of tasks neither finished nor failed; one that an earlier sweep has too is counted there
+    stored: int  # number of tasks left whose states another finished task holds
+    states: int  # number of packings in each task
+    seconds: float  # of cores, for the tasks left; functions of the user's own count nothing
+    bytes: int  # on disk, for the tasks left
+    measured: bool  # whether the time is that of finished tasks of the same kind
+    until: dict[str, float]  # column -> wanted standard error; empty without `until`
+    ranks: int  # MPI ranks of each task, hence cores of a worker
 
 
 def plan(batches: list[Batch], folder: CampaignFolder, everything: list[Batch]) -> list[Estimate]:
-    """Estimate the cost of each sweep, model and n.
-
-    Args:
-        batches: to estimate.
-        folder: of the campaign.
-        everything: all batches of the campaign, among whose finished tasks states are looked for.
-    """
+    """Estimate the cost of each sweep, model and n, with states of finished tasks among all batches of the campaign."""
     finished, failed = folder.finished(), folder.failed()
     held = StoredStates(folder, everything) if finished else None
     lines, counted = [], finished | failed
@@ -213,12 +186,8 @@ def _estimate(batch: Batch, left: list[Task], seconds: float | None, held: Store
 
 
 def total_time(lines: list[Estimate], workers: int | None = None) -> tuple[float, float, int]:
-    """Wall time, s, core time, s, and the cores at work at most, of all sweeps; those with more ranks run first.
-
-    Args:
-        lines: of `plan`.
-        workers: number of worker processes, by default as many as fit into the cores of this process.
-    """
+    """Wall time, s, core time, s, and the cores at work at most, of all sweeps, those with more ranks first; by default
+    with as many workers as fit into the cores of this process."""
     wall = work = 0.0
     most = 0
     for ranks in {line.ranks for line in lines}:

@@ -30,15 +30,7 @@ from jamlab.storage.verified_file import versions
 
 
 def make_states(parameters: Parameters, ranks: int = 1) -> TaskStates:
-    """Make the packings of a task.
-
-    Args:
-        parameters: of the task, see `tasks.py`.
-        ranks: MPI ranks that minimise.
-
-    Raises:
-        ConvergenceError: no onset was found, no pressure was reached, or the onset lies above `compress.to`.
-    """
+    """Make the packings of a task."""
     missing: list[dict[str, str]] = []
     if parameters.pressures is not None:
         packings, targets = _at_pressures(parameters, ranks, missing)
@@ -125,12 +117,8 @@ def _add_confluence(
 
 
 class StoredStates:
-    """Finished tasks of a folder by their state key.
-
-    Args:
-        folder: of the campaign.
-        batches: of the campaign file; only the parameters of other tasks are read from their files.
-    """
+    """Finished tasks of a folder by their state key; of those not in the batches the parameters are read from their
+    files."""
 
     def __init__(self, folder: CampaignFolder, batches: Iterable[Batch]) -> None:
         self._held: dict[str, dict[str, Parameters]] = {}

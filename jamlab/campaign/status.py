@@ -29,32 +29,16 @@ _LEAST_GROWTH, _MOST_GROWTH = 1.25, 2.0
 
 @dataclass(frozen=True)
 class Precision:
-    """How well the means of one sweep, model and n are known.
+    """How well the means of one sweep, model and n are known."""
 
-    Attributes:
-        seeds: number of seeds that are wanted by now.
-        errors: column -> standard error of the mean over the packings so far; nan for fewer than two.
-        met: whether every error is as small as wanted.
-    """
-
-    seeds: int
+    seeds: int  # number of seeds that are wanted by now
+    # column -> standard error of the mean over the packings so far; nan for fewer than two
     errors: dict[str, float] = field(default_factory=dict)
-    met: bool = False
+    met: bool = False  # whether every error is as small as wanted
 
 
 def precision(batch: Batch, folder: CampaignFolder, finished: set[str], failed: set[str]) -> Precision:
-    """Say how many seeds of a batch are wanted, and how well its means are known.
-
-    Args:
-        batch: with `until`.
-        folder: of the campaign.
-        finished: names of finished tasks.
-        failed: names of failed tasks.
-
-    Raises:
-        InputError: a column of `until` does not exist.
-        StorageError: a file is damaged.
-    """
+    """Say how many seeds of a batch with `until` are wanted, and how well its means are known."""
     if not batch.until:
         return Precision(len(batch.seeds))
     values: dict[str, list[float]] = {column: [] for column in batch.until}
@@ -107,31 +91,19 @@ def _next_count(count: int, errors: dict[str, float], until: dict[str, float]) -
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """Progress of one sweep, model and n.
+    """Progress of one sweep, model and n."""
 
-    Attributes:
-        sweep: its name.
-        model: "sp" or "dp".
-        n: number of particles.
-        tasks: number of tasks; with `until`, of those that are wanted by now.
-        finished: number of tasks with a file.
-        failed: number of tasks that failed.
-        most: number of seeds that may be used.
-        until: column -> wanted standard error of its mean; empty without `until`.
-        errors: column -> standard error by now; nan for fewer than two packings.
-        seconds, cpu_seconds: wall time and CPU time of the finished tasks, s; None if the files were not read, CPU time
-            nan with files of jamlab 0.1.0 among them. A task that took its packings from another counts them too.
-    """
-
-    sweep: str
-    model: str
-    n: int
-    tasks: int
-    finished: int
-    failed: int
-    most: int
-    until: dict[str, float]
-    errors: dict[str, float]
+    sweep: str  # its name
+    model: str  # "sp" or "dp"
+    n: int  # number of particles
+    tasks: int  # number of tasks; with `until`, of those that are wanted by now
+    finished: int  # number of tasks with a file
+    failed: int  # number of tasks that failed
+    most: int  # number of seeds that may be used
+    until: dict[str, float]  # column -> wanted standard error of its mean; empty without `until`
+    errors: dict[str, float]  # column -> standard error by now; nan for fewer than two packings
+    # seconds, cpu_seconds: wall time and CPU time of the finished tasks, s; None if the files were not read, CPU time
+    # nan with files of jamlab 0.1.0 among them. A task that took its packings from another counts them too.
     seconds: float | None = None
     cpu_seconds: float | None = None
 
@@ -143,25 +115,18 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress of a campaign.
+    """Progress of a campaign."""
 
-    Attributes:
-        sweeps: one entry for each sweep, model and n.
-        tasks, finished, failed: numbers of all sweeps; a task that several of them share is one.
-        failures: failed task -> record with label, error and reason.
-        damaged: finished task -> damage of its file; None if the files were not read.
-        gaps: finished task -> states it lacks, and why; None if the files were not read.
-        foreign: number of finished files that belong to no task of the campaign file, e.g. because seeds were removed
-            from it, or because the defaults of jamlab have changed.
-    """
-
-    sweeps: list[SweepStatus]
+    sweeps: list[SweepStatus]  # one entry for each sweep, model and n
+    # tasks, finished, failed: numbers of all sweeps; a task that several of them share is one
     tasks: int
     finished: int
     failed: int
-    failures: dict[str, dict[str, Any]]
-    damaged: dict[str, str] | None
-    gaps: dict[str, str] | None
+    failures: dict[str, dict[str, Any]]  # failed task -> record with label, error and reason
+    damaged: dict[str, str] | None  # finished task -> damage of its file; None if the files were not read
+    gaps: dict[str, str] | None  # finished task -> states it lacks, and why; None if the files were not read
+    # number of finished files that belong to no task of the campaign file, e.g. because seeds were removed from it, or
+    # because the defaults of jamlab have changed.
     foreign: int
 
     @property

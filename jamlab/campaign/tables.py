@@ -44,21 +44,8 @@ STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observab
 
 
 def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFrame":
-    """Collect one table from many tasks.
-
-    Args:
-        folder: of the campaign.
-        names: of the finished tasks.
-        name: one of `TABLES`.
-
-    Returns:
-        Columns `TABLE_COLUMNS[name]`; "states" also has those of the user's own observables, nan where a task lacks
-        them. Rows are sorted by model, n and seed, and within a task as in its file.
-
-    Raises:
-        InputError: there is no such table, or two of the user's own observables have a column of the same name.
-        StorageError: a file is damaged.
-    """
+    """Collect one table from finished tasks, sorted by model, n and seed; "states" has the columns of the user's own
+    observables too, nan where a task lacks them."""
     import pandas as pd
 
     check_choice("table", name, TABLES)
@@ -139,11 +126,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
 
 
 def states_at(frame: "pd.DataFrame", column: str, value: float) -> "pd.DataFrame":
-    """Choose the rows of one state of each packing: the one whose column is nearest to a value, and within 0.5 % of it.
-
-    Raises:
-        InputError: there is no such column, or no packing has a state there.
-    """
+    """Choose the rows of the state of each packing whose column is nearest to a value, and within 0.5 % of it."""
     check_choice("column", column, frame.columns)
     if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
         raise InputError(f"{column} = {value:g}: a table with states is needed, and a column of numbers")
@@ -160,11 +143,9 @@ def states_at(frame: "pd.DataFrame", column: str, value: float) -> "pd.DataFrame
 
 
 def choose_bins(values: Array) -> tuple[Array, bool]:
-    """Edges of bins for a column, and whether they are equal in ratio.
-
-    A column of a few values, such as target pressures, gets a bin for each of them. Others get twelve bins, equal in
-    ratio where the positive values span more than a factor of 30; what lies at zero or below is then outside.
-    """
+    """Edges of bins for a column, and whether they are equal in ratio. A column of a few values, such as target
+    pressures, gets a bin for each of them. Others get twelve bins, equal in ratio where the positive values span more
+    than a factor of 30; what lies at zero or below is then outside."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return np.array([0.0, 1.0]), False
@@ -192,24 +173,9 @@ def aggregate(
     confidence: float = CONFIDENCE,
     resamples: int = 1000,
 ) -> "pd.DataFrame":
-    """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`.
-
-    Args:
-        frame: rows with columns model, n and seed, which identify a packing.
-        values: rows whose value is not finite are left out.
-        by: what agrees to five digits is one value. It is given to all of its digits if all rows have the same, such as
-            a frequency, and to five if not, such as a pressure that was met.
-        along, bins, statistic, confidence, resamples: see there; `jamlab.statistics.bootstrap` has the rule for seeds.
-
-    Returns:
-        One row per group: `by`, the mean of `along`, `packings`, their number, and for each value `<value>`,
-        `<value>_low`, `<value>_high` and `<value>_packings`, the number of packings that have it. Intervals of one
-        packing are nan.
-
-    Raises:
-        InputError: a missing column, `bins` without `along`, numbers out of range, or a group of more than one
-            ensemble or unit, whose mean would be one of nothing.
-    """
+    """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`. What agrees to
+    five digits in `by` is one value, given in full if all rows have the same, such as a frequency. Intervals of one
+    packing are nan; `<value>_packings` counts those with a finite value."""
     import pandas as pd
 
     _check(frame, [*values, *by, *([along] if along else [])], along, bins, statistic, confidence, resamples)

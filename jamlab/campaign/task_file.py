@@ -39,32 +39,20 @@ from jamlab.storage.verified_file import add_checksum, checksum, opened
 
 @dataclass(frozen=True)
 class TaskFile:
-    """What tables need of a file.
+    """What tables need of a file."""
 
-    Attributes:
-        task: name.
-        parameters: of the task.
-        units: of all frames.
-        observables: name -> (frames,).
-        tables: table -> column -> (rows,).
-        converged: (frames,).
-        target_pressure: (frames,).
-        wall_time: (frames,) seconds each state took.
-        seconds, cpu_seconds: the whole task; CPU time nan in files of jamlab 0.1.0.
-        onset: rho_J and phi_J; nan for packings that were not compressed from onset.
-    """
-
-    task: str
-    parameters: Parameters
-    units: str
-    observables: dict[str, NDArray[np.float64]]
-    tables: dict[str, Columns]
-    converged: NDArray[np.bool_]
-    target_pressure: NDArray[np.float64]
-    wall_time: NDArray[np.float64]
+    task: str  # name
+    parameters: Parameters  # of the task
+    units: str  # of all frames
+    observables: dict[str, NDArray[np.float64]]  # name -> (frames,)
+    tables: dict[str, Columns]  # table -> column -> (rows,)
+    converged: NDArray[np.bool_]  # (frames,)
+    target_pressure: NDArray[np.float64]  # (frames,)
+    wall_time: NDArray[np.float64]  # (frames,) seconds each state took
+    # seconds, cpu_seconds: the whole task; CPU time nan in files of jamlab 0.1.0
     seconds: float
     cpu_seconds: float
-    onset: tuple[float, float]
+    onset: tuple[float, float]  # rho_J and phi_J; nan for packings that were not compressed from onset
 
 
 def write_task_file(
@@ -76,11 +64,7 @@ def write_task_file(
     seconds: float,
     cpu_seconds: float,
 ) -> None:
-    """Write a finished task; the file appears whole or not at all.
-
-    Raises:
-        StorageError: the file cannot be written, e.g. the disk is full.
-    """
+    """Write a finished task; the file appears whole or not at all."""
 
     def extend(file: Any) -> None:
         group = file.create_group("campaign")
@@ -100,11 +84,7 @@ def write_task_file(
 
 
 def damage(path: Path, task: str) -> str | None:
-    """Describe the damage of the file of a task; None if it is intact.
-
-    Raises:
-        StorageError: the file cannot be read at all.
-    """
+    """Describe the damage of the file of a task; None if it is intact."""
     if path.exists() and not path.is_file():
         return "a folder or a device, not a file"
     try:
@@ -120,11 +100,7 @@ def damage(path: Path, task: str) -> str | None:
 
 
 def read_task_file(path: Path, table: str | None = None) -> TaskFile:
-    """Read everything except the positions; with `table`, that table alone.
-
-    Raises:
-        StorageError: the file is damaged or was not written by a campaign.
-    """
+    """Read everything except the positions; with `table`, that table alone."""
     with _campaign(path) as file:
         group, provenance = file["campaign"], file["parameters/provenance"].asstr()[()]
         return TaskFile(

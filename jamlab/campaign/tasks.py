@@ -35,33 +35,23 @@ _ONSET_PHI = 0.84  # typical of bidisperse disks; sets the number of states of a
 
 @dataclass(frozen=True)
 class Parameters:
-    """Everything that the result of a task depends on.
+    """Everything that the result of a task depends on."""
 
-    Attributes:
-        model: "sp" or "dp".
-        n: number of particles.
-        ensemble: "fixed-box" or "shear-stabilized".
-        force_law, search: of the particles and of the search for onset, defaults of the decks included.
-        tolerances: of the sweep.
-        observables: of jamlab's own, by name, beside "states".
-        own: those that are functions of the user's own, as module:function.
-        sizes: of disks: a distribution by name, or diameters; None: half of the particles are large.
-        compress, pressures, phi: how packings are made; without any of them, only those at onset.
-        seed: of the random start; in a batch that of its first task.
-    """
-
-    model: str
-    n: int
-    ensemble: str
+    model: str  # "sp" or "dp"
+    n: int  # number of particles
+    ensemble: str  # "fixed-box" or "shear-stabilized"
+    # force_law, search: of the particles and of the search for onset, defaults of the decks included
     force_law: dict[str, float | str]
     search: dict[str, float | str]
-    tolerances: Tolerances
-    seed: int
-    observables: tuple[Observable, ...]
-    own: tuple[str, ...] = ()
+    tolerances: Tolerances  # of the sweep
+    seed: int  # of the random start; in a batch that of its first task
+    observables: tuple[Observable, ...]  # of jamlab's own, by name, beside "states"
+    own: tuple[str, ...] = ()  # those that are functions of the user's own, as module:function
+    # compress, pressures, phi: how packings are made; without any of them, only those at onset
     compress: Compression | None = None
     pressures: tuple[float, ...] | None = None
     phi: tuple[float, ...] | None = None
+    # of disks: a distribution by name, or diameters; None: half of the particles are large
     sizes: str | tuple[float, ...] | None = None
 
     @property
@@ -129,11 +119,7 @@ class Parameters:
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> "Parameters":
-        """Read a record.
-
-        Raises:
-            StorageError: it is that of another version of jamlab, which asked for something else.
-        """
+        """Read a record."""
         try:
             names = [name for name in record["observables"] if name in OBSERVABLES]
             kinds = [OBSERVABLES[name] for name in names]
@@ -156,36 +142,23 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Task:
-    """One packing through one sweep.
+    """One packing through one sweep."""
 
-    Attributes:
-        name: hash of the parameters, 32 hexadecimal digits.
-        parameters: everything the result depends on.
-        ranks: MPI ranks that it may use; they change rounding only.
-    """
-
-    name: str
-    parameters: Parameters
-    ranks: int = 1
+    name: str  # hash of the parameters, 32 hexadecimal digits
+    parameters: Parameters  # everything the result depends on
+    ranks: int = 1  # MPI ranks that it may use; they change rounding only
 
 
 @dataclass(frozen=True)
 class Batch:
-    """The tasks of one sweep, model and n, which differ only by the seed.
+    """The tasks of one sweep, model and n, which differ only by the seed."""
 
-    Attributes:
-        sweep: name of the sweep.
-        parameters: of the first task; those of the others differ in the seed.
-        seeds: one for each task.
-        until: column -> standard error at which no more seeds are added; empty: all seeds are wanted.
-        ranks: MPI ranks of each task.
-    """
-
-    sweep: str
-    parameters: Parameters
-    seeds: list[int] | range
+    sweep: str  # name of the sweep
+    parameters: Parameters  # of the first task; those of the others differ in the seed
+    seeds: list[int] | range  # one for each task
+    # column -> standard error at which no more seeds are added; empty: all seeds are wanted
     until: dict[str, float] = field(default_factory=dict)
-    ranks: int = 1
+    ranks: int = 1  # MPI ranks of each task
 
     @property
     def label(self) -> str:
@@ -241,15 +214,7 @@ def task_names(chosen: Iterable[Batch]) -> set[str]:
 
 
 def batches(campaign: CampaignTable, only: Iterable[str] | None = None) -> list[Batch]:
-    """List all tasks of a campaign, in the order of its file.
-
-    Args:
-        campaign: content of the file.
-        only: names of sweeps to keep; by default all.
-
-    Raises:
-        InputError: the campaign has no sweep of that name.
-    """
+    """List all tasks of a campaign, or of some sweeps, in the order of its file."""
     names = [sweep.name for sweep in campaign.sweep]
     for name in only or ():
         if name not in names:

@@ -59,11 +59,7 @@ class Crew(Protocol):
         """Have a call carried."""
 
     def wait(self) -> tuple[str, Any]:
-        """Wait for the next call that ends; its key and what it returned, None if its workers died again and again.
-
-        Raises:
-            EngineError: the workers cannot run it, or are lost.
-        """
+        """Wait for the next call that ends; its key and what it returned, None if its workers died again and again."""
 
 
 class _Child(NamedTuple):
@@ -169,13 +165,7 @@ class LocalCrew:
 
 
 class DaskCrew:
-    """Workers of a Dask scheduler.
-
-    Args:
-        client: of the scheduler.
-        expected: number of workers to come, e.g. when their jobs start.
-        ranks: MPI ranks of each call; a worker must hold as many cores.
-    """
+    """Workers of a Dask scheduler, of which so many are expected, e.g. when their jobs start."""
 
     def __init__(self, client: "Client", expected: int = 1, ranks: int = 1) -> None:
         from distributed import as_completed
@@ -214,25 +204,17 @@ class DaskCrew:
 
 @dataclass(frozen=True)
 class Workers:
-    """Where tasks run.
+    """Where tasks run."""
 
-    Attributes:
-        count: worker processes on this machine, by default one per core that this process may use; or SLURM jobs.
-        scheduler: address of a running Dask scheduler whose workers see the same folder.
-        slurm: start SLURM jobs with `slurm_options`.
-        slurm_options: for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
-        ranks: MPI ranks of each task; a worker holds as many cores.
-        name: of the campaign, and of its jobs.
-        folder: that all jobs see, where the certificate of a run on SLURM is kept meanwhile.
-    """
-
+    # worker processes on this machine, by default one per core that this process may use; or SLURM jobs
     count: int | None = None
-    scheduler: str | None = None
-    slurm: bool = False
+    scheduler: str | None = None  # address of a running Dask scheduler whose workers see the same folder
+    slurm: bool = False  # start SLURM jobs with `slurm_options`
+    # for `dask_jobqueue.SLURMCluster`: queue, account, walltime, memory, ...
     slurm_options: dict[str, Any] = field(default_factory=dict)
-    ranks: int = 1
-    name: str = "jamlab"
-    folder: Path = Path()
+    ranks: int = 1  # MPI ranks of each task; a worker holds as many cores
+    name: str = "jamlab"  # of the campaign, and of its jobs
+    folder: Path = Path()  # that all jobs see, where the certificate of a run on SLURM is kept meanwhile
 
     def __post_init__(self) -> None:
         if self.count is not None and self.count < 1:
@@ -242,12 +224,7 @@ class Workers:
 
     @contextlib.contextmanager
     def crew(self) -> Iterator[Crew]:
-        """Start or find workers; what is started ends with the block.
-
-        Raises:
-            InputError: no scheduler answers, its workers run several tasks at once or hold fewer cores than a task has
-                ranks, as this machine may, or SLURM cannot be used.
-        """
+        """Start or find workers; what is started ends with the block."""
         if self.scheduler is None and not self.slurm:
             with LocalCrew(self.expected) as local:
                 yield local
@@ -269,11 +246,7 @@ class Workers:
 
     @property
     def expected(self) -> int:
-        """Number of workers to come; 1 where a scheduler has its own.
-
-        Raises:
-            InputError: this machine has fewer cores for this process than a task has ranks.
-        """
+        """Number of workers to come; 1 where a scheduler has its own."""
         if self.count or self.scheduler is not None or self.slurm:
             return self.count or 1
         return _local_workers(self.ranks)
@@ -301,11 +274,7 @@ class Workers:
 
 
 def _check_slurm() -> None:
-    """Check that jobs can be submitted here.
-
-    Raises:
-        InputError: dask-jobqueue or a command of SLURM is missing.
-    """
+    """Check that jobs can be submitted here."""
     try:
         import dask_jobqueue  # noqa: F401
     except ImportError:
@@ -339,11 +308,7 @@ def _certificate(folder: Path) -> "Iterator[Security]":
 
 
 def _local_workers(ranks: int) -> int:
-    """Number of workers of so many cores each that fit into those that this process may use.
-
-    Raises:
-        InputError: not even one.
-    """
+    """Number of workers of so many cores each that fit into those that this process may use."""
     cores = available_cores()
     if ranks > cores:
         raise InputError(
@@ -365,11 +330,7 @@ def _check_cores(client: "Client", address: str, ranks: int) -> None:
 
 
 def _try_submission(script: str) -> None:
-    """Let SLURM say at once what is wrong with a job; Dask would log a traceback and wait for workers for ever.
-
-    Raises:
-        InputError: with SLURM's own words.
-    """
+    """Let SLURM say at once what is wrong with a job; Dask would log a traceback and wait for workers for ever."""
     with tempfile.NamedTemporaryFile("w", suffix=".sh") as file:
         file.write(script)
         file.flush()

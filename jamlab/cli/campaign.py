@@ -12,10 +12,9 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.progress import Progress as Bars
 
-from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table
+from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept, expect_output
 from jamlab.cli.options import Force, Json
-from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError, StorageError
 from jamlab.storage.atomic_file import check_target
 

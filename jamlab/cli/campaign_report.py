@@ -29,17 +29,7 @@ _CAPTION = "Means over packings; the legend counts states that have no value or 
 
 
 def write_campaign_page(campaign: Campaign, path: Path, progress: Progress = no_progress) -> None:
-    """Write the page from the tasks that are finished by now.
-
-    Args:
-        campaign: see `jamlab.open_campaign`.
-        path: HTML file to create or replace.
-        progress: called after each sweep.
-
-    Raises:
-        InputError: no task is finished.
-        StorageError: a file of the campaign is damaged, or the page cannot be written.
-    """
+    """Write the page from the tasks that are finished by now."""
     check_target(path)
     if not campaign.finished():
         raise InputError(f"no task of {campaign.name} is finished: run `jamlab campaign run {campaign.file}` first")

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jamlab.cli.console import out_console, print_json, print_stage, print_table
+from jamlab.cli.console import err_console, out_console, print_json, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json
+from jamlab.cli.options import Json, Seed
 
 if TYPE_CHECKING:
     from jamlab.studies.study import Study
+
 
 chart = typer.Typer(
     no_args_is_help=True,
@@ -149,3 +150,70 @@ def estimates(
         print_json({"out": str(out), "packings": count})
         return
     print_table(f"wrote {out}", ["way", "packings"], [[way, str(number)] for way, number in count.items()])
+
+
+def calibrate(
+    out: Annotated[Path, typer.Option(help="Folder of the scan; run again to go on.")] = Path("calibration"),
+    n: Annotated[int, typer.Option("--n", help="Number of droplets, even.")] = 32,
+    seeds: Annotated[int, typer.Option(help="Number of packings for each set of parameters.")] = 8,
+    workers: Annotated[int | None, typer.Option(help="Number of processes; default: all cores.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Fit gamma, ka and delta of droplets to tables 1 and 2 of Boromand et al., and show how much each matters."""
+    from jamlab.studies.droplet_calibration import DropletCalibration, targets_as_text
+
+    study = DropletCalibration(n=n, seeds=seeds)
+    expect_output(out)
+    study.run(out, tell, workers=workers)
+    changes, found = study.fit(out)
+    changes.to_csv(out / "sensitivity.csv", index=False)
+    if as_json:
+        print_json({"sensitivity": changes.to_dict("records"), **vars(found)})
+        return
+    table = study.changes_as_text(changes)
+    print_table(table.heading, table.columns, table.rows)
+    table = targets_as_text(found)
+    print_table(study.words(found), table.columns, table.rows)
+    for name in found.at_edge:
+        err_console.print(f"{name} ended at the edge of the scan: scan again from there", soft_wrap=True)
+
+
+def compare(
+    n: Annotated[int, typer.Option("--n", help="Number of disks, even.")] = 64,
+    seed: Seed = 1,
+    phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
+    recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
+    from jamlab.storage.atomic_file import make_folder
+    from jamlab.studies.other_codes.compare import (
+        Comparison,
+        comparison_tables,
+        jolted_minimum,
+        notes,
+        summary,
+        write_comparison,
+        write_recipe,
+    )
+
+    if recipe is not None:
+        folder = out or Path(f"jamlab-{recipe}")
+        out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
+        return
+    if out is not None:
+        make_folder(out)
+        expect_output(out)
+    rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
+    if out is not None:
+        write_comparison(out, rows, analysis, n, phi)
+    if as_json:
+        print_json(summary(rows, analysis))
+        return
+    for table in comparison_tables(rows, analysis, n, phi):
+        print_table(table.heading, list(table.columns), [list(row) for row in table.rows])
+    for name, note in notes(rows, analysis).items():
+        out_console.print(f"{name}: {note}", soft_wrap=True, highlight=False, markup=False)
+    if out is not None:
+        out_console.print(f"Open {out / 'index.html'}", soft_wrap=True)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from jamlab.checks import check_bidisperse, check_number
-from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.interruption import KeptStates
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
 from jamlab.figures.explorer.observables import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
@@ -47,42 +47,19 @@ FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure"
 
 @dataclass(frozen=True)
 class ModelSweep:
-    """One model from onset to the densest state.
+    """One model from onset to the densest state."""
 
-    Attributes:
-        model: "sp" or "dp".
-        packings: onset first.
-        measured: column -> (len(packings),), see `jamlab.measure`.
-        seconds: wall time of the whole sweep.
-    """
-
-    model: str
-    packings: list[Packing]
-    measured: dict[str, NDArray[np.float64]]
-    seconds: float
+    model: str  # "sp" or "dp"
+    packings: list[Packing]  # onset first
+    measured: dict[str, NDArray[np.float64]]  # column -> (len(packings),), see `jamlab.measure`
+    seconds: float  # wall time of the whole sweep
 
 
 def run_demo(
     n: int, seed: int, to: float, out: Path, progress: Mapping[str, Progress], *, force: bool = True
 ) -> tuple[dict[str, ModelSweep], Spectra | None]:
-    """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder.
-
-    Args:
-        n: even number of particles.
-        seed: of the random start.
-        to: last true packing fraction.
-        out: folder, made if it does not exist.
-        progress: model -> a function called with the share of its work that is done, and in words.
-        force: replace the files of an earlier demo.
-
-    Returns:
-        Sweeps by model, and G*(omega) of the densest SP packing, or None if that packing is unstable.
-
-    Raises:
-        InputError, ConvergenceError: from the protocols.
-        EngineError: a process was killed.
-        StorageError: the folder cannot be written.
-    """
+    """Run both models; write `sp.h5`, `dp.h5`, pictures and `index.html` into a folder. Returns sweeps by model, and
+    G*(omega) of the densest SP packing, None if that packing is unstable."""
     check_bidisperse(n, seed, 1.0)
     check_number("to", to, 1.0)
     missing = not out.exists()

@@ -4,9 +4,8 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import print_json, print_note, print_table
+from jamlab.cli.console import print_json, print_note, print_table, progress_bar
 from jamlab.cli.options import Json, Seed
-from jamlab.cli.progress import progress_bar
 
 
 def estimate(
@@ -24,14 +23,8 @@ def estimate(
     from jamlab.estimates.options import Why
 
     with progress_bar("estimate") as progress:
-        made = run(
-            *(quantity, rho, error),
-            seed=seed,
-            model=model,
-            processes=processes,
-            progress=progress,
-            dry_run=dry_run,
-        )
+        how: dict[str, Any] = {"seed": seed, "model": model, "processes": processes, "dry_run": dry_run}
+        made = run(quantity, rho, error, progress=progress, **how)
     found: dict[str, Any] = {"packings": made.packings, "error": made.error}
     if not dry_run:
         found = {"value": made.value} | found | {"met": made.met, "left_out": made.left_out, "seconds": made.seconds}

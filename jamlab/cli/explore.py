@@ -5,10 +5,9 @@ from typing import Annotated
 
 import typer
 
-from jamlab.cli.console import out_console, print_json
+from jamlab.cli.console import out_console, print_json, progress_bar
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json
-from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
 
 

@@ -55,7 +55,7 @@ def _list_figures(as_json: bool) -> None:
 
 
 def _write_reference(source: Path | None, out: Path, commit: str, add: bool, only: list[str], as_json: bool) -> None:
-    from jamlab.cli.figure_tables import save_reference
+    from jamlab.studies.reference_data import save_reference
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
@@ -67,14 +67,13 @@ def _write_reference(source: Path | None, out: Path, commit: str, add: bool, onl
 
 
 def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
-    from jamlab.cli.figure_tables import open_tables
     from jamlab.processes.cores import available_cores
     from jamlab.studies import gallery
     from jamlab.studies.claims import summary
-    from jamlab.studies.example_packings import example_sections
+    from jamlab.studies.page import write_files
+    from jamlab.studies.reference_data import example_sections, open_tables
 
-    chosen = gallery.check_names(names)
-    tables = open_tables(source)
+    chosen, tables = gallery.check_names(names), open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)
     with err_console.status("drawing") as status:
         if whole:
@@ -82,29 +81,24 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
             drawn, failures = gallery.write_all(
                 chosen, tables, out, lambda share, name: status.update(f"drawing {name}"), opening, available_cores()
             )
-            claims = [c for each in drawn for c in each.claims]
-            captions = {each.name: each.caption for each in drawn}
-            numbers = {each.name: each.numbers for each in drawn}
         else:
-            drawings, failures = [gallery.draw(name, tables) for name in chosen], []
-            for drawing in drawings:
-                gallery.write(drawing, out)
-            claims = [c for d in drawings for c in d.claims]
-            captions = {d.name: d.caption for d in drawings}
-            numbers = {d.name: d.numbers for d in drawings}
+            drawn, failures = [gallery.draw_shown(name, tables) for name in chosen], []
+            for each in drawn:
+                write_files(each.name, each, out)
+    claims = [c for each in drawn for c in each.claims]
     if as_json:
+        values, captions = ({each.name: getattr(each, part) for each in drawn} for part in ("numbers", "caption"))
         missing = {f.name: f.reason for f in failures}
         rows = [c.row() for c in claims]
-        print_json({"out": str(out), "claims": rows, "values": numbers, "captions": captions, "not_drawn": missing})
+        print_json({"out": str(out), "claims": rows, "values": values, "captions": captions, "not_drawn": missing})
     else:
-        if whole:
-            for line in summary(claims):
-                out_console.print(Text(line), soft_wrap=True)
+        for line in summary(claims) if whole else ():
+            out_console.print(Text(line), soft_wrap=True)
         for c in claims:
             out_console.print(Text(c.line, style=STYLES.get(c.verdict, "")), soft_wrap=True)
-        for drawing in [] if whole else drawings:
-            if not drawing.claims:
-                out_console.print(f"{drawing.name}: {drawing.caption}", soft_wrap=True, highlight=False, markup=False)
+        for each in [] if whole else drawn:
+            if not each.claims:
+                out_console.print(f"{each.name}: {each.caption}", soft_wrap=True, highlight=False, markup=False)
         names_written = gallery.PAGE if whole else ", ".join(f"{name}.png .pdf .csv" for name in chosen)
         out_console.print(f"wrote {names_written} to {out}", soft_wrap=True)
     for f in failures:

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from jamlab.cli.console import print_json, print_note, print_stage, print_table
+from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
 from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Alpha, Beta, EtaF, Force, Frame, Json, Out, Stokes, Tau, drag_law
-from jamlab.cli.progress import progress_bar
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file, check_target
 
@@ -75,12 +74,8 @@ Run = Callable[..., tuple["Flow", Sequence[str]]]
 
 
 def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Callable[..., None]]:
-    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes.
-
-    Args:
-        columns: of the printed table, see `give`.
-        other: defaults that differ from those of `FlowOptions`.
-    """
+    """Make a command of a function that takes `FlowOptions` and options of its own, and returns a result and notes;
+    `other` are defaults that differ from those of `FlowOptions`."""
 
     def decorate(run: Run) -> Callable[..., None]:
         _, *own = inspect.signature(run).parameters.values()
@@ -98,11 +93,11 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
         @wraps(run)
         def command(**values: Any) -> None:
             options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
-            expect_files(options.file, options.out, options.plot, options.csv)
+            expect_files(options)
             if options.force:
                 options.out.unlink(missing_ok=True)
             found, notes = run(options, **values)
-            give(found, columns, notes, options.out, options.plot, options.csv, options.as_json)
+            give(found, columns, notes, options)
 
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         command.__annotations__ = {each.name: each.annotation for each in parameters}
@@ -115,49 +110,33 @@ _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
 
-def expect_files(source: Path, out: Path, plot: Path | None, csv: Path | None) -> None:
-    """Refuse, before anything runs, what cannot be written at the end.
-
-    Raises:
-        InputError: the ending of a name does not fit.
-        StorageError: see `check_target`.
-    """
-    check_target(out, source)
+def expect_files(options: FlowOptions) -> None:
+    """Refuse, before anything runs, what cannot be written at the end."""
+    out, plot = options.out, options.plot
+    check_target(out, options.file)
     if plot is not None and plot.suffix.lower() not in _PICTURES:
         raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
-    for path in (plot, csv):
+    for path in (plot, options.csv):
         if path is not None:
-            check_target(path, source, out)
+            check_target(path, options.file, out)
     kept = f"kept {out} as it was last saved; the same command goes on from there"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
 
 
-def give(
-    found: "Flow", columns: Mapping[str, str], notes: Sequence[str], out: Path, plot: Path | None, csv: Path | None,
-    as_json: bool,
-) -> None:  # fmt: skip
-    """Write picture and table of a result that is in `out` already, and print it.
-
-    Args:
-        found: the result.
-        columns: names of its arrays that are shown -> format.
-        notes: lines below the table, before the verdict.
-        out: file that holds it.
-        plot, csv: to write, or None.
-        as_json: print one JSON object instead of the table.
-    """
-    if plot is not None:
-        _draw(found, plot)
-    if csv is not None:
-        _write_rows(found, csv)
-    if as_json:
-        print_json(_plain(found) | {"verdict": found.verdict, "out": str(out), "drag": found.describe()})
+def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], options: FlowOptions) -> None:
+    """Write picture and table of a result that is in its file already, and print columns in formats, with notes."""
+    if options.plot is not None:
+        _draw(found, options.plot)
+    if options.csv is not None:
+        _write_rows(found, options.csv)
+    if options.as_json:
+        print_json(_plain(found) | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
     count = len(getattr(found, next(iter(columns))))
     shown = np.unique(np.linspace(0, count - 1, min(count, _LINES)).round().astype(int))
     lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
     print_table(found.describe(), list(columns), lines)
-    for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {out}"):
+    for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
         print_note(note)
 
 
@@ -232,23 +211,11 @@ def shear(
     return found, [f"plastic events seen: {found.plastic_events}; {len(found.frames)} packings; {found.steps} steps"]
 
 
-_FLOW_CURVE_COLUMNS = {
-    "rates": ".4g",
-    "stress": ".5g",
-    "stress_error": ".1g",
-    "pressure": ".5g",
-    "pressure_error": ".1g",
-}
-_FLOW_CURVE_COLUMNS |= {
-    "normal_stress_difference": ".4g",
-    "dissipation": ".4g",
-    "plastic_events": ".3g",
-    "imbalance": ".1e",
-}
-_FLOW_CURVE_COLUMNS |= {"steady": ""}
+_MEANS = {"stress": ".5g", "stress_error": ".1g", "pressure": ".5g", "pressure_error": ".1g"}
+_MEANS |= {"normal_stress_difference": ".4g", "dissipation": ".4g", "plastic_events": ".3g", "imbalance": ".1e"}
 
 
-@flow_command(_FLOW_CURVE_COLUMNS, out=Path("flow-curve.h5"), tolerance=1e-2)
+@flow_command({"rates": ".4g", **_MEANS, "steady": ""}, out=Path("flow-curve.h5"), tolerance=1e-2)
 def flow_curve(
     options: FlowOptions,
     rates: Annotated[list[float], typer.Option("--rate", help="Rate of shear, 1/tau_1; give it several times.")],
@@ -300,14 +267,8 @@ def oscillate(
     return found, [f"G' = {found.storage:.6g}, G'' = {found.loss:.6g}; |G*_3|/|G*_1| = {found.third_over_first:.2g}"]
 
 
-_RELAX_STRESS_COLUMNS = {
-    "time": ".5g",
-    "modulus": ".6g",
-    "stress": ".6g",
-    "elastic_stress": ".6g",
-    "viscous_stress": ".4g",
-}
-_RELAX_STRESS_COLUMNS |= {"pressure": ".5g", "contacts": ".0f"}
+_RELAX_STRESS_COLUMNS = {"time": ".5g", "modulus": ".6g", "stress": ".6g", "elastic_stress": ".6g"}
+_RELAX_STRESS_COLUMNS |= {"viscous_stress": ".4g", "pressure": ".5g", "contacts": ".0f"}
 
 
 @flow_command(_RELAX_STRESS_COLUMNS, out=Path("relax-stress.h5"))

@@ -12,11 +12,15 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, NoReturn, Self
 
-if TYPE_CHECKING:  # every import here is time in which Ctrl-C prints a traceback
-    from pathlib import Path
+if TYPE_CHECKING:
     from types import FrameType
+
+    from jamlab.packing.packing import Packing
+
 
 _GRACE = 3.0  # s for the clean way out
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -52,12 +56,9 @@ def expect_output(path: "Path") -> None:
 
 @contextmanager
 def ending_on_signals() -> Iterator[Callable[[], None]]:
-    """End the process with one line and exit code 128 + number when a signal comes; main thread only.
-
-    Yields:
-        Function to call when imports are done. Until then a signal ends the process at once, since an exception in
-        the middle of an import can be taken for a broken library.
-    """
+    """End the process with one line and exit code 128 + number when a signal comes; main thread only. Yields a function
+    to call when imports are done: until then a signal ends the process at once, since an exception in the middle of an
+    import can be taken for a broken library."""
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
@@ -104,3 +105,42 @@ def _print_line() -> None:
         _printed.set()
         shown = "\r\x1b[K\x1b[?25h" if os.isatty(2) else ""  # a progress bar may have hidden the cursor
         os.write(2, f"{shown}interrupted: {_describe()}\n".encode(errors="replace"))
+
+
+_INTERVAL = 10.0  # s between two files on the way, of which a killed command leaves the last
+
+
+class KeptStates:
+    """States of a sweep, written to a file every so many seconds, at the end, and when a signal ends the command.
+    Whoever measures them, which may take longer than to make them, writes the file once more with the results."""
+
+    def __init__(self, out: Path, interval: float = _INTERVAL) -> None:
+        self.states: list[Packing] = []
+        self._out, self._interval = out, interval
+        self._written, self._saved = 0, time.monotonic()
+
+    def __enter__(self) -> Self:
+        describe_kept(self._describe)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: BaseException | TracebackType | None) -> None:
+        worth_it = kind is None or issubclass(kind, Interrupted) or stopping_signal() is not None
+        if worth_it and len(self.states) > 1:
+            self._save()
+
+    def add(self, state: "Packing") -> None:
+        """Take a finished state; the first one is the start, which nobody has waited for."""
+        self.states.append(state)
+        if len(self.states) > 1 and time.monotonic() - self._saved >= self._interval:
+            self._save()
+
+    def _save(self) -> None:
+        from jamlab.packing.hdf5 import write
+
+        write(self._out, self.states)
+        self._written, self._saved = len(self.states), time.monotonic()
+
+    def _describe(self) -> str:
+        if not self._written:
+            return "nothing was written"
+        return f"kept {self._written} states in {self._out}, which is complete; `jamlab compress` goes on from it"

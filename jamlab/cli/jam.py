@@ -1,14 +1,17 @@
-"""`jamlab jam`: a packing at onset."""
+"""`jamlab jam`, `pack` and `compress`: packings at onset, at a pressure, and sweeps above onset."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.interruption import expect_output
+from jamlab.cli.console import progress_bar
+from jamlab.cli.interruption import KeptStates, expect_output
 from jamlab.cli.options import (
     Ensemble,
+    File,
     Force,
+    Frame,
     Json,
     Large,
     Law,
@@ -22,7 +25,6 @@ from jamlab.cli.options import (
     law_values,
 )
 from jamlab.cli.packing_table import print_packings
-from jamlab.cli.progress import progress_bar
 from jamlab.storage.atomic_file import check_target
 
 
@@ -54,9 +56,62 @@ def jam(
     with progress_bar("to onset") as progress:
         how: dict[str, Any] = {"search": search, "ensemble": ensemble, "tolerance": tolerance, "ratio": ratio}
         given = {"contact": contact, "gamma": gamma, "ka": ka, "delta": delta}
-        how |= {"large": large, "sizes": sizes, "ranks": ranks} | {
-            name: value for name, value in given.items() if value is not None
-        }
-        how |= law_values(law)
+        how |= {name: value for name, value in given.items() if value is not None}
+        how |= {"large": large, "sizes": sizes, "ranks": ranks, **law_values(law)}
         packing = run(model, n, seed, progress=progress, **how)
     print_packings([packing], out, as_json)
+
+
+def pack(
+    pressure: Annotated[float, typer.Option(help="Target pressure, in units of k.")],
+    n: N = 256,
+    seed: Seed = 1,
+    ensemble: Ensemble = "fixed-box",
+    ranks: Ranks = 1,
+    law: Law = None,
+    ratio: Ratio = None,
+    large: Large = 0.5,
+    sizes: Sizes = None,
+    tolerance: Tolerance = None,
+    out: Out = Path("packing.h5"),
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Make a packing of disks at a target pressure, with the force law and units of Baumgarten & Tighe."""
+    from jamlab.protocols.target_pressure import pack as run
+
+    check_target(out, replace=force)
+    expect_output(out)
+    with progress_bar("to pressure") as progress:
+        how: dict[str, Any] = {"ensemble": ensemble, "ranks": ranks, "tolerance": tolerance, "ratio": ratio}
+        how |= {"large": large, "sizes": sizes, **law_values(law)}
+        packing = run(n, pressure, seed, progress=progress, **how)
+    print_packings([packing], out, as_json)
+
+
+def compress(
+    file: File,
+    to: Annotated[float, typer.Option(help="Last packing fraction.")],
+    step: Annotated[float, typer.Option(help="Distance between two states.")] = 0.01,
+    by: Annotated[str, typer.Option(help="rho (true) or phi (nominal packing fraction).")] = "rho",
+    nearest: Annotated[float | None, typer.Option(help="First step; log-spaced from there on.")] = None,
+    error: Annotated[float | None, typer.Option(help="Follow the basin to this relative error of pressure.")] = None,
+    frame: Frame = -1,
+    ranks: Ranks = 1,
+    tolerance: Tolerance = None,
+    out: Out = Path("sweep.h5"),
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Compress or decompress a packing in steps; the first frame written is the start."""
+    from jamlab.packing.hdf5 import read
+    from jamlab.protocols.compression import compress as run
+
+    check_target(out, file, replace=force)
+    start, kept = read(file, frame), KeptStates(out)
+    with kept, progress_bar("compress") as progress:
+        how: dict[str, Any] = {"nearest": nearest, "error": error, "ranks": ranks, "tolerance": tolerance}
+        kept.add(start)
+        for state in run(start, to, step, by=by, progress=progress, **how):
+            kept.add(state)
+    print_packings(kept.states, out, as_json)

@@ -11,22 +11,17 @@ from typer.exceptions import TyperException
 
 from jamlab.cli import campaign
 from jamlab.cli.analyze import analyze
-from jamlab.cli.calibrate import calibrate
-from jamlab.cli.chart import chart
-from jamlab.cli.compare import compare
-from jamlab.cli.compress import compress
+from jamlab.cli.chart import calibrate, chart, compare
 from jamlab.cli.console import err_console
-from jamlab.cli.decks import decks
 from jamlab.cli.demo import demo
-from jamlab.cli.doctor import doctor
+from jamlab.cli.doctor import decks, doctor
 from jamlab.cli.estimate import estimate
 from jamlab.cli.explore import explore
 from jamlab.cli.figure import figure
 from jamlab.cli.flow import creep, flow_curve, oscillate, relax_stress, shear
 from jamlab.cli.gstar import gstar
 from jamlab.cli.interruption import Interrupted, ending_on_signals, stopping_signal
-from jamlab.cli.jam import jam
-from jamlab.cli.pack import pack
+from jamlab.cli.jam import compress, jam, pack
 from jamlab.cli.study import study
 from jamlab.errors import JamlabError
 
@@ -96,72 +91,36 @@ def options(
     """Take the options that stand before a command."""
 
 
-app.command(
-    short_help="Both models through jamming: tables, pictures, a page.", epilog="Example: jamlab demo --out jamlab-demo"
-)(demo)
-app.command(
-    short_help="Make a packing at jamming onset.",
-    epilog="Example: jamlab jam --model dp --n 16 --seed 3 --out onset.h5",
-)(jam)
-app.command(
-    short_help="Compress a packing in steps, each to a minimum.",
-    epilog="Example: jamlab compress onset.h5 --to 0.95 --step 0.005 --out sweep.h5",
-)(compress)
-app.command(
-    short_help="Make disks at a target pressure.",
-    epilog="Example: jamlab pack --n 256 --pressure 1e-4 --out packing.h5",
-)(pack)
-app.command(
-    short_help="Measure packings of a file, or a picture of droplets.",
-    epilog="Example: jamlab analyze photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
-)(analyze)
-app.command(
-    short_help="Compute the complex shear modulus G*(omega).",
-    epilog="Example: jamlab gstar --n 256 --pressure 1e-3 --out gstar.png",
-)(gstar)
-app.command(
-    short_help="Shear at a constant rate, or quasi-statically.",
-    epilog="Example: jamlab shear packing.h5 --rate 1e-2 --strain 2 --plot shear.png",
-)(shear)
-app.command(
-    short_help="Measure steady stress at several rates.",
-    epilog="Example: jamlab flow-curve packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1",
-)(flow_curve)
-app.command(
-    short_help="Shear to and fro: harmonics of the stress.",
-    epilog="Example: jamlab oscillate packing.h5 --omega 0.1 --amplitude 1e-4",
-)(oscillate)
-app.command(
-    short_help="Load with a stress and follow the strain.",
-    epilog="Example: jamlab creep packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png",
-)(creep)
-app.command(
-    short_help="Strain by a step and follow the stress.",
-    epilog="Example: jamlab relax-stress packing.h5 --strain 1e-5 --duration 1e4",
-)(relax_stress)
-app.command(
-    short_help="Estimate a mean to an error, the cheapest way.",
-    epilog="Example: jamlab estimate z --rho 0.9 --error 0.05",
-)(estimate)
-app.command(
-    short_help="Write a page to look through a sweep.", epilog="Example: jamlab explore sweep.h5 --out page.html"
-)(explore)
-app.command(
-    short_help="Draw figures of both papers, with verdicts.", epilog="Example: jamlab figure boromand-6 --out figures"
-)(figure)
-app.command(
-    short_help="Fit droplet parameters to tables of the paper.",
-    epilog="Example: jamlab calibrate --out calibration --n 16 --seeds 2",
-)(calibrate)
-app.command(short_help="List or copy the LAMMPS decks.", epilog="Example: jamlab decks --copy my-decks")(decks)
-app.command(short_help="Check what is installed.", epilog="Example: jamlab doctor")(doctor)
+COMMANDS = (  # command, what it does, example of its words
+    (demo, "Both models through jamming: tables, pictures, a page.", "--out jamlab-demo"),
+    (jam, "Make a packing at jamming onset.", "--model dp --n 16 --seed 3 --out onset.h5"),
+    (compress, "Compress a packing in steps, each to a minimum.", "onset.h5 --to 0.95 --step 0.005 --out sweep.h5"),
+    (pack, "Make disks at a target pressure.", "--n 256 --pressure 1e-4 --out packing.h5"),
+    (
+        analyze,
+        "Measure packings of a file, or a picture of droplets.",
+        "photo.png --pixel 0.65 --overlay out.png --csv droplets.csv",
+    ),
+    (gstar, "Compute the complex shear modulus G*(omega).", "--n 256 --pressure 1e-3 --out gstar.png"),
+    (shear, "Shear at a constant rate, or quasi-statically.", "packing.h5 --rate 1e-2 --strain 2 --plot shear.png"),
+    (flow_curve, "Measure steady stress at several rates.", "packing.h5 --rate 1e-3 --rate 1e-2 --rate 0.1"),
+    (oscillate, "Shear to and fro: harmonics of the stress.", "packing.h5 --omega 0.1 --amplitude 1e-4"),
+    (creep, "Load with a stress and follow the strain.", "packing.h5 --stress 1e-4 --duration 1e4 --plot creep.png"),
+    (relax_stress, "Strain by a step and follow the stress.", "packing.h5 --strain 1e-5 --duration 1e4"),
+    (estimate, "Estimate a mean to an error, the cheapest way.", "z --rho 0.9 --error 0.05"),
+    (explore, "Write a page to look through a sweep.", "sweep.h5 --out page.html"),
+    (figure, "Draw figures of both papers, with verdicts.", "boromand-6 --out figures"),
+    (calibrate, "Fit droplet parameters to tables of the paper.", "--out calibration --n 16 --seeds 2"),
+    (decks, "List or copy the LAMMPS decks.", "--copy my-decks"),
+    (doctor, "Check what is installed.", ""),
+    (compare, "Compare with other codes on the same packings.", "--n 64 --out jamlab-compare"),
+)
+for command, short, words in COMMANDS:
+    name = command.__name__.replace("_", "-")
+    app.command(name, short_help=short, epilog=f"Example: jamlab {name} {words}".rstrip())(command)
 app.add_typer(campaign.app, name="campaign", short_help="Run ensembles of packings from one file.")
 app.add_typer(study, name="study", short_help="Measure, list and draw evidence.")
 app.add_typer(chart, name="chart", short_help="Draw what methods cost and where they fail.")
-app.command(
-    short_help="Compare with other codes on the same packings.",
-    epilog="Example: jamlab compare --n 64 --out jamlab-compare",
-)(compare)
 
 
 def main() -> None:

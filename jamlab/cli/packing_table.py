@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jamlab.cli.console import print_json, print_note, print_table
-from jamlab.cli.progress import progress_bar
+from jamlab.cli.console import print_json, print_note, print_table, progress_bar
 
 if TYPE_CHECKING:
     from jamlab.packing.packing import Packing

@@ -25,12 +25,7 @@ HEADERS = ("Angular Frequency", "Storage Modulus", "Loss Modulus")
 
 
 def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = True) -> None:
-    """Check that a path has a known suffix and can be written; a source never, another file only with `replace`.
-
-    Raises:
-        InputError: the suffix is neither that of a picture nor .csv or .h5.
-        StorageError: see `jamlab.storage.atomic_file.check_target`.
-    """
+    """Check that a path has a known suffix and can be written; a source never, another file only with `replace`."""
     if path.suffix.lower() not in (*PICTURES, ".csv", ".h5"):
         raise InputError(
             f"cannot tell what to write to {path}: end its name in {', '.join(PICTURES)} (picture), "
@@ -40,11 +35,7 @@ def check_output(path: Path, sources: Sequence[Path] = (), *, replace: bool = Tr
 
 
 def check_one_kind(path: Path, packings: Sequence[Packing]) -> None:
-    """Refuse packings of several kinds, which have a curve each, where a table holds one curve.
-
-    Raises:
-        InputError: naming how many there are.
-    """
+    """Refuse packings of several kinds, which have a curve each, where a table holds one curve."""
     if path.suffix.lower() == ".csv" and (kinds := len(group_packings(packings))) > 1:
         raise InputError(
             f"{path} holds one curve, and these are packings of {kinds} kinds: give those of one kind, or write .h5"

@@ -106,8 +106,7 @@ def add(
         names = ", ".join(each.name for each in add_studies(source))
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
-    from jamlab.cli.figure_tables import save_reference
-    from jamlab.studies.reference_data import RECORD
+    from jamlab.studies.reference_data import RECORD, save_reference
 
     expect_output(out)
     written = save_reference(source, out, commit, (out / RECORD).exists(), only or [])

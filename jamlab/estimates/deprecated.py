@@ -1,7 +1,5 @@
 """Names of version 0.2.0 that work for one release more, each with a warning that names what took its place."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

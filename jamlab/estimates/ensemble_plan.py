@@ -5,8 +5,6 @@ reduce, and what is not known about the way itself, the standard error of its di
 table, which they do not. A way is used only where the second part leaves room for the first.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
@@ -19,8 +17,7 @@ from jamlab.checks import check_choice, check_number
 from jamlab.errors import InputError
 from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.way_errors import Scatter, difference, is_known, scatter
-from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
+from jamlab.estimates.way_table import N, Scatter, WayRecord, Ways, difference, is_known, read_ways, scatter
 from jamlab.packing.short_repr import short_repr
 from jamlab.statistics.confidence import CONFIDENCE, room
 
@@ -39,30 +36,19 @@ _LARGEST_SHARE = 0.6  # of the error asked for that the way itself may take in a
 
 @dataclass(frozen=True, eq=False)
 class EnsemblePlan(OldWords):
-    """How a mean will be estimated, and what that should cost.
+    """How a mean will be estimated, and what that should cost."""
 
-    Attributes:
-        quantity, rho: of which the mean is wanted; rho is nan for "rho-J".
-        way: how packings are made.
-        packings: number of them with a value that is expected to do.
-        error: half the width expected of the 95 % interval.
-        bias_error: part of `error` that more packings do not reduce: what the table knows about the way.
-        correction: to add to the mean over packings, from the table; 0 for droplets.
-        seconds: expected CPU time on the machine of the table.
-        scatter: of one packing.
-        options: a row for each way, see `jamlab.Choice`; also `packings` and `bias_error`.
-    """
-
+    # quantity, rho: of which the mean is wanted; rho is nan for "rho-J"
     quantity: str
     rho: float
-    way: EnsembleWay
-    packings: int
-    error: float
-    bias_error: float
-    correction: float
-    seconds: float
-    scatter: Scatter
-    options: pd.DataFrame
+    way: EnsembleWay  # how packings are made
+    packings: int  # number of them with a value that is expected to do
+    error: float  # half the width expected of the 95 % interval
+    bias_error: float  # part of `error` that more packings do not reduce: what the table knows about the way
+    correction: float  # to add to the mean over packings, from the table; 0 for droplets
+    seconds: float  # expected CPU time on the machine of the table
+    scatter: Scatter  # of one packing
+    options: pd.DataFrame  # a row for each way, see `jamlab.Choice`; also `packings` and `bias_error`
 
     __repr__ = short_repr
 
@@ -70,16 +56,7 @@ class EnsemblePlan(OldWords):
 def plan_mean(
     quantity: str, rho: float | None, error: float, *, model: str = "auto", table: Ways | None = None
 ) -> EnsemblePlan:
-    """Choose the cheapest ensemble that is expected to give a mean to an error; nothing runs.
-
-    Args:
-        quantity, rho, error, model: see `jamlab.estimate`.
-        table: other than the shipped one, see `jamlab.estimates.way_table.read_ways`.
-
-    Raises:
-        InputError: see `jamlab.estimate`; also an error that takes more than 100 000 packings.
-        StorageError: the table was made with other parameters than those of `dp.parameters` now.
-    """
+    """Choose the cheapest ensemble that is expected to give a mean to an error, see `jamlab.estimate`; nothing runs."""
     table = read_ways() if table is None else table
     at = _check(table, quantity, rho, error, model)
     reference = table[reference_way()]

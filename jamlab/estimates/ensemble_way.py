@@ -23,21 +23,15 @@ COLUMNS = {"z": "z", "g": "g", "b": "b", "a": "shape", "void_sides": "void_sides
 
 @dataclass(frozen=True)
 class EnsembleWay:
-    """How a packing, or those of an ensemble, are made.
+    """How a packing, or those of an ensemble, are made."""
 
-    Attributes:
-        start: "disks": compressed to the end; "carried": disks until rho or 0.88, where the models part, then droplets;
-            "droplets": from the random start on, as in Boromand et al.
-        n: particles of a packing.
-        nv: (small, large) number of vertices; None for disks.
-        contact: form of the contacts of droplets; None for that of `dp.parameters`.
-        tolerance: largest force at a minimum, at most 1e-9 at onset; None for that of `*.minimum.parameters`.
-    """
-
+    # "disks": compressed to the end; "carried": disks until rho or 0.88, where the models part, then droplets;
+    # "droplets": from the random start on, as in Boromand et al
     start: str
-    n: int
-    nv: tuple[int, int] | None = None
-    contact: str | None = None
+    n: int  # particles of a packing
+    nv: tuple[int, int] | None = None  # (small, large) number of vertices; None for disks
+    contact: str | None = None  # form of the contacts of droplets; None for that of `dp.parameters`
+    # largest force at a minimum, at most 1e-9 at onset; None for that of `*.minimum.parameters`
     tolerance: float | None = None
 
     def __str__(self) -> str:
@@ -72,11 +66,7 @@ def default_way(n: int) -> EnsembleWay:
 
 
 def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
-    """Make a packing at onset: disks, or droplets where these start as droplets.
-
-    Raises:
-        ConvergenceError: no onset was found.
-    """
+    """Make a packing at onset: disks, or droplets where these start as droplets."""
     force = None if way.tolerance is None else min(way.tolerance, LARGEST_TOLERANCE)
     if way.start != "droplets":
         return jam("sp", way.n, seed, tolerance=force, **law)
@@ -84,13 +74,8 @@ def find_onset(way: EnsembleWay, seed: int, **law: Any) -> Packing:
 
 
 def bring_on(way: EnsembleWay, packing: Packing, rho: float, step: float = STEP) -> Packing:
-    """Bring a packing, from `find_onset` or from here, to a higher rho by steps.
-
-    Droplets take over from disks at rho, or at 0.88 where the models part, and go on from there.
-
-    Raises:
-        ConvergenceError: it jams above rho, or a state did not converge or missed its packing fraction.
-    """
+    """Bring a packing, from `find_onset` or from here, to a higher rho by steps. Droplets take over from disks at rho,
+    or at 0.88 where the models part, and go on from there."""
 
     def compressed(packing: Packing, rho: float) -> Packing:
         return _compress_to(packing, rho, step, way.tolerance)
@@ -113,11 +98,8 @@ def value_at(packing: Packing, quantity: str) -> float:
 
 
 def values_at(packing: Packing, quantities: tuple[str, ...]) -> dict[str, float]:
-    """Measure some quantities of `COLUMNS` of a packing.
-
-    a is the mean shape factor above that of a free particle, A - A_J; the others are those of `jamlab.measure`. All
-    are nan in a packing that came loose.
-    """
+    """Measure some quantities of `COLUMNS` of a packing. a is the mean shape factor above that of a free particle, A -
+    A_J; the others are those of `jamlab.measure`. All are nan in a packing that came loose."""
     row = measure(packing, {"z", *(COLUMNS[name] for name in quantities)})
     found = {name: row[COLUMNS[name]] for name in quantities}
     if "a" in found:

@@ -3,8 +3,6 @@
 Errors come from a table of runs, see `flow_errors`, and from the packing itself, where linear response tells.
 """
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -270,10 +268,9 @@ def _kept(kind: str, beta: float) -> tuple[int, int]:
 
 
 def _average(noise: float, tolerance: float, model_error: float) -> float:
-    """Strain of an average whose noise, known at unit strain, fills the room beside a model: upwards to three digits.
-
-    Where that is more than `MOST_STRAIN`, or a model leaves no room, the error that it reaches is larger than allowed.
-    """
+    """Strain of an average whose noise, known at unit strain, fills the room beside a model: upwards to three
+    digits. Where that is more than `MOST_STRAIN`, or a model leaves no room, the error that it reaches is larger
+    than allowed."""
     strain = max(1.0, (noise / room(tolerance, model_error)) ** 2)
     digit = 10.0 ** (np.floor(np.log10(strain)) - 2)
     return float(min(np.ceil(strain / digit) * digit, MOST_STRAIN - TRANSIENT))

@@ -5,8 +5,6 @@ with the error of the simpler model. Two numbers carry them over to other packin
 whether contacts change, and drag over elasticity of a contact that moves with the affine flow.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -16,12 +14,12 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.estimates.quantiles import exceeded_by_few
-from jamlab.estimates.table_file import read_table
+from jamlab.estimates.way_table import read_table
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.force_laws import drag_stiffness
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
+from jamlab.statistics.confidence import exceeded_by_few
 
 SIZE = 64  # disks of the packings that make the table
 STOKES = 0.0  # in the place of alpha
@@ -43,22 +41,15 @@ _DIGITS = 1e-4  # relative: the table has five digits
 
 
 class Flow(NamedTuple):
-    """What is asked of the table.
+    """What is asked of the table."""
 
-    Attributes:
-        kind: "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at
-            the rate to the power alpha.
-        alpha: of contact drag, or `STOKES`.
-        drag: see `relative_drag`; of flow, the rate of linear drag.
-        amplitude: see `relative_amplitude`; 1 of flow.
-        beta: of contact drag.
-    """
-
+    # "oscillation": linear spectrum, for alpha below 1 by equivalent damping; "flow": stress of linear drag at the rate
+    # to the power alpha
     kind: str
-    alpha: float
-    drag: float
-    amplitude: float = 1.0
-    beta: float = 1.0
+    alpha: float  # of contact drag, or `STOKES`
+    drag: float  # see `relative_drag`; of flow, the rate of linear drag
+    amplitude: float = 1.0  # see `relative_amplitude`; 1 of flow
+    beta: float = 1.0  # of contact drag
 
 
 class Outside(NamedTuple):
@@ -97,25 +88,16 @@ class FlowErrors:
         return factor * self._promise_at_one(flow) if np.isfinite(factor) else np.inf
 
     def sliding_factor(self, kind: str, beta: float) -> float:
-        """Factor by which promises are wider where sliding is not damped as approach is, at least 1.
-
-        95 % of the runs at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both
-        where one has too few; beta between them counts as they do. Infinite beyond, or if there are too few runs.
-        """
+        """Factor by which promises are wider where sliding is not damped as approach is, at least 1. 95 % of the runs
+        at either of `SLIDING_BETAS` would have kept promises that much wider, or of those at both where one has too
+        few; beta between them counts as they do. Infinite beyond, or if there are too few runs."""
         if beta == 1.0:
             return 1.0
         return self._factors[kind] if SLIDING_BETAS[0] <= beta <= SLIDING_BETAS[1] else np.inf
 
     def kept(self, part: str = CHECK, kind: str | None = None, beta: float | None = None) -> tuple[int, int]:
-        """How many checks, on other packings at random conditions, stayed below the error promised; and of how many.
-
-        Conditions for which nothing is promised are left out.
-
-        Args:
-            part: `CHECK`, of beta = 1, or `SLIDING_CHECK`, of others.
-            kind: "oscillation" or "flow"; None: both.
-            beta: of the checks; None: all of the part.
-        """
+        """How many checks, on other packings at random conditions, stayed below the error promised, and of how many for
+        which one was; `part` is `CHECK`, of beta = 1, or `SLIDING_CHECK`; None: of both kinds, of all beta."""
         checks = self.rows[self.rows["part"] == part]
         for name, only in (("kind", kind), ("beta", beta)):
             checks = checks if only is None else checks[checks[name] == only]
@@ -130,10 +112,8 @@ class FlowErrors:
 
     def scatter_of_flow(self, beta: float = 1.0) -> float:
         """Standard error of a mean stress over that stress, of 64 disks at unit strain: the mean over runs at beta = 1.
-
         For another beta that of the runs at the end of `SLIDING_BETAS` on its side counts, if it is larger. Stress of
-        64 disks remembers more strain than blocks of a short run are long: the table's is raised by as much.
-        """
+        64 disks remembers more strain than blocks of a short run are long: the table's is raised by as much."""
         rows = self.rows[(self.rows["kind"] == "flow") & (self.rows["n"] == SIZE)]
         means = rows.groupby("beta")["scatter"].mean()
         usual = float(means.loc[1.0])
@@ -232,11 +212,7 @@ def _quantile(errors: Any) -> Any:
 
 
 def read_errors(path: Path | None = None) -> FlowErrors:
-    """Read the shipped runs, or those written by `jamlab chart flow-table`.
-
-    Raises:
-        StorageError: it cannot be read, or is no such table.
-    """
+    """Read the shipped runs, or those written by `jamlab chart flow-table`."""
     return FlowErrors(read_table(path, "flow_errors.csv.gz", COLUMNS, "jamlab chart flow-table"))
 
 
@@ -258,9 +234,7 @@ def mean_overlap(packing: Packing) -> float:
 
 def relative_drag(damping: Damping, omega: float, amplitude: float) -> float:
     """Drag over elastic force of a contact that moves with the affine flow: (tau_1 omega)^alpha amplitude^(alpha - 1).
-
-    While contacts stay, G* depends on frequency and amplitude by it alone.
-    """
+    While contacts stay, G* depends on frequency and amplitude by it alone."""
     alpha = damping.alpha
     return float((damping.tau * omega) ** alpha * amplitude ** (alpha - 1.0))
 

@@ -6,8 +6,7 @@ how far z, G, A and the voids of a way are from those of default droplets (Borom
 that, and the distance from it that few packings exceed, is its expected error. Default droplets are the last resort.
 """
 
-from __future__ import annotations
-
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,12 +17,13 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
-from jamlab.estimates.ensemble_way import EnsembleWay, default_way
+from jamlab.estimates.ensemble_way import STEP, EnsembleWay, bring_on, default_way, find_onset, values_at
 from jamlab.estimates.options import OldWords, Why, judge, taken
-from jamlab.estimates.quantiles import between, exceeded_by_few, neighbours
-from jamlab.estimates.way_errors import QUANTUM
-from jamlab.estimates.way_table import N, WayRecord, Ways, read_ways
+from jamlab.estimates.way_table import QUANTUM, N, WayRecord, Ways, read_ways
 from jamlab.packing.law_parameters import MODELS
+from jamlab.packing.packing import Packing
+from jamlab.packing.short_repr import short_repr
+from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 QUANTITIES = {
     "z": "contacts per particle without rattlers, absolute",
@@ -70,12 +70,7 @@ class Choice(OldWords):
 
 @checked
 def choose(
-    rho: float,
-    tolerance: Mapping[str, float],
-    n: int = 64,
-    *,
-    model: str = "auto",
-    table: Ways | None = None,
+    rho: float, tolerance: Mapping[str, float], n: int = 64, *, model: str = "auto", table: Ways | None = None
 ) -> Choice:
     """Choose the cheapest way that is expected to meet every tolerance.
 
@@ -136,11 +131,9 @@ def errors_of(record: WayRecord, reference: WayRecord, quantity: str) -> list[Ar
 
 
 def expected_error(errors: Array, n_table: int, n: int, quantum: float = 0.0) -> float:
-    """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off.
-
-    The distance from the mean of the other packings that few of m packings of n_table particles exceed, at least
-    `quantum`, the least step of the quantity, scaled with n^-1/2. Infinite for fewer packings than promise anything.
-    """
+    """Error that 95 % of new packings of n particles stay below once the mean of the errors is taken off. The distance
+    from the mean of the other packings that few of m packings of n_table particles exceed, at least `quantum`, the
+    least step of the quantity, scaled with n^-1/2. Infinite for fewer packings than promise anything."""
     others = max(len(errors) - 1, 1)
     distance = np.abs(errors - np.mean(errors)) * len(errors) / others if len(errors) else errors
     return max(exceeded_by_few(distance), quantum) * float(np.sqrt(n_table / n))
@@ -203,3 +196,79 @@ def _errors(option: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]
 
 def _words(error: Mapping[str, float]) -> str:
     return ", ".join(f"{name} to {value:.2g}" for name, value in error.items())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Outcome of `scene`.
+
+    Attributes:
+        packing: at the packing fraction asked for; its provenance holds the choice.
+        values: every quantity that a tolerance can be asked for, see `model_choice.QUANTITIES`, of the packing.
+        estimate: the same for default droplets: values with the choice's corrections, to which its errors apply.
+        choice: model, contact form and vertices, expected error, and what else there was.
+        seconds: wall time.
+
+    Example:
+        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> sorted(s.values), abs(round(s.estimate["z"] - s.values["z"] - s.choice.correction["z"], 12))
+        (['a', 'g', 'void_sides', 'z'], 0.0)
+    """
+
+    packing: Packing
+    values: dict[str, float]
+    estimate: dict[str, float]
+    choice: Choice
+    seconds: float
+
+    __repr__ = short_repr
+
+
+@checked
+def scene(
+    rho: float,
+    n: int = 64,
+    seed: int = 1,
+    *,
+    tolerance: Mapping[str, float],
+    model: str = "auto",
+    step: float = STEP,
+    exponent: float | None = None,
+) -> Scene:
+    """Make particles at rho by the cheapest model expected to keep every tolerance.
+
+    Disks are jammed and compressed; where droplets are needed, they take over from the disks at rho, or at 0.88 where
+    the models part, and go on from there.
+
+    Args:
+        rho: true packing fraction.
+        n: even number of particles.
+        seed: of the random start.
+        tolerance: what is wanted -> error allowed, e.g. {"z": 0.05}.
+        model: "auto", "sp" or "dp".
+        step: of rho in the sweeps.
+        exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
+            choice are those of harmonic disks.
+
+    Raises:
+        InputError: see `jamlab.estimates.model_choice.choose`.
+        ConvergenceError: no onset below rho, or a state on the way did not converge.
+
+    Example:
+        >>> s = jamlab.scene(rho=0.87, n=16, seed=1, tolerance={"z": 0.5})
+        >>> s.choice.way.model, s.packing.n
+        ('sp', 16)
+    """
+    began = time.perf_counter()
+    if exponent not in (None, 2) and model != "sp":
+        raise InputError(
+            f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "
+            "have no exponent; choose disks yourself, model='sp'"
+        )
+    choice = choose(rho, tolerance, n, model=model)
+    law: dict[str, Any] = {} if exponent is None else {"exponent": exponent}
+    packing = bring_on(choice.way, find_onset(choice.way, seed, **law), rho, step)
+    packing = packing.with_state(provenance={"model_choice": str(choice.way), "model_error": choice.error})
+    values = values_at(packing, tuple(QUANTITIES))
+    estimate = {name: value + choice.correction[name] for name, value in values.items()}
+    return Scene(packing, values, estimate, choice, time.perf_counter() - began)

@@ -1,7 +1,5 @@
 """Options of a choice: what each would give and cost, which is taken, and why the others are not."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from enum import StrEnum
@@ -22,13 +20,8 @@ class Why(StrEnum):
 
 
 def judge(rows: Sequence[dict[str, Any]], cost: str, nearest: str | None = None) -> pd.DataFrame:
-    """Build the table of options; the cheapest of those that nothing speaks against is taken.
-
-    Args:
-        rows: columns of every option; `why` is None where nothing speaks against it.
-        cost: column by which the cheapest is taken; of equal ones the first.
-        nearest: column whose least value is taken if something speaks against all that have one; None: no option is.
-    """
+    """Build the table of options: the cheapest, the first of equals, of those with `why` None is taken, else, if there
+    is a column `nearest`, the one whose value of it is least."""
     options = pd.DataFrame(rows)
     free = options["why"].isna()
     options.loc[free, "why"] = Why.DEARER

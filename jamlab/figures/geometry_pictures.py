@@ -4,8 +4,6 @@ Colours are from the palette of Okabe & Ito and from cividis, both safe for the 
 of sides as a digit too.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -41,10 +39,8 @@ def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
 
 
 def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
-    """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al.
-
-    SP: the chord (white) divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined.
-    """
+    """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al. SP: the chord (white)
+    divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined."""
     fills, lines = (move_home(packing, shapes) for shapes in particle_shapes(packing))
     shapes = shapely.polygons([shapely.linearrings(fill) for fill in fills])
     moves = periodic_moves(packing)

@@ -26,11 +26,7 @@ PICTURES = (".png", *_DATELESS)
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Write a figure as .png, .pdf or .svg, all or nothing.
-
-    Raises:
-        StorageError: see `jamlab.storage.atomic_file.atomic_file`.
-    """
+    """Write a figure as .png, .pdf or .svg, all or nothing."""
     kind = path.suffix.lower()
     if kind == ".png":
         save_png(figure, path)
@@ -49,42 +45,26 @@ _DPI = 130  # figures of two or more panels are wider than the page, and stay sh
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table as the reader sees it.
+    """A table as the reader sees it."""
 
-    Attributes:
-        columns: their names, with units.
-        rows: cells.
-        heading: above the table; none by default.
-        marks: a word for each row, such as its verdict, by which the reader can filter; none by default.
-        words: columns of text: they are set left, and wrap.
-        folded: what stands in place of the table until the reader opens it; "" shows it at once.
-    """
-
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    heading: str = ""
+    columns: Sequence[str]  # their names, with units
+    rows: Sequence[Sequence[str]]  # cells
+    heading: str = ""  # above the table; none by default
+    # a word for each row, such as its verdict, by which the reader can filter; none by default
     marks: Sequence[str] = ()
-    words: bool = False
-    folded: str = ""
+    words: bool = False  # columns of text: they are set left, and wrap
+    folded: str = ""  # what stands in place of the table until the reader opens it; "" shows it at once
 
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a page: picture first, then what was measured.
+    """One part of a page: picture first, then what was measured."""
 
-    Attributes:
-        heading: also in the table of contents.
-        picture: PNG, held inside the page; none by default.
-        caption: of the picture.
-        tables: in their order.
-        fragment: HTML above all of them, such as an explorer.
-    """
-
-    heading: str
-    picture: bytes | None = None
-    caption: str = ""
-    tables: Sequence[TextTable] = ()
-    fragment: Markup = _NOTHING
+    heading: str  # also in the table of contents
+    picture: bytes | None = None  # PNG, held inside the page; none by default
+    caption: str = ""  # of the picture
+    tables: Sequence[TextTable] = ()  # in their order
+    fragment: Markup = _NOTHING  # HTML above all of them, such as an explorer
 
     @property
     def anchor(self) -> str:
@@ -140,19 +120,8 @@ def write_report(
     assets: Markup = _NOTHING,
     columns: int = 0,
 ) -> None:
-    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it.
-
-    Args:
-        path: HTML file to create or replace.
-        title, lead: heading and first paragraph.
-        sections: in their order.
-        facts: name -> value, listed at the end as "How it was made".
-        assets: styles and scripts that fragments of the sections need.
-        columns: of sections, with pictures that fit on a screen; 0: one, with pictures as wide as the page.
-
-    Raises:
-        StorageError: the file cannot be written.
-    """
+    """Write the page: contents, sections, a choice of rows by their marks, dark where the browser asks for it. Facts
+    stand at the end; pictures in columns fit on a screen, without columns they are as wide as the page."""
     environment = Environment(loader=PackageLoader("jamlab.figures", ""), autoescape=select_autoescape())
     marks: Counter[str] = sum((section.marks for section in sections), Counter())
     page = environment.get_template("page.html").render(

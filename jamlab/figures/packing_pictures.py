@@ -32,10 +32,8 @@ __all__ = [
 
 def draw_packing(axes: Any, packing: Packing, title: str = "") -> None:
     """Draw one periodic cell with its particles, as fig 2 of Boromand et al.: large blue, small pink, rattlers grey.
-
     Where there are more than two sizes, a bar says what the colours mean. DP: the fill is the outline with its rim of
-    width delta/2, the line inside it the bare polygon. Black lines join the centroids of particles in contact.
-    """
+    width delta/2, the line inside it the bare polygon. Black lines join the centroids of particles in contact."""
     network = contacts(packing)
     draw_particles(axes, packing, np.where(network.rattlers, RATTLER, size_colours(packing)))
     line_everywhere(axes, contact_lines(network), packing.box, color="black", linewidth=1.1)
@@ -71,9 +69,8 @@ def curve_figure(tables: Mapping[str, Mapping[str, NDArray[np.float64]]], column
 
 def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -> Figure:
     """Draw storage (solid, filled) and loss modulus (dashed, open) over frequency, log-log, one colour per entry.
-
-    Several packings of an entry: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at 1/tau*.
-    """
+    Several packings of an entry: mean and standard error. Dotted: slope 1 from eta_0 and slope 1/2 from G_0 at
+    1/tau*."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
     for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):

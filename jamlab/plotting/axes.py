@@ -1,7 +1,5 @@
 """Axes to draw into: those of the caller, or new ones; the caller's style over defaults."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -14,18 +12,8 @@ from jamlab.errors import InputError, JamlabError
 
 @contextmanager
 def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> Iterator[Axes]:
-    """Give the axes of the caller, or those of a new figure of pyplot, as notebooks show them.
-
-    A new figure is closed again if nothing could be drawn.
-
-    Args:
-        ax: matplotlib Axes, or None.
-        style: what the caller gave for matplotlib's artist; named in the error if matplotlib refuses it.
-        size: of a new figure, inches.
-
-    Raises:
-        InputError: `ax` is something else, or matplotlib refuses the style.
-    """
+    """Give the axes of the caller, or those of a new figure of pyplot, of a size in inches, as notebooks show them; it
+    is closed again if nothing could be drawn. An error names what matplotlib refuses of the style."""
     figure = None
     if ax is None:
         from matplotlib import pyplot
@@ -45,13 +33,7 @@ def axes_for(ax: Any, style: Mapping[str, Any], size: tuple[float, float]) -> It
 
 
 def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -> dict[str, Any]:
-    """Take the caller's style over the defaults; short names such as lw and c mean what they do in matplotlib.
-
-    Args:
-        artist: class of the artist that takes the style.
-        defaults: its style where the caller has none, by long names.
-        style: of the caller.
-    """
+    """Take the caller's style over the defaults; short names such as lw and c mean what they do in matplotlib."""
     own = normalize_kwargs(dict(style), artist)
     if "colors" in own:  # LineCollection has this name besides
         own["color"] = own.pop("colors")
@@ -63,10 +45,5 @@ def merged(artist: Any, defaults: Mapping[str, Any], style: Mapping[str, Any]) -
 def legend_below(axes: Axes, handles: list[Any], title: str = "", columns: int = 6) -> None:
     """Put a legend below the axes, where a picture that fills them leaves room for none."""
     axes.legend(
-        handles=handles,
-        title=title or None,
-        loc="upper center",
-        bbox_to_anchor=(0.5, -0.01),
-        ncols=columns,
-        fontsize=9,
+        handles=handles, title=title or None, loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=columns, fontsize=9
     )

@@ -20,17 +20,7 @@ Points = tuple[Array | None, Array | None, Array | None]  # x, y and errors of y
 def draw_fit(
     axes: Axes, x: Array, y: Array, label: str, points: Points, new: bool, x_label: str = "$x$", /, **style: Any
 ) -> None:
-    """Draw a law (m,) and the points that it was fitted to.
-
-    Args:
-        axes: to draw into.
-        x, y: (m,) of the law.
-        label: of the law in the legend.
-        points: what it was fitted to, None where that is not known.
-        new: whether the axes are new, and get scales and labels.
-        x_label: of the x axis.
-        style: of the law, matplotlib's Line2D.
-    """
+    """Draw a law (m,) and the points that it was fitted to, if they are known; new axes get scales and labels."""
     px, py, error = points
     if new:
         label_axes(axes, x_label, "$y$")
@@ -54,15 +44,8 @@ Band = tuple[Array, Array, Array]  # mean, and the ends of its interval
 def draw_modulus(
     axes: Axes, omega: Array, storage: Array | Band, loss: Array | Band, /, label: str = "", **style: Any
 ) -> None:
-    """Draw G' (solid, filled) and G'' (dashed, open) over frequency.
-
-    Args:
-        axes: to draw into; made logarithmic.
-        omega: (m,).
-        storage, loss: (m,), or mean with the lower and upper end of a band.
-        label: what the legend says after G' and G''.
-        style: of both lines, matplotlib's Line2D.
-    """
+    """Draw G' (solid, filled) and G'' (dashed, open) over frequency (m,), each (m,) or a mean with both ends of a
+    band."""
     colour = COLOURS[len(axes.lines) // 2 % len(COLOURS)]
     looks = (("G'", storage, {"linestyle": "-", "marker": "o"}), ("G''", loss, {"linestyle": "--", "marker": "s"}))
     for symbol, values, look in looks:

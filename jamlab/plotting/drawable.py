@@ -36,15 +36,9 @@ Raises:
 def drawn(
     artist: str, size: tuple[float, float] = CURVES, raises: str = ""
 ) -> Callable[[Callable[..., None]], Callable[..., Axes]]:
-    """Make a method `plot(self, axes, /, **style)` that draws into axes the public `plot(self, ax=None, **style)`.
-
-    The method's docstring says what is drawn and gives an example; what all have in common is added to it.
-
-    Args:
-        artist: of matplotlib that takes the style, in words for the docstring.
-        size: of a new figure, inches.
-        raises: what else is refused, in words that end in a comma.
-    """
+    """Make a method `plot(self, axes, /, **style)` that draws into axes the public `plot(self, ax=None, **style)`. To
+    its docstring, which says what is drawn and gives an example, what all have in common is added; `artist` takes the
+    style."""
 
     def decorate(draw: Callable[..., None]) -> Callable[..., Axes]:
         @wraps(draw)

@@ -19,10 +19,8 @@ _ARC = 48  # corners of a drawn disk: a circle to the eye at this size
 
 
 def lattice_moves(box: Array) -> Array:
-    """(m, 2) translations of the cell to itself, in the middle, and to all images that reach into the picture.
-
-    Nine in a box that is not tilted further than it is wide; a cell that leans more needs more images beside it.
-    """
+    """(m, 2) translations of the cell to itself, in the middle, and to all images that reach into the picture. Nine in
+    a box that is not tilted further than it is wide; a cell that leans more needs more images beside it."""
     aside = 1 + max(0, int(np.ceil((abs(box[1, 0]) + MARGIN) / box[0, 0] - 1)))
     return np.asarray(np.array(list(product(range(-aside, aside + 1), (-1, 0, 1)))) @ box)
 

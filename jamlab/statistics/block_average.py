@@ -20,17 +20,11 @@ LARGEST_DRIFT = 3.0  # in standard errors: by chance in one series of 400
 
 @dataclass(frozen=True)
 class BlockAverage:
-    """Mean of a series.
+    """Mean of a series."""
 
-    Attributes:
-        value: mean.
-        error: standard error of the mean.
-        drift: mean of the second half less that of the first, over its standard error.
-    """
-
-    value: float
-    error: float
-    drift: float
+    value: float  # mean
+    error: float  # standard error of the mean
+    drift: float  # mean of the second half less that of the first, over its standard error
 
     @property
     def steady(self) -> bool:
@@ -40,19 +34,7 @@ class BlockAverage:
 
 @checked
 def block_average(values: ArrayLike) -> BlockAverage:
-    """Average a series of at least sixteen values at equal distances.
-
-    >>> from jamlab.statistics.block_average import block_average
-    >>> found = block_average(np.tile([1.0, 3.0], 32))
-    >>> found.value, found.drift
-    (2.0, 0.0)
-
-    Args:
-        values: (m,).
-
-    Raises:
-        InputError: too few values, or one that is not finite.
-    """
+    """Average a series (m,) of at least sixteen values at equal distances."""
     series = np.asarray(values, dtype=np.float64)
     if series.ndim != 1 or len(series) < 2 * FEWEST_BLOCKS or not np.isfinite(series).all():
         raise InputError(f"a series of shape {series.shape}: give one row of at least {2 * FEWEST_BLOCKS} numbers")

@@ -12,8 +12,6 @@ Every interval draws with the same seed, `SEED`, unless told otherwise: the same
 figure, and two statistics of one ensemble are compared on the same resamples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -33,20 +31,16 @@ MOST_RESAMPLES = 1_000_000  # the ends of an interval have three digits then
 
 @dataclass(frozen=True)
 class Interval:
-    """A statistic with the ends of its confidence interval.
+    """A statistic with the ends of its confidence interval."""
 
-    Attributes:
-        value: statistic of the ensemble itself, float64 of any shape.
-        low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give
-            nan, where the statistic depends on a group of a single packing, which says nothing about its spread, and
-            everywhere if too few packings were given.
-    """
-
-    value: Array
+    value: Array  # statistic of the ensemble itself, float64 of any shape
+    # low, high: percentiles over the resamples, stretched as above; nan where more than half of the resamples give nan,
+    # where the statistic depends on a group of a single packing, which says nothing about its spread, and everywhere if
+    # too few packings were given
     low: Array
     high: Array
 
-    def __getitem__(self, index: int | tuple[int | slice, ...]) -> Interval:
+    def __getitem__(self, index: int | tuple[int | slice, ...]) -> "Interval":
         return Interval(self.value[index], self.low[index], self.high[index])
 
 
@@ -60,20 +54,9 @@ def bootstrap(
     seed: int = SEED,
     least: int = 1,
 ) -> Interval:
-    """Compute the percentile interval of a statistic of groups of packings (Efron & Tibshirani 1993, ch. 13).
-
-    Args:
-        groups: arrays (packings, ...), such as one for each system size; packings are drawn within their group.
-        statistic: function of such a list of arrays that returns a number or an array. A resample for which it returns
-            nan or raises a JamlabError is left out; what it raises for the ensemble itself is passed on.
-        resamples: number of ensembles drawn.
-        level: nominal coverage of the interval.
-        seed: of the random numbers.
-        least: packings that every group must have, else there is no interval.
-
-    Raises:
-        InputError: no group or an empty one, fewer than one resample, a level outside (0, 1).
-    """
+    """Compute the percentile interval of a statistic of groups (packings, ...), such as one of each system size;
+    packings are drawn within their group (Efron & Tibshirani 1993, ch. 13). A resample that gives nan or raises a
+    JamlabError is left out. Without `least` packings in every group there is no interval."""
     arrays = [np.asarray(group, dtype=np.float64) for group in groups]
     if not arrays or not all(a.ndim and len(a) for a in arrays):
         raise InputError("bootstrap got an empty group: it needs one packing at least in each")

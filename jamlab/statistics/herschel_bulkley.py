@@ -1,7 +1,5 @@
 """The law of Herschel and Bulkley for flow curves: a yield stress and a power law."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,18 +80,8 @@ class HerschelBulkley:
 
 @checked
 def herschel_bulkley(rates: ArrayLike, stress: ArrayLike, stress_error: ArrayLike, unit: str = "") -> HerschelBulkley:
-    """Fit the law to a flow curve by least squares in (law - stress)/error; the yield stress may be negative.
-
-    A yield stress below its error means that none is seen.
-
-    Args:
-        rates, stress, stress_error: (m,), three points at least, all rates and errors positive.
-        unit: of stress, for labels.
-
-    Raises:
-        InputError: too few points, rates or errors that are not positive, the same stress at all rates.
-        ConvergenceError: no fit is found, or one whose exponent lies at an end of its range, 0 to 2.
-    """
+    """Fit the law to a flow curve of three points or more by least squares in (law - stress)/error; the yield stress
+    may be negative. One below its error means that none is seen."""
     x, y, error = (finite_array(n, v, (None,)) for n, v in zip(_NAMES, (rates, stress, stress_error), strict=True))
     if not len(x) == len(y) == len(error) or len(np.unique(x)) < 3:
         raise InputError(

@@ -31,28 +31,21 @@ _STEEPEST = 100.0  # exponent that powers of sizes and of distances from onset b
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """y = sum of coefficients_k x^exponents_k.
+    """y = sum of coefficients_k x^exponents_k."""
 
-    Attributes:
-        coefficients, exponents: (terms,).
-        low, high: smallest and largest x fitted.
-        points: number of points fitted.
-        spread: root mean square of the residuals, relative or in standard errors.
-        worst: largest residual, in the same unit.
-        x, y: (points,) what was fitted; None of a law made by hand.
-        error: (points,) standard errors of y, or None.
-    """
-
+    # coefficients, exponents: (terms,)
     coefficients: Array
     exponents: Array
+    # low, high: smallest and largest x fitted
     low: float
     high: float
-    points: int
-    spread: float
-    worst: float
+    points: int  # number of points fitted
+    spread: float  # root mean square of the residuals, relative or in standard errors
+    worst: float  # largest residual, in the same unit
+    # x, y: (points,) what was fitted; None of a law made by hand
     x: Array | None = field(default=None, repr=False, compare=False)
     y: Array | None = field(default=None, repr=False, compare=False)
-    error: Array | None = field(default=None, repr=False, compare=False)
+    error: Array | None = field(default=None, repr=False, compare=False)  # (points,) standard errors of y, or None
 
     def __call__(self, x: ArrayLike) -> Array:
         """y at x, of the shape of x."""
@@ -73,9 +66,6 @@ class PowerLaw:
 
         Returns:
             The axes.
-
-        Raises:
-            InputError: `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
         from jamlab.plotting.curves import draw_fit
@@ -98,22 +88,10 @@ def power_law(
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
-    """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14.
-
-    Without errors the fit minimises relative residuals (model - y)/y, so that every decade counts alike; a single free
-    power law is a straight line through ln y against ln x. With errors it minimises (model - y)/error. Points are left
-    out if they are nan, or if x or the error (without errors: y) is not positive.
-
-    Args:
-        x, y: (m,).
-        exponents: one for each term; those given as None are fitted.
-        error: (m,) standard errors of y.
-        low, high: window in x.
-
-    Raises:
-        InputError: shapes that differ, no term, fewer usable points than unknowns.
-        ConvergenceError: the fit of the free exponents did not converge, or two terms became one.
-    """
+    """Fit one power law or a sum of several, such as z - z_J = z_0 d^0.5 + z_1 d^1, Boromand et al. eqs 13-14;
+    exponents None are fitted. Without errors residuals are relative, so that every decade counts alike, and a single
+    free law is a line through ln y. Points are left out if they are nan, or if x or the error (without errors: y) is
+    not positive."""
     if len(exponents) == 0:
         raise InputError("a power law needs an exponent: give (None,) for one free exponent")
     for e in exponents:
@@ -195,18 +173,7 @@ def widest_window(
     low: float = 0.0,
     high: float = np.inf,
 ) -> PowerLaw:
-    """Fit the widest run of points, in ln x, that all lie within a tolerance of the law.
-
-    Args:
-        x, y, exponents: see `power_law`.
-        tolerance: largest relative residual.
-        least: fewest points.
-        low, high: window in x to search.
-
-    Raises:
-        InputError: see `power_law`; a tolerance that is not positive.
-        ConvergenceError: no run of `least` points stays within the tolerance.
-    """
+    """Fit the widest run of at least so many points, in ln x, whose relative residuals all lie within a tolerance."""
     x, y = _finite_points(x, y)
     if not tolerance > 0:
         raise InputError(f"tolerance = {tolerance}: must be positive")
@@ -227,20 +194,16 @@ def widest_window(
 
 @dataclass(frozen=True)
 class FiniteSize:
-    """y(N) = limit + amplitude N^-exponent.
+    """y(N) = limit + amplitude N^-exponent."""
 
-    Attributes:
-        limit, amplitude, exponent: of the law.
-        n, y: (m,) what was fitted; None of a law made by hand.
-        error: (m,) standard errors of y, or None.
-    """
-
+    # limit, amplitude, exponent: of the law
     limit: float
     amplitude: float
     exponent: float
+    # n, y: (m,) what was fitted; None of a law made by hand
     n: Array | None = field(default=None, repr=False, compare=False)
     y: Array | None = field(default=None, repr=False, compare=False)
-    error: Array | None = field(default=None, repr=False, compare=False)
+    error: Array | None = field(default=None, repr=False, compare=False)  # (m,) standard errors of y, or None
 
     @property
     def at_end(self) -> bool:
@@ -264,9 +227,6 @@ class FiniteSize:
 
         Returns:
             The axes.
-
-        Raises:
-            InputError: it was made by hand without values, `ax` is something else, or matplotlib refuses the style.
         """
         from jamlab.plotting.axes import axes_for
         from jamlab.plotting.curves import draw_fit, draw_limit
@@ -287,17 +247,8 @@ class FiniteSize:
 def finite_size(
     n: ArrayLike, y: ArrayLike, error: ArrayLike | None = None, *, exponent: float | None = None
 ) -> FiniteSize:
-    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems.
-
-    Args:
-        n, y: (m,) sizes and values; those that are not finite are left out.
-        error: (m,) standard errors; by default all equal.
-        exponent: of the correction; by default the one between 0.1 and 4 that fits best; `at_end` of the result says
-            whether that is one of the two.
-
-    Raises:
-        InputError: fewer sizes than unknowns, sizes or errors that are not positive.
-    """
+    """Extrapolate y(N) = limit + amplitude N^-exponent to the limit of large systems; by default with the exponent
+    between 0.1 and 4 that fits best. What is not finite is left out."""
     n, y = _same_length(n, y)
     spread = np.ones_like(y) if error is None else _same_length(n, error)[1]
     kept = np.isfinite(n) & np.isfinite(y)

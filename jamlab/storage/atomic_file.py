@@ -12,21 +12,9 @@ from jamlab.errors import InputError, StorageError
 
 @contextmanager
 def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a temporary path to write to; it takes the place of `path` when the block ends well.
-
-    The temporary file `.jamlab-*.tmp` lies in the folder of `path` (where a rename is atomic), is flushed to disk
-    before the rename, and is removed if the block raises; the old file then stays as it was. Only a killed process
-    leaves it behind. A symbolic link is followed: the file it points to is replaced.
-
-    Args:
-        path: file to create or replace.
-
-    Yields:
-        Path of the temporary file, which exists and is empty.
-
-    Raises:
-        StorageError: as in `check_target`, or the disk is full.
-    """
+    """Give a temporary path `.jamlab-*.tmp` in the same folder, where a rename is atomic; it takes the place of `path`,
+    or of the file that a link points to, when the block ends well. If the block raises, it is removed, and the old file
+    stays as it was; only a killed process leaves it behind."""
     target = check_target(path)
     temporary = target.with_name(f".jamlab-{secrets.token_hex(8)}.tmp")
     try:
@@ -50,11 +38,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder unless it is there, before the work whose results go into it.
-
-    Raises:
-        StorageError: it cannot be made, or nothing can be written into it.
-    """
+    """Make a folder unless it is there, before the work whose results go into it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
@@ -64,30 +48,14 @@ def make_folder(folder: Path) -> None:
 
 
 def check_ending(path: str | os.PathLike[str], endings: Sequence[str], format_: str) -> None:
-    """Refuse a name whose ending promises another format; names without an ending promise nothing.
-
-    Raises:
-        InputError: naming the path and an ending that fits.
-    """
+    """Refuse a name whose ending promises another format; names without an ending promise nothing."""
     if Path(os.fspath(path)).suffix.lower() not in ("", *endings):
         raise InputError(f"{os.fspath(path)}: {format_}; name a file that ends in {endings[0]}")
 
 
 def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str], replace: bool = True) -> Path:
-    """Refuse a path that cannot be written, before hours of work go into what should be written there.
-
-    Args:
-        path: to write.
-        sources: files that are read; the result may not replace one of them.
-        replace: whether a file of this name may be replaced; commands ask for `--force`.
-
-    Returns:
-        The file behind all symbolic links.
-
-    Raises:
-        StorageError: `path` is a folder, a device, a pipe, a socket, one of the sources, write-protected or a file
-            that may not be replaced, or its folder is missing or not writable.
-    """
+    """Refuse a path that cannot be written, or is one of the sources, before hours of work go into what should be
+    written there; commands ask for `--force` to replace. Returns the file behind all links."""
     try:
         target = Path(os.path.realpath(path))
         mode = target.stat().st_mode if target.exists() else None

@@ -28,15 +28,10 @@ _HEADER = re.compile(rb"jamlab (packings|task [0-9a-f]{32}) sha256 ([0-9a-f]{64}
 
 @dataclass(frozen=True)
 class Checksum:
-    """Header of a file, compared with its content.
+    """Header of a file, compared with its content."""
 
-    Attributes:
-        label: "packings", or "task" and the name of the task.
-        matches: whether the content is that of the digest.
-    """
-
-    label: str
-    matches: bool
+    label: str  # "packings", or "task" and the name of the task
+    matches: bool  # whether the content is that of the digest
 
 
 def add_checksum(image: bytes, label: str = PACKINGS) -> bytes:
@@ -46,11 +41,7 @@ def add_checksum(image: bytes, label: str = PACKINGS) -> bytes:
 
 
 def checksum(path: str | os.PathLike[str]) -> Checksum | None:
-    """Read a file through and compare; None if it has no such header, e.g. because jamlab 0.1.0 wrote it.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
+    """Read a file through and compare; None if it has no such header, e.g. because jamlab 0.1.0 wrote it."""
     with open(path, "rb") as file:
         header = _HEADER.fullmatch(file.read(USER_BLOCK))
         if header is None:
@@ -66,18 +57,8 @@ _LARGE, _PACKED = 16e6, 16  # bytes from which on numbers of packings, compresse
 
 
 def dataset(group: Any, name: str, kinds: str, shape: tuple[int | None, ...] | None = None) -> Any:
-    """The dataset of a group, not read yet.
-
-    Args:
-        group: of an open file.
-        name: of the dataset, a path from the group.
-        kinds: codes of `numpy.dtype.kind` that are allowed; "T" stands for text.
-        shape: wanted; None stands for any length, and for any shape.
-
-    Raises:
-        StorageError: it is missing, is not of these kinds or this shape, lies in another file, or is declared larger
-            than what the file holds: reading it would fill the memory with nothing.
-    """
+    """The dataset of a group, not read yet, of one of the kinds of `numpy.dtype.kind`, "T" for text; None in the shape:
+    any."""
     where = f"{group.file.filename} is damaged: {group.name.rstrip('/')}/{name}"
     found = group.get(name)
     if not isinstance(found, h5py.Dataset):

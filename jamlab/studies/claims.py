@@ -18,77 +18,50 @@ _OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper h
 
 
 class Verdict(StrEnum):
-    """What a number of a paper comes to.
+    """What a number of a paper comes to."""
 
-    Attributes:
-        AGREES: the interval meets the paper's value within its margin, and is narrow enough to have missed it.
-        DIFFERS: the interval lies elsewhere; the cause stands beside it, with the figure or command that shows it.
-        INCONSISTENT: the paper contradicts itself, so that no measurement could settle the number.
-        CALIBRATED: parameters that the paper does not print were chosen to meet it: no independent test.
-        UNDECIDED: the interval meets the value, but is so wide that it would meet many others too.
-        MISSING: the data do not give it with an interval, which takes five packings.
-    """
-
-    AGREES = "agrees"
+    AGREES = "agrees"  # the interval meets the paper's value within its margin, and is narrow enough to have missed it
+    # the interval lies elsewhere; the cause stands beside it, with the figure or command that shows it
     DIFFERS = "differs"
-    INCONSISTENT = "paper inconsistent"
-    CALIBRATED = "calibrated"
-    UNDECIDED = "undecided"
-    MISSING = "not measured"
+    INCONSISTENT = "paper inconsistent"  # the paper contradicts itself, so that no measurement could settle the number
+    CALIBRATED = "calibrated"  # parameters that the paper does not print were chosen to meet it: no independent test
+    UNDECIDED = "undecided"  # the interval meets the value, but is so wide that it would meet many others too
+    MISSING = "not measured"  # the data do not give it with an interval, which takes five packings
 
 
 class Kind(StrEnum):
-    """How much a number tells.
+    """How much a number tells."""
 
-    Attributes:
-        MEASURED: it could have come out otherwise.
-        IDENTITY: it follows from counting or from the equations, whatever the packings are.
-        DUPLICATE: another claim measures the same number on the same packings.
-        FIT_TARGET: parameters that the paper does not print were chosen to meet it.
-    """
-
-    MEASURED = "measured"
-    IDENTITY = "identity"
-    DUPLICATE = "duplicate"
-    FIT_TARGET = "fit target"
+    MEASURED = "measured"  # it could have come out otherwise
+    IDENTITY = "identity"  # it follows from counting or from the equations, whatever the packings are
+    DUPLICATE = "duplicate"  # another claim measures the same number on the same packings
+    FIT_TARGET = "fit target"  # parameters that the paper does not print were chosen to meet it
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One number of a paper beside ours.
+    """One number of a paper beside ours."""
 
-    Attributes:
-        figure: name, such as "boromand-6".
-        quantity: in plain words.
-        value, low, high: measured, with the ends of its 95 % interval; nan where the data do not give it.
-        paper, margin, relation, scale: see `jamlab.statistics.published_numbers.Published`.
-        how: window, rule and convention of the measurement.
-        cause: why ours differs, in numbers where they come from the same tables.
-        shown_by: figure or command that shows the cause or the contradiction.
-        contradiction: of the paper with itself.
-        calibrated: why the number is no independent test.
-        where: section, figure or table of the paper.
-        systematic: error of window, convention or size, which no interval over packings holds; None if not measured.
-        kind: see `Kind`.
-    """
-
-    figure: str
-    quantity: str
+    figure: str  # name, such as "boromand-6"
+    quantity: str  # in plain words
+    # value, low, high: measured, with the ends of its 95 % interval; nan where the data do not give it
     value: float
     low: float
     high: float
+    # paper, margin, relation, scale: see `jamlab.statistics.published_numbers.Published`
     paper: float
     margin: float = 0.0
     relation: str = "="
     scale: float = 0.0
-    how: str = ""
-    cause: str = ""
-    shown_by: str = ""
-    contradiction: str = ""
-    calibrated: str = ""
-    where: str = ""
+    how: str = ""  # window, rule and convention of the measurement
+    cause: str = ""  # why ours differs, in numbers where they come from the same tables
+    shown_by: str = ""  # figure or command that shows the cause or the contradiction
+    contradiction: str = ""  # of the paper with itself
+    calibrated: str = ""  # why the number is no independent test
+    where: str = ""  # section, figure or table of the paper
+    # error of window, convention or size, which no interval over packings holds; None if not measured
     systematic: float | None = None
-    kind: Kind = Kind.MEASURED
+    kind: Kind = Kind.MEASURED  # see `Kind`
 
     @property
     def measured(self) -> bool:
@@ -103,10 +76,8 @@ class Claim:
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval and the systematic error are narrow enough to have disagreed.
-
-        That of a bound must lie on one side of it.
-        """
+        """Whether the interval and the systematic error are narrow enough to have disagreed. That of a bound must lie
+        on one side of it."""
         more = self.systematic or 0.0
         if self.relation != "=":
             return not self.low - more < self.paper < self.high + more
@@ -194,14 +165,9 @@ def claim(
     /,
     **words: str,
 ) -> Claim:
-    """Make a claim from an interval, None where the data do not give one.
-
-    Args:
-        kind: that of a number with the word `calibrated` is a fit target.
-        systematic: see `Claim`.
-        words: how, cause, shown_by, contradiction and calibrated of `Claim`, and where, if another place than that of
-            the published number says it.
-    """
+    """Make a claim from an interval, None where the data do not give one. Words: how, cause, shown_by, contradiction
+    and calibrated, which makes it a fit target, of `Claim`, and where, if another place than that of the number says
+    it."""
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)

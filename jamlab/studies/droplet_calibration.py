@@ -66,16 +66,7 @@ def _centre(law: Mapping[str, float]) -> dict[str, float]:
 
 
 def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
-    """Write the campaign file of the scan: a law, and each parameter halved and doubled.
-
-    Args:
-        n: number of droplets in each packing, even.
-        seeds: number of packings for each set of parameters.
-        law: values that replace the defaults at the centre of the scan.
-
-    Raises:
-        InputError: a parameter cannot be varied.
-    """
+    """Write the campaign file of the scan: a law at its centre, and each parameter halved and doubled."""
     if unknown := sorted(set(law) - set(FITTED)):
         raise InputError(f"parameter {unknown[0]!r} is not calibrated: use {', '.join(FITTED)}")
     centre = _centre(law)
@@ -95,11 +86,9 @@ def campaign_text(n: int, seeds: int, law: Mapping[str, float]) -> str:
 
 
 def observables(states: "pd.DataFrame") -> "pd.DataFrame":
-    """Read off the observables to compare from the states of one sweep, one row per packing.
-
-    Columns: seed, rho_J, z(d) and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G;
-    A of the bare outline, A with rim, and area deficit 1 - a/a_J at the last state, where it is confluent.
-    """
+    """Read off the observables to compare from the states of one sweep, one row per packing. Columns: seed, rho_J, z(d)
+    and G(d) at the `DISTANCES`, interpolated between states of which the unstable have no G; A of the bare outline, A
+    with rim, and area deficit 1 - a/a_J at the last state, where it is confluent."""
     import pandas as pd
 
     rows = []
@@ -122,15 +111,8 @@ def observables(states: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
-    """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed.
-
-    Returns:
-        One row per set and observable: mean, its standard error, change, its standard error over packings of equal
-        seed, between which the scatter of seeds cancels, and the number of packings.
-
-    Raises:
-        InputError: there is no sweep "centre".
-    """
+    """Average every observable over each set of parameters, and its change from the sweep "centre", seed by seed: a row
+    per set and observable, with standard errors; in that of the change the scatter between seeds cancels."""
     import pandas as pd
 
     if "centre" not in tables:
@@ -149,29 +131,18 @@ def sensitivity(tables: Mapping[str, "pd.DataFrame"]) -> "pd.DataFrame":
 
 @dataclass(frozen=True)
 class Calibration:
-    """Result of the fit.
+    """Result of the fit."""
 
-    Attributes:
-        law: gamma (eps/l), ka (eps/l^4) and delta (l) that come closest to the paper.
-        predicted: target observables with this law, as modelled.
-        misfit: root mean square of the deviations in units of their tolerances.
-        misfit_at_centre: the same at the centre of the scan.
-        at_edge: parameters that ended at the edge of the scan, a factor of 2 off the centre: scan again from there.
-    """
-
-    law: dict[str, float]
-    predicted: dict[str, float]
-    misfit: float
-    misfit_at_centre: float
+    law: dict[str, float]  # gamma (eps/l), ka (eps/l^4) and delta (l) that come closest to the paper
+    predicted: dict[str, float]  # target observables with this law, as modelled
+    misfit: float  # root mean square of the deviations in units of their tolerances
+    misfit_at_centre: float  # the same at the centre of the scan
+    # parameters that ended at the edge of the scan, a factor of 2 off the centre: scan again from there
     at_edge: tuple[str, ...]
 
 
 def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
-    """Find gamma, ka and delta within a factor of 2 of the centre that bring the changes closest to `TARGETS`.
-
-    Raises:
-        InputError: a sweep is missing, or an observable was not measured.
-    """
+    """Find gamma, ka and delta within a factor of 2 of the centre that bring the changes closest to `TARGETS`."""
     table = changes.pivot(index="set", columns="observable", values="mean")
     needed = ["centre", *(f"{name}-{side}" for name in FITTED for side in _SIDES)]
     missing = [name for name in needed if name not in table.index]
@@ -202,28 +173,17 @@ def fit(changes: "pd.DataFrame", centre: Mapping[str, float]) -> Calibration:
 
 @dataclass(frozen=True)
 class DropletCalibration(CampaignStudy):
-    """The scan and the fit, as a study.
-
-    Attributes:
-        n: number of droplets in each packing.
-        seeds: number of packings for each set of parameters.
-        law: values that replace the defaults at the centre of the scan.
-    """
+    """The scan and the fit, as a study."""
 
     name: str = "droplet-calibration"
     title: str = "Line tension, stiffness and rim of droplets that meet tables 1 and 2 of Boromand et al."
-    n: int = 32
-    seeds: int = 8
-    law: Mapping[str, float] = field(default_factory=dict)
+    n: int = 32  # number of droplets in each packing
+    seeds: int = 8  # number of packings for each set of parameters
+    law: Mapping[str, float] = field(default_factory=dict)  # values that replace the defaults at the centre of the scan
     kind: ClassVar[str] = "calibration"
 
     def campaign(self, folder: Path) -> "Campaign":
-        """Open the scan; its file is written at first.
-
-        Raises:
-            InputError: n, seeds or law is invalid.
-            StorageError: the folder cannot be written.
-        """
+        """Open the scan; its file is written at first."""
         from jamlab.campaign.campaign import open_campaign
 
         check_bidisperse(self.n, 0, 1.0)
@@ -238,22 +198,14 @@ class DropletCalibration(CampaignStudy):
         return open_campaign(file)
 
     def fit(self, folder: Path) -> "tuple[pd.DataFrame, Calibration]":
-        """Read the sensitivities of a finished scan, and fit.
-
-        Raises:
-            InputError: too few packings reached an observable.
-        """
+        """Read the sensitivities of a finished scan, and fit."""
         campaign = self.campaign(folder)
         tables = {sweep.name: observables(campaign.table("states", sweep.name)) for sweep in campaign.content.sweep}
         changes = sensitivity(tables)
         return changes, fit(changes, _centre(self.law))
 
     def draw(self, folder: Path | None = None) -> Shown:
-        """Show sensitivities and fit of a finished scan; none ships.
-
-        Raises:
-            InputError: no folder is given, or too few packings reached an observable.
-        """
+        """Show sensitivities and fit of a finished scan; none ships."""
         if folder is None:
             raise InputError(f"{self.name} ships no results: give the folder of jamlab study run {self.name}")
         changes, found = self.fit(folder)

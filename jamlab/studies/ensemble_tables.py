@@ -1,24 +1,157 @@
 """Prepare the tables that figures are drawn from, those of a campaign or of the reference data."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.rheology.mode_motion import MOTIONS
-from jamlab.studies.droplet_tables import (
-    COUNTS,
-    DAMPING,
-    LAW,
-    PACKING,
-    droplet_states,
-    modes_at_fractions,
-    spectra_at_fractions,
-    voids_by_state,
-)
-from jamlab.studies.ensembles import add_distances, select_followed, select_usual
+from jamlab.studies.ensembles import FEWEST, add_distances, select_followed, select_usual
+
+COUNTS = ("load_bearing", "pairs", "site_contacts", "self_stresses", "free_motions")  # of `count_motions`
+LAW = ["gamma", "eps", "nv_small"]  # what tells the force laws of droplets apart; nan for disks
+PACKING = ["model", "n", "seed", *LAW]
+DAMPING = ["law", "beta", "eta_f"]
+SHARED, OBSERVABLE = "shared_fraction", "jamlab.geometry.packing_fraction:shared_fraction"
+FRACTIONS = (0.86, 0.88, 0.90, 0.92, 0.94, 0.96)  # at which spectra are interpolated
+SCANNED = 0.90  # packing fraction at which line tension is varied
+DRAGS = {"contact": "contact drag", "stokes": "Stokes drag"}
+RATE_BINS = np.geomspace(1e-6, 1e6, 49)  # four in a decade; what lies beyond counts in the last one
+_MET = 1e-5  # a sweep ends so close to its last packing fraction, on either side
+_WIDEST = 0.03  # states further apart are no neighbours: one between them did not converge
+
+
+def droplet_states(states: pd.DataFrame) -> pd.DataFrame:
+    """Select states of droplets of every law, with their distances from onset, see `add_distances`."""
+    droplets = states[states["model"] == "dp"]
+    parts = [add_distances(part).assign(rho_J=lambda t: t["onset"]) for _, part in droplets.groupby(LAW)]
+    return pd.concat(parts, ignore_index=True) if parts else droplets.head(0)
+
+
+def spectra_at_fractions(states: pd.DataFrame, spectra: pd.DataFrame) -> pd.DataFrame:
+    """Interpolate G* of each packing at the `FRACTIONS` between its states; unstable ones have none."""
+    rows = _join_states(states, spectra[spectra["converged"].astype(bool)])
+    return _interpolate(rows, [*PACKING, *DAMPING], "omega", ("storage", "loss"), np.nan).dropna(subset=["storage"])
+
+
+def modes_at_fractions(states: pd.DataFrame, modes: pd.DataFrame) -> pd.DataFrame:
+    """Sum the strength of relaxation modes of each packing by rate, in bins, and how much of it is in which motion.
+    Columns: rate, the centre of a bin; strength; translation, rotation, along, across: parts of the strength that add
+    up to it; sliding: its part in modes that dissipate by sliding."""
+    rows = _join_states(states, modes)
+    place = np.clip(np.searchsorted(RATE_BINS, rows["rates"]) - 1, 0, len(RATE_BINS) - 2)
+    parts = {name: rows[name] * rows["strengths"] for name in (*MOTIONS, "sliding")}
+    binned = rows.assign(rate=np.sqrt(RATE_BINS[1:] * RATE_BINS[:-1])[place], strength=rows["strengths"], **parts)
+    values = ["strength", *MOTIONS, "sliding"]
+    who = [*PACKING, *DAMPING, "state", "rho"]
+    sums = binned.groupby([*who, "rate"], as_index=False, dropna=False)[values].sum()
+    return _interpolate(sums, who[:-2], "rate", values, 0.0)
+
+
+def voids_by_state(states: pd.DataFrame, voids: pd.DataFrame) -> pd.DataFrame:
+    """Count voids of each state: of all, of those with three sides, and the sum of the shape factors of these."""
+    three = voids["sides"] == 3
+    counted = voids.assign(voids=1, three=three.astype(int), shape_of_three=np.where(three, voids["shape"], 0.0))
+    sums = counted.groupby(["task", "state"], as_index=False)[["voids", "three", "shape_of_three"]].sum()
+    rows = _join_states(states, sums)
+    if SHARED not in rows:
+        raise InputError(f"the table states has no {SHARED}: add {OBSERVABLE!r} to the observables of the campaign")
+    return rows[rows["model"] == "dp"].rename(columns={SHARED: "overlap"})
+
+
+def _join_states(states: pd.DataFrame, rows: pd.DataFrame) -> pd.DataFrame:
+    """Select rows of converged states; adds rho, what particles share if that is known, and the force law."""
+    kept = ["task", "state", *PACKING, "rho", *({SHARED} & set(states.columns))]
+    good = states.loc[states["converged"].astype(bool), kept]
+    own = [column for column in rows.columns if column not in good.columns or column in ("task", "state")]
+    return good.merge(rows[own], on=["task", "state"])
+
+
+def _interpolate(rows: pd.DataFrame, who: list[str], along: str, values: Sequence[str], absent: float) -> pd.DataFrame:
+    """Interpolate values of each packing at the `FRACTIONS` between states; a row for each place `along`, which a state
+    may lack: then `absent` stands for it."""
+    out = []
+    for key, part in rows.groupby(who, dropna=False):
+        wide = part.pivot_table(index="rho", columns=along, values=list(values))
+        held = wide.fillna(absent).to_numpy(dtype=np.float64)
+        rho, named = wide.index.to_numpy(dtype=np.float64), dict[str, Any](zip(who, key, strict=True))
+        for place in FRACTIONS:
+            weights = _weights(rho, place)
+            if weights is not None:
+                used = weights > 0
+                found = pd.Series(weights[used] @ held[used], wide.columns).unstack(0).reset_index()
+                out.append(found.assign(**named, rho=place))
+    return pd.concat(out, ignore_index=True) if out else pd.DataFrame(columns=[*who, "rho", along, *values])
+
+
+def _weights(rho: Array, place: float) -> Array | None:
+    """Find (states,) weights of a linear interpolation; None outside, and in a gap."""
+    weights = np.zeros(len(rho))
+    near = int(np.abs(rho - place).argmin())
+    if abs(rho[near] - place) < _MET:
+        weights[near] = 1.0
+        return weights
+    above = int(np.searchsorted(rho, place))
+    if not 0 < above < len(rho) or rho[above] - rho[above - 1] > _WIDEST:
+        return None
+    share = (place - rho[above - 1]) / (rho[above] - rho[above - 1])
+    weights[above - 1 : above + 1] = 1 - share, share
+    return weights
+
+
+def counts_at_onset(onset: pd.DataFrame) -> pd.DataFrame:
+    """Select droplets with the counts of `held_motions`, and what the figure draws of them."""
+    rows = onset[onset["model"] == "dp"]
+    if not set(COUNTS) <= set(rows.columns) or rows[list(COUNTS)].dropna().empty:
+        raise InputError(
+            "the table onset has no counts of contacts: add 'jamlab.mechanics.held_motions:count_motions' to the "
+            "observables of the campaign, or use the reference data"
+        )
+    rows = rows.dropna(subset=list(COUNTS))
+    rows = rows[rows["load_bearing"] > 0]
+    held, beyond = rows["load_bearing"], rows["pairs"] - (2 * rows["load_bearing"] - 1)
+    return rows.assign(
+        beyond=beyond,
+        extra=beyond / held,
+        free=rows["free_motions"] / held,
+        second=(rows["site_contacts"] - rows["pairs"]) / held,  # of a pair with three contacts: two
+        one=(rows["self_stresses"] == 1).astype(float),
+        more=rows["self_stresses"] - 1,
+        more_each=(rows["self_stresses"] - 1) / held,
+    )
+
+
+def usual_law(table: pd.DataFrame) -> dict[str, float]:
+    """Find the force law that most rows of droplets have."""
+    droplets = table[table["model"] == "dp"]
+    if droplets.empty:
+        raise InputError("the table has no droplets: run the campaign beyond_the_papers")
+    return dict(select_usual(droplets, LAW, None)[LAW].iloc[0])
+
+
+def droplets_with(table: pd.DataFrame, **changes: float) -> pd.DataFrame:
+    """Select the droplets of the usual force law, but for some of its parameters."""
+    return _with(table, usual_law(table) | changes)
+
+
+def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
+    """List the values of one parameter that `FEWEST` packings have, the others of the force law being usual."""
+    others = {name: value for name, value in usual_law(table).items() if name != parameter}
+    packings = _with(table, others).drop_duplicates(PACKING)[parameter].value_counts()
+    return sorted(packings.index[packings >= FEWEST].to_numpy(dtype=np.float64).tolist())
+
+
+def _with(table: pd.DataFrame, law: dict[str, float]) -> pd.DataFrame:
+    """Select droplets with some parameters of the force law."""
+    rows = table[table["model"] == "dp"]
+    for name, value in law.items():
+        rows = rows[np.isclose(rows[name], value)]
+    return rows
+
 
 OF_PAPERS = ("states", "onset", "void_counts", "spectra", "quasistatic", "correlation")
 OF_FLOWS = ("flow", "oscillation", "creep")
@@ -111,10 +244,8 @@ def _at_targets(table: pd.DataFrame) -> pd.DataFrame:
 
 def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
     """Sum over the voids of each packing, by bin of rho (0.01) and number of sides; onset (state 0) is kept apart.
-
     Columns: voids: their number; area: sum of areas over the mean particle's; shape: sum of shape factors. A packing
-    can still be resampled as a whole from these.
-    """
+    can still be resampled as a whole from these."""
     voids = voids[voids["onset"].notna()]  # packings at a pressure belong to no sweep
     at_onset = voids["state"] == 0
     rho = np.where(at_onset, voids["onset"], (np.floor(voids["rho"] / RHO_BIN) + 0.5) * RHO_BIN)
@@ -124,15 +255,8 @@ def count_voids(voids: pd.DataFrame) -> pd.DataFrame:
 
 
 class EnsembleTables:
-    """The tables of an ensemble by name, prepared once; states, spectra and onsets hold only what converged.
-
-    Runs of flow without an answer are left out. For droplet_states and its kin see `jamlab.studies.droplet_tables`.
-
-    Args:
-        read: gives a table by its name, such as `jamlab.open_campaign(path).table`; can be pickled where several
-            processes draw.
-        facts: what the page says about the origin of the tables.
-    """
+    """The tables of an ensemble by name, prepared once, of `read`, which can be pickled where several processes draw.
+    States, spectra and onsets hold only what converged; runs of flow without an answer are left out."""
 
     def __init__(self, read: Callable[[str], pd.DataFrame], facts: dict[str, str] | None = None) -> None:
         self.read = read

@@ -53,13 +53,8 @@ def add_distances(states: pd.DataFrame) -> pd.DataFrame:
 def select_usual(
     table: pd.DataFrame, names: Sequence[str] = PROTOCOL, by: str | None = "model", *, of: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Select the rows whose values of some columns are those that most rows have together.
-
-    Args:
-        names: of the columns; by default what tells protocols apart. Those that the table lacks are left out.
-        by: column whose values have each their own most frequent rows; None: one choice for the whole table.
-        of: rows that decide, by default those of the table; then each column is decided after the one before.
-    """
+    """Select the rows whose values of some columns are those that most rows have together, by default those that tell
+    protocols apart; for each value of `by` anew. With `of` its rows decide, each column after the one before."""
     if of is not None:
         for name in names:
             of = select_usual(of, [name], None)
@@ -81,9 +76,7 @@ def enough(table: pd.DataFrame, by: str, least: int = FEWEST) -> list[Any]:
 
 def select_followed(states: pd.DataFrame) -> pd.DataFrame:
     """Leave out packings that were not compressed beyond onset, of sizes where others were, and those without an onset.
-
-    The first serve the table of onsets; among curves they would count as packings that reach no place.
-    """
+    The first serve the table of onsets; among curves they would count as packings that reach no place."""
     states = states[states["d_phi"].notna()]
     several = states.groupby(_PACKING)["state"].transform("size") > 1
     return states[several | ~several.groupby([states["model"], states["n"]]).transform("any")]
@@ -95,20 +88,13 @@ def sizes(table: pd.DataFrame, model: str) -> list[int]:
 
 
 def sampled_sizes(table: pd.DataFrame, model: str) -> list[int]:
-    """List the system sizes with 20 packings or more, ascending; all sizes if none has.
-
-    A larger size that is only begun would take the place of one with a hundred packings, with an interval that tells
-    nothing.
-    """
+    """List the system sizes with 20 packings or more, ascending; all sizes if none has. A larger size that is only
+    begun would take the place of one with a hundred packings, with an interval that tells nothing."""
     return enough(table[table["model"] == model], "n", ENOUGH)
 
 
 def nearest_size(table: pd.DataFrame, model: str, wanted: int) -> int:
-    """Pick the size with enough packings that is nearest to the paper's, by ratio.
-
-    Raises:
-        InputError: there is no packing of the model.
-    """
+    """Pick the size with enough packings that is nearest to the paper's, by ratio."""
     found = sampled_sizes(table, model)
     if not found:
         raise InputError(
@@ -165,12 +151,9 @@ def line_in_inverse(n: Sequence[float], groups: Sequence[Array]) -> tuple[float,
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Values of each packing at the same places.
+    """Values of each packing at the same places."""
 
-    Attributes:
-        x, y: (packings, places); nan where a packing does not reach a place.
-    """
-
+    # x, y: (packings, places); nan where a packing does not reach a place
     x: Array
     y: Array
 
@@ -216,15 +199,9 @@ def mean_curve(curves: Array) -> tuple[Array, Array]:
 
 
 def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: ArrayLike) -> Ensemble:
-    """Interpolate each packing of one model and size at the same places; those that few packings reach are left out.
-
-    A bin would average states at different x, and miss a place between two states; [B] averages at fixed distances.
-
-    Args:
-        states: see `add_distances`.
-        x, y: columns; x is not negative.
-        places: (places,) of x, ascending. A packing has none beyond its own first and last state.
-    """
+    """Interpolate each packing of one model and size at the same places (places,), ascending, of a column x >= 0 of
+    states of `add_distances`, within its first and last state; places that few packings reach are left out. A bin would
+    average states at different x, and miss a place between two states; [B] averages at fixed distances."""
     part = states[(states["model"] == model) & (states["n"] == n)][["seed", x, y]].dropna()
     at = np.asarray(places, dtype=np.float64)
     rows = [
@@ -242,10 +219,8 @@ def ensemble(states: pd.DataFrame, model: str, n: int, x: str, y: str, places: A
 
 def interpolate(x: Array, y: Array, places: Array) -> Array:
     """Interpolate monotonically (PCHIP) in the root of x, of which laws near onset are smooth functions; nan outside.
-
     The state at onset itself, x = 0, is no neighbour of places that are all beyond it: nothing is known on the way to
-    the first state of a sweep.
-    """
+    the first state of a sweep."""
     kept = x > 0 if places[0] > 0 else x >= 0
     x, first = np.unique(x[kept], return_index=True)
     if len(x) < 2:

@@ -19,21 +19,13 @@ from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies import micrograph_errors
 from jamlab.studies.baumgarten import correlation, motion, spectra
 from jamlab.studies.baumgarten import pictures as drawings
-from jamlab.studies.beyond import (
-    droplet_contacts,
-    droplet_modes,
-    droplet_sizes,
-    droplet_spectra,
-    droplet_vertices,
-    droplet_voids,
-    stiffening_disks,
-)
+from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structure, stiffening_disks
 from jamlab.studies.boromand import confluence, contacts_and_modulus, geometry, onset, pictures, voids
 from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
-from jamlab.studies.dynamics import amplitudes, collapse, equivalent_damping, flow_curves, power_law, yielding
+from jamlab.studies.dynamics import collapse, flow_curves, oscillation, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.page import Failure, Page, write_files, write_page
+from jamlab.studies.page import Failure, Page, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.study import CampaignStudy, Shown
@@ -65,16 +57,16 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "dynamics-collapse": collapse.flow_collapse,
     "dynamics-overshoot": yielding.overshoot,
     "dynamics-yield": yielding.yield_stress,
-    "dynamics-amplitudes": amplitudes.amplitude_sweeps,
-    "dynamics-power-law": power_law.power_law_collapse,
-    "dynamics-equivalent-damping": equivalent_damping.equivalent_damping,
+    "dynamics-amplitudes": oscillation.amplitude_sweeps,
+    "dynamics-power-law": collapse.power_law_collapse,
+    "dynamics-equivalent-damping": oscillation.equivalent_damping,
     "dynamics-droplets": flow_curves.droplets_beside_disks,
-    "beyond-droplet-spectra": droplet_spectra.droplet_spectra,
+    "beyond-droplet-spectra": droplet_modes.droplet_spectra,
     "beyond-droplet-modes": droplet_modes.droplet_modes,
-    "beyond-droplet-contacts": droplet_contacts.droplet_contacts,
+    "beyond-droplet-contacts": droplet_structure.droplet_contacts,
     "beyond-droplet-sizes": droplet_sizes.droplet_sizes,
-    "beyond-droplet-vertices": droplet_vertices.droplet_vertices,
-    "beyond-droplet-voids": droplet_voids.droplet_voids,
+    "beyond-droplet-vertices": droplet_sizes.droplet_vertices,
+    "beyond-droplet-voids": droplet_structure.droplet_voids,
     "beyond-stiffening-disks": stiffening_disks.stiffening_disks,
     "micrograph-errors": micrograph_errors.micrograph_errors,
 }
@@ -85,15 +77,11 @@ VERDICTS = "verdicts.csv"
 
 def titles() -> dict[str, str]:
     """Name of each figure -> what it shows, in one line."""
-    return {name: (function.__doc__ or "").splitlines()[0].rstrip(".") for name, function in FIGURES.items()}
+    return {name: " ".join((f.__doc__ or "").split()).partition(". ")[0].rstrip(".") for name, f in FIGURES.items()}
 
 
 def check_names(names: Sequence[str]) -> list[str]:
-    """Names of the figures asked for; "all" stands for every one.
-
-    Raises:
-        InputError: an unknown name.
-    """
+    """Names of the figures asked for; "all" stands for every one."""
     unknown = [name for name in names if name not in FIGURES and name != "all"]
     if unknown or not names:
         meant = [found for name in unknown for found in get_close_matches(name, FIGURES, 1)]
@@ -103,12 +91,7 @@ def check_names(names: Sequence[str]) -> list[str]:
 
 
 def draw(name: str, tables: EnsembleTables) -> Drawing:
-    """Draw one figure.
-
-    Raises:
-        InputError: the tables lack the data of the figure.
-        StorageError: a table cannot be read.
-    """
+    """Draw one figure."""
     try:
         drawing = FIGURES[name](tables)
     except KeyError as error:
@@ -119,32 +102,17 @@ def draw(name: str, tables: EnsembleTables) -> Drawing:
     return drawing
 
 
-def write(drawing: Drawing, folder: Path) -> tuple[list[Path], bytes | None]:
-    """Write PNG, PDF and CSV of a figure; returns their paths and the PNG itself.
-
-    Raises:
-        StorageError: the folder cannot be written.
-    """
-    return write_files(drawing.name, _shown(drawing), folder)
-
-
-def _shown(drawing: Drawing) -> Shown:
-    return Shown(drawing.figure, drawing.caption, (), drawing.table, drawing.claims, drawing.numbers)
-
-
-def _draw_shown(name: str, tables: EnsembleTables) -> Shown:
-    return _shown(draw(name, tables))
+def draw_shown(name: str, tables: EnsembleTables) -> Shown:
+    """Draw one figure as what a study shows."""
+    d = draw(name, tables)
+    return Shown(d.figure, d.caption, (), d.table, d.claims, d.numbers, d.name)
 
 
 @dataclass(frozen=True)
 class FigureStudy(CampaignStudy):
-    """A figure that is drawn from the tables of a campaign.
+    """A figure that is drawn from the tables of a campaign."""
 
-    Attributes:
-        made_by: name of the campaign, one of those that ship.
-    """
-
-    made_by: str
+    made_by: str  # name of the campaign, one of those that ship
     kind: ClassVar[str] = "figure"
 
     @property
@@ -155,7 +123,7 @@ class FigureStudy(CampaignStudy):
     def draw(self, folder: Path | None = None) -> Shown:
         """Draw the figure from a folder of results, or from the reference data that ship."""
         tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
-        return _draw_shown(self.name, tables)
+        return draw_shown(self.name, tables)
 
     def campaign(self, folder: Path) -> Campaign:
         """Open the campaign, which other figures share."""
@@ -182,18 +150,13 @@ def write_all(
     opening: Sequence[Section] = (),
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`.
-
-    Raises:
-        StorageError: the folder cannot be written.
-        InputError: no figure could be drawn.
-    """
+    """Write figures, the table of verdicts, their summary and one self-contained HTML page, see `write_page`."""
     headings = {study.name: study.heading for study in studies()}
     drawn, failures = write_page(
         folder,
         Page(_PAGE, "Figures of both papers", _lead, each=True, assets=explorer_assets()),
         {name: headings[name] for name in names},
-        partial(_draw_shown, tables=tables),
+        partial(draw_shown, tables=tables),
         tables.facts,
         opening=opening,
         progress=progress,

@@ -23,23 +23,14 @@ from jamlab.studies.table import MeasuredTable
 
 @dataclass(frozen=True)
 class Page:
-    """How the page of several studies looks.
+    """How the page of several studies looks."""
 
-    Attributes:
-        name: of its HTML file, and of the one CSV file of all numbers, see `each`.
-        title: its heading.
-        lead: function of all claims that gives the first paragraph.
-        each: whether every study writes PNG, PDF and CSV of its own, not only a PNG.
-        columns: of sections, see `jamlab.figures.html_page.write_report`.
-        assets: styles and scripts that opening sections need.
-    """
-
-    name: str
-    title: str
-    lead: Callable[[Sequence[Claim]], str]
-    each: bool = False
-    columns: int = 0
-    assets: Markup = field(default_factory=Markup)
+    name: str  # of its HTML file, and of the one CSV file of all numbers, see `each`
+    title: str  # its heading
+    lead: Callable[[Sequence[Claim]], str]  # function of all claims that gives the first paragraph
+    each: bool = False  # whether every study writes PNG, PDF and CSV of its own, not only a PNG
+    columns: int = 0  # of sections, see `jamlab.figures.html_page.write_report`
+    assets: Markup = field(default_factory=Markup)  # styles and scripts that opening sections need
 
 
 class Failure(NamedTuple):
@@ -60,22 +51,8 @@ def write_page(
     progress: Progress = no_progress,
     processes: int = 1,
 ) -> tuple[list[Shown], list[Failure]]:
-    """Draw studies one after the other, write their files, and one page of them; returns what was drawn, and what not.
-
-    What was drawn before an interruption is there.
-
-    Args:
-        folder: made if it is not there.
-        page: what the page is called and how it looks.
-        headings: name of each study -> heading of its section.
-        draw: function of a name; can be pickled where there are several processes.
-        facts: name -> value, how it was made, beside the versions.
-        opening: sections before those of the studies.
-
-    Raises:
-        StorageError: the folder cannot be written.
-        InputError: no study could be drawn.
-    """
+    """Draw studies one after the other, or in processes, for which `draw` must be picklable, write their files, and one
+    page of them; returns what was drawn, and what not. What was drawn before an interruption is there."""
     make_folder(folder)
     names = list(headings)
     one = partial(_draw_and_write, draw=draw, folder=folder, each=page.each)
@@ -123,11 +100,7 @@ def _draw_and_write(
 
 
 def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> tuple[list[Path], bytes | None]:
-    """Write PNG, and with `each` PDF and CSV, of a study; returns their paths and the PNG itself.
-
-    Raises:
-        StorageError: the folder cannot be written.
-    """
+    """Write PNG, and with `each` PDF and CSV, of a study; returns their paths and the PNG itself."""
     make_folder(folder)
     paths, png = [], None
     if shown.figure is not None:
@@ -162,11 +135,7 @@ def _verdicts(claims: Sequence[Claim]) -> TextTable:
 def measured(
     out: Path, studies: Mapping[str, TableStudy], *, measure: bool, progress: Progress = no_progress
 ) -> dict[str, MeasuredTable]:
-    """Table of each study: that of the folder, completed, if `measure`, and what ships otherwise.
-
-    Raises:
-        StorageError: the folder cannot be written, or holds another measurement.
-    """
+    """Table of each study: that of the folder, completed, if `measure`, and what ships otherwise."""
     make_folder(out)
     tables = {}
     for name, study in studies.items():

@@ -64,23 +64,15 @@ def size_style(n: int) -> dict[str, Any]:
 
 @dataclass
 class Drawing:
-    """A figure with its points, its numbers, and what it says of them.
+    """A figure with its points, its numbers, and what it says of them."""
 
-    Attributes:
-        name: such as "boromand-6".
-        figure: matplotlib.
-        claims: numbers of the paper beside ours.
-        values: further numbers of the figure, of which captions and reasons are written; nan ends: without interval.
-        caption: what is drawn, and what of the paper's figure is missing.
-        rows: one table per curve drawn.
-    """
-
-    name: str
-    figure: Figure
-    caption: str = ""
-    claims: list[Claim] = field(default_factory=list)
+    name: str  # such as "boromand-6"
+    figure: Figure  # matplotlib
+    caption: str = ""  # what is drawn, and what of the paper's figure is missing
+    claims: list[Claim] = field(default_factory=list)  # numbers of the paper beside ours
+    # further numbers of the figure, of which captions and reasons are written; nan ends: without interval
     values: dict[str, Interval] = field(default_factory=dict)
-    rows: list[pd.DataFrame] = field(default_factory=list)
+    rows: list[pd.DataFrame] = field(default_factory=list)  # one table per curve drawn
 
     def claim(
         self,
@@ -97,13 +89,8 @@ class Drawing:
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:
-        """Keep numbers of the figure by name, and return them as they are; None is kept as nan.
-
-        Args:
-            name: of the number; several get what tells them apart: "theta" by N=[32, 64] is "theta, N = 32" and so on.
-            found: an interval, or a number without any; of several, a sequence or an interval of arrays.
-            by: name and values of what tells them apart.
-        """
+        """Keep a number or an interval of the figure by name, None as nan, and return it as it is. Of several, values
+        tell what tells them apart: "theta" by N=[32, 64] is kept as "theta, N = 32" and so on."""
         if not by:
             self.values[name] = _interval(found)
             return found
@@ -140,12 +127,8 @@ class Drawing:
         band: bool = True,
         **look: Any,
     ) -> None:
-        """Draw a curve with its interval, as a band or as bars, and keep its points; nan are left out.
-
-        Args:
-            y: an `Interval` is drawn with its ends.
-            label: in the legend; "" takes the name of the series, None leaves the curve out of it.
-        """
+        """Draw a curve, with the interval of an `Interval` as a band or as bars, and keep its points; nan are left out.
+        In the legend the label "" takes the name of the series, None leaves the curve out."""
         if isinstance(y, Interval):
             px, py, bottom, top = map(_row, (x, y.value, y.low, y.high))
         else:

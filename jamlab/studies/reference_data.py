@@ -18,10 +18,25 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from jamlab.campaign.campaign import open_campaign
+from jamlab.checks import check_choice
 from jamlab.errors import InputError, StorageError
+from jamlab.figures.explorer.write_page import explorer_fragment
+from jamlab.figures.html_page import Section
+from jamlab.packing.hdf5 import read_all, read_observables
+from jamlab.plotting.palette import MODEL_STYLE
 from jamlab.storage.atomic_file import atomic_file, make_folder
-from jamlab.studies.droplet_tables import COUNTS, DAMPING, PACKING
-from jamlab.studies.ensemble_tables import COLUMNS, FLOW_RUN, NAMES, AbsentTableError, EnsembleTables
+from jamlab.storage.verified_file import versions
+from jamlab.studies.ensemble_tables import (
+    COLUMNS,
+    COUNTS,
+    DAMPING,
+    FLOW_RUN,
+    NAMES,
+    PACKING,
+    AbsentTableError,
+    EnsembleTables,
+)
 
 RECORD = "reference.json"  # origin of the tables
 TABLE_FILE = "{}.columns.xz"
@@ -49,10 +64,8 @@ _WHO: dict[str, list[str]] = {  # what tells the packings, and the laws that the
 
 
 def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
-    """Add packings to tables that are there: a packing of both is that of the new ones.
-
-    Its numbers differ in digits that were not kept, so both are compared as they are written.
-    """
+    """Add packings to tables that are there: a packing of both is that of the new ones. Its numbers differ in digits
+    that were not kept, so both are compared as they are written."""
 
     def read(name: str) -> pd.DataFrame:
         parts: list[pd.DataFrame] = []
@@ -80,20 +93,12 @@ def _who(name: str, table: pd.DataFrame) -> pd.MultiIndex:
 
 
 def reference_tables() -> EnsembleTables:
-    """Tables of the reference data shipped with jamlab.
-
-    Raises:
-        StorageError: the data are missing.
-    """
+    """Tables of the reference data shipped with jamlab."""
     return read_folder(Path(str(resources.files("jamlab.studies"))) / "reference")
 
 
 def read_folder(folder: Path) -> EnsembleTables:
-    """Read tables from a folder that `save` wrote.
-
-    Raises:
-        StorageError: no such folder; later, on use, a table that is missing, damaged, or of other rows than recorded.
-    """
+    """Read tables from a folder that `save` wrote."""
     return EnsembleTables(partial(_read_table, folder), _facts(read_record(folder)["runs"]))
 
 
@@ -111,11 +116,7 @@ def _facts(runs: Sequence[dict[str, Any]]) -> dict[str, str]:
 
 
 def read_record(folder: Path) -> dict[str, Any]:
-    """Read the runs of a folder, oldest first, and the rows of each table.
-
-    Raises:
-        StorageError: there is no record, or it is damaged.
-    """
+    """Read the runs of a folder, oldest first, and the rows of each table."""
     record = folder / RECORD
     remedy = "give a folder of reference tables or a campaign"
     try:
@@ -201,22 +202,9 @@ def save(
     add: bool = False,
     names: Sequence[str] = NAMES,
 ) -> dict[str, int]:
-    """Write the tables as reference data, thinned to what figures use: about 6 digits, and one record of their origin.
-
-    Args:
-        tables: of a campaign.
-        folder: created if missing; its tables are replaced.
-        facts: name of the campaign, commit, versions and other entries for the page.
-        campaign: text of the campaign file, kept in the record too.
-        add: keep the runs that the folder has on record, since some packings are theirs, see `combine`.
-
-    Returns:
-        Name of each table -> bytes written. Tables without rows are left out.
-
-    Raises:
-        StorageError: the folder cannot be written, or a table to write is damaged.
-        InputError: no table has rows, or the folder holds one that these tables lack.
-    """
+    """Write the tables as reference data, thinned to what figures use: about 6 digits, and one record of their origin,
+    with facts and the text of the campaign file; with `add` the runs on record stay, see `combine`. Returns bytes by
+    table."""
     made: dict[str, pd.DataFrame] = {}
     for name in names:
         with suppress(InputError, AbsentTableError, KeyError):
@@ -261,3 +249,57 @@ def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
         rounded = np.where(up, np.round(values * 10.0 ** np.abs(power)) / 10.0 ** np.abs(power), values)
         out[name] = np.where(up, rounded, np.round(values / 10.0 ** np.abs(power)) * 10.0 ** np.abs(power))
     return out
+
+
+def open_tables(source: Path | None) -> EnsembleTables:
+    """Open the tables of a campaign (its file or folder) or a folder of reference tables; None: those installed."""
+    if source is None:
+        return reference_tables()
+    if (source / RECORD).is_file():
+        return read_folder(source)
+    campaign = open_campaign(source)
+    return EnsembleTables(campaign.table, {"campaign": str(source), **versions()})
+
+
+def save_reference(
+    source: Path, folder: Path, commit: str, add: bool = False, only: Sequence[str] = ()
+) -> dict[str, int]:
+    """Reduce the tables of a campaign to reference data, and record their origin; with `add` packings stay that the
+    campaign lacks. Returns bytes by table."""
+    names = _check_tables(only)
+    campaign = open_campaign(source)
+    facts = {"campaign": campaign.name, "commit": commit, **versions()}
+    tables, text = EnsembleTables(campaign.table), campaign.file.read_text(encoding="utf-8")
+    if not add:
+        return save(tables, folder, facts, text, names=names)
+    names = only or [name for name in NAMES if has_table(folder, name)]
+    old = read_folder(folder)
+    for name in names:  # all are read before any is replaced
+        with suppress(InputError, AbsentTableError):
+            getattr(old, name)
+    return save(combine(tables, old), folder, facts, text, add=True, names=names)
+
+
+def _check_tables(only: Sequence[str]) -> Sequence[str]:
+    """Names of the tables asked for, all if none is."""
+    for name in only:
+        check_choice("only", name, NAMES)
+    return only or NAMES
+
+
+MODELS = ("sp", "dp")
+
+
+def example_file(model: str) -> Path:
+    """File of the packings of a model, installed with jamlab."""
+    return Path(str(resources.files("jamlab.studies"))) / "reference" / f"packings_{model}.h5"
+
+
+def example_sections() -> list[Section]:
+    """One section for each model with an explorer of its packings."""
+    sections = []
+    for model in MODELS:
+        path = example_file(model)
+        fragment = explorer_fragment(read_all(path), observables=read_observables(path))
+        sections.append(Section(f"One packing of N = 32: {MODEL_STYLE[model]['label']}", fragment=fragment))
+    return sections

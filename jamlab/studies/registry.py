@@ -11,15 +11,12 @@ from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import atomic_file
 from jamlab.studies.cost import (
-    droplet_vertices,
-    ensemble_means,
     flows,
+    making_packings,
+    measurements,
     minimisers,
-    moduli,
-    onset_search,
-    packing_fractions,
+    model_size,
     peer_descents,
-    pressure_packing,
     size_scaling,
     spectra,
 )
@@ -30,7 +27,7 @@ from jamlab.studies.failure import spectra as failing_spectra
 from jamlab.studies.failure.map import Map
 from jamlab.studies.gallery import FigureStudy
 from jamlab.studies.gallery import studies as figures
-from jamlab.studies.other_codes.page import Comparison
+from jamlab.studies.other_codes.compare import Comparison
 from jamlab.studies.study import Study
 
 S = TypeVar("S", bound=Study)
@@ -42,9 +39,9 @@ def _by_name(studies: Iterable[S]) -> dict[str, S]:
 
 CHARTS: Mapping[str, Chart] = _by_name(
     [
-        *(minimisers.DISKS, minimisers.DROPLETS, onset_search.CHART, pressure_packing.CHART),
-        *(packing_fractions.CHART, moduli.CHART, spectra.DISKS, spectra.DROPLETS, droplet_vertices.CHART),
-        *(flows.INERTIA, flows.SOLVERS, ensemble_means.CHART, peer_descents.CHART),
+        *(minimisers.DISKS, minimisers.DROPLETS, making_packings.ONSET, making_packings.PRESSURE),
+        *(measurements.FRACTIONS, measurements.SHEAR_MODULUS, spectra.DISKS, spectra.DROPLETS, model_size.VERTICES),
+        *(flows.INERTIA, flows.SOLVERS, model_size.MEANS, peer_descents.CHART),
     ]
 )
 _MAPS = (disk_minimisers, disk_packings, elastic_moduli, failing_spectra, droplets, dynamics)
@@ -57,11 +54,7 @@ OWN = "jamlab-studies.txt"  # lists files with studies of users, in the working 
 
 
 def studies(folder: Path = Path()) -> dict[str, Study]:
-    """All studies by name, those of users in a working folder last.
-
-    Raises:
-        InputError: a study of a user cannot be imported, or has the name of another one.
-    """
+    """All studies by name, those of users in a working folder last."""
     found: dict[str, Study] = {**FIGURES, **CHARTS, **MAPS, **OTHERS}
     file = folder / OWN
     for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
@@ -73,11 +66,7 @@ def studies(folder: Path = Path()) -> dict[str, Study]:
 
 
 def read_studies(file: Path) -> list[Study]:
-    """Import a Python file and collect its studies.
-
-    Raises:
-        InputError: it cannot be imported, or defines none.
-    """
+    """Import a Python file and collect its studies."""
     spec = spec_from_file_location(file.stem, file)
     if spec is None or spec.loader is None or not file.is_file():
         raise InputError(f"{file} is no Python file: give one that defines studies")
@@ -94,12 +83,7 @@ def read_studies(file: Path) -> list[Study]:
 
 
 def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
-    """Add the studies of a Python file to those of a working folder.
-
-    Raises:
-        InputError: it cannot be imported, or defines no study of a new name.
-        StorageError: the list cannot be written.
-    """
+    """Add the studies of a Python file to those of a working folder."""
     known, found, own = studies(folder), read_studies(file), folder / OWN
     for study in found:
         if study.name in known:
@@ -111,11 +95,7 @@ def add_studies(file: Path, folder: Path = Path()) -> list[Study]:
 
 
 def chosen(studies: Mapping[str, S], names: Sequence[str]) -> dict[str, S]:
-    """Studies of these names, all if none is given.
-
-    Raises:
-        InputError: there is no study of a name.
-    """
+    """Studies of these names, all if none is given."""
     for name in names:
         check_choice(next(iter(studies.values())).kind, name, studies)
     return {name: studies[name] for name in names or studies}

@@ -20,24 +20,16 @@ from jamlab.studies.table import MeasuredTable, Task, done_tasks, measure_table,
 
 @dataclass(frozen=True)
 class Shown:
-    """What a study shows of its table.
+    """What a study shows of its table."""
 
-    Attributes:
-        figure: the picture; None if there is none, or it is written, and then `png` holds it.
-        caption: what is drawn, from which data.
-        tables: text for the reader, below the picture.
-        rows: the numbers behind it, for the CSV file.
-        claims: numbers of a paper beside ours.
-        numbers: further ones, each with value and ends of its interval, by name.
-        name, png: of the study, and of its picture, once it is written.
-    """
-
-    figure: Figure | None = None
-    caption: str = ""
-    tables: Sequence[TextTable] = ()
-    rows: pd.DataFrame = field(default_factory=pd.DataFrame)
-    claims: Sequence[Claim] = ()
+    figure: Figure | None = None  # the picture; None if there is none, or it is written, and then `png` holds it
+    caption: str = ""  # what is drawn, from which data
+    tables: Sequence[TextTable] = ()  # text for the reader, below the picture
+    rows: pd.DataFrame = field(default_factory=pd.DataFrame)  # the numbers behind it, for the CSV file
+    claims: Sequence[Claim] = ()  # numbers of a paper beside ours
+    # further ones, each with value and ends of its interval, by name
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    # name, png: of the study, and of its picture, once it is written
     name: str = ""
     png: bytes | None = None
 
@@ -53,15 +45,10 @@ class Plan:
 
 @dataclass(frozen=True)
 class Study(ABC):
-    """A measurement that can be planned, run, gone on with and drawn, as `jamlab study` does.
+    """A measurement that can be planned, run, gone on with and drawn, as `jamlab study` does."""
 
-    Attributes:
-        name: of its table, its picture and its files; unique among all studies.
-        title: what it shows, in one line.
-    """
-
-    name: str
-    title: str
+    name: str  # of its table, its picture and its files; unique among all studies
+    title: str  # what it shows, in one line
     kind: ClassVar[str] = "study"
 
     @property
@@ -75,19 +62,11 @@ class Study(ABC):
 
     @abstractmethod
     def run(self, folder: Path, progress: Progress = no_progress) -> None:
-        """Measure what a folder of results does not hold, and save after every task.
-
-        Raises:
-            StorageError: the folder cannot be written, or holds another measurement of this name.
-        """
+        """Measure what a folder of results does not hold, and save after every task."""
 
     @abstractmethod
     def draw(self, folder: Path | None = None) -> Shown:
-        """Draw the results of a folder, or those that ship with jamlab.
-
-        Raises:
-            StorageError: there are none, or a part of them is missing.
-        """
+        """Draw the results of a folder, or those that ship with jamlab."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +111,7 @@ class TableStudy(Study):
         return folder / f"{self.name}.csv"
 
     def table(self, folder: Path | None = None) -> MeasuredTable:
-        """Read its table from a folder of results, or the one that ships with jamlab.
-
-        Raises:
-            StorageError: there is none, or a part of it is missing.
-        """
+        """Read its table from a folder of results, or the one that ships with jamlab."""
         return shipped_table(self.name) if folder is None else read_table(self.file(folder))
 
     def plan(self, folder: Path) -> Plan:

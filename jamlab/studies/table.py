@@ -40,16 +40,13 @@ Task = Callable[[], Iterable[Row]]
 
 @dataclass(frozen=True)
 class MeasuredTable:
-    """What was measured, and how.
+    """What was measured, and how."""
 
-    Attributes:
-        rows: as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with
-            what it had to prepare.
-        provenance: `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks;
-            `rows`, how many every task gave.
-    """
-
+    # as many as the tasks gave; `task` is the name of the task, `took` the CPU seconds of all of it, with what it had
+    # to prepare
     rows: pd.DataFrame
+    # `facts` that all rows share; `sessions`, each with commit, date, versions and how many tasks; `rows`, how many
+    # every task gave
     provenance: dict[str, Any]
 
     @property
@@ -74,11 +71,7 @@ class MeasuredTable:
 
 
 def shipped_table(name: str) -> MeasuredTable:
-    """Read the table of a study that ships with jamlab.
-
-    Raises:
-        StorageError: there is no such table, or only a part of it.
-    """
+    """Read the table of a study that ships with jamlab."""
     path = Path(str(resources.files("jamlab.studies"))) / "tables" / f"{name}.csv.xz"
     if not path.is_file():
         raise StorageError(f"jamlab ships no table {name!r}: measure it, jamlab study run {name}")
@@ -86,11 +79,7 @@ def shipped_table(name: str) -> MeasuredTable:
 
 
 def read_table(path: Path) -> MeasuredTable:
-    """Read a table.
-
-    Raises:
-        StorageError: the file cannot be read, holds no such table, or more or fewer rows of a task than it names.
-    """
+    """Read a table."""
     return _whole(_read(path), str(path))
 
 
@@ -128,19 +117,9 @@ def measure_table(
     *,
     progress: Progress = no_progress,
 ) -> MeasuredTable:
-    """Do the tasks that the file does not hold, on one core, and save after each.
-
-    Args:
-        path: file, made or gone on with.
-        columns: of the rows, besides `task` and `took`; a row need not have all.
-        tasks: name -> function that measures and returns rows.
-        facts: what all rows share, such as settings; a file with other facts is not gone on with.
-        progress: called before each task with the share that is done, and its name.
-
-    Raises:
-        StorageError: the file cannot be written, or is another measurement.
-        InputError: as raised by a task; what was measured before it is saved.
-    """
+    """Do the tasks that the file does not hold, on one core, and save after each; a row need not have all columns.
+    `progress` is called before each task. A file with other facts, which all rows share, is refused and not gone on
+    with."""
     check_target(path)
     writer = _Writer(path, [*_FIRST, *columns], facts)
     for done, (name, task) in enumerate(tasks.items()):
@@ -167,10 +146,8 @@ def one_core() -> Iterator[None]:
 
 
 def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) -> tuple[float, Result]:
-    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result.
-
-    On one core this equals the wall time on a machine without other load. No run begins after `budget` seconds.
-    """
+    """Measure the shortest CPU time of a function, over all its threads, and return it with the last result. On one
+    core this equals the wall time on a machine without other load. No run begins after `budget` seconds."""
     best, spent = float("inf"), 0.0
     for _ in range(runs):
         began = time.process_time()
@@ -300,11 +277,9 @@ def _count(rows: pd.DataFrame) -> dict[str, int]:
 
 
 def _whole_records(body: str) -> tuple[list[str], list[list[str]], bool]:
-    """Header and rows of a table without a last one that was cut, and whether there was one.
-
-    The last one is whole if its line ends, outside of quotes, which come in pairs, and it has as many fields as the
-    header. Without a whole header there are no rows.
-    """
+    """Header and rows of a table without a last one that was cut, and whether there was one. The last one is whole if
+    its line ends, outside of quotes, which come in pairs, and it has as many fields as the header. Without a whole
+    header there are no rows."""
     records = [record for record in csv.reader(io.StringIO(body)) if record]  # a blank line is none
     ended = body.endswith("\n") and body.count('"') % 2 == 0
     cut = bool(records) and not (ended and len(records[-1]) == len(records[0]))

@@ -1,7 +1,5 @@
 """Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, files of other groups."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
@@ -76,11 +74,7 @@ def read(
 
 @checked
 def read_all(
-    path: FilePath,
-    *,
-    radii: Radii = None,
-    units: str | None = None,
-    params: Mapping[str, Any] | None = None,
+    path: FilePath, *, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
 ) -> list[Packing]:
     """Read every frame, in the order written. Arguments and errors as in `read`.
 

@@ -18,20 +18,8 @@ Radii = ArrayLike | Mapping[Any, float] | None
 def complete_force_law(
     model: str, found: Mapping[str, Any], units: str | None, params: Mapping[str, Any] | None
 ) -> tuple[str, dict[str, Any], list[str]]:
-    """Complete the force law, rest areas apart.
-
-    Args:
-        model: "sp" or "dp".
-        found: entries of the file, see `jamlab.packing.lammps_files.described`.
-        units: given by the user; default those of the file, or "eps".
-        params: given by the user.
-
-    Returns:
-        Units, parameters, and the names of those found in neither, which have the defaults of the decks.
-
-    Raises:
-        InputError: unknown names, or values that differ from those of the file.
-    """
+    """Complete the force law of a file, rest areas apart, with what the user gives; units are "eps" if neither says.
+    Returns units, parameters, and the names of those found in neither, which have the defaults of the decks."""
     chosen = str(found.get("units", units or "eps"))
     check_choice("units", chosen, UNITS)
     if (model, chosen) not in FORCE_LAW:
@@ -69,11 +57,7 @@ def deck_rest_areas(vertices: NDArray[np.int64]) -> Array | None:
 
 
 def given_radii(radii: Radii, types: NDArray[np.str_]) -> Array | None:
-    """(n,) radii of disks: one number, one for each disk, or one for each type.
-
-    Raises:
-        InputError: a type without radius, or an array of another length.
-    """
+    """(n,) radii of disks: one number, one for each disk, or one for each type."""
     if radii is None:
         return None
     if isinstance(radii, Mapping):

@@ -1,7 +1,5 @@
 """Packings from the frames of a Universe of MDAnalysis, whatever it was read from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -29,12 +27,7 @@ _FLAT = 1e-4  # a plane: largest height over the width of the box
 
 
 class UniverseFrames:
-    """Convert frames of a Universe one by one; its topology is read once.
-
-    Args:
-        atoms: Universe or AtomGroup, see `from_universe`.
-        radii, units, params, box, relaxed: see `from_universe`.
-    """
+    """Convert frames of a Universe or AtomGroup one by one, see `from_universe`; its topology is read once."""
 
     def __init__(
         self,

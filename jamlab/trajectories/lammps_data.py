@@ -27,12 +27,7 @@ STYLES = {
 
 
 def read_data(path: FilePath) -> Sites:
-    """Read a data file: atoms unwrapped by their image counts, droplets where it has bonds.
-
-    Raises:
-        StorageError: no such file, or not whole.
-        InputError: a box or an atom style that jamlab does not know.
-    """
+    """Read a data file: atoms unwrapped by their image counts, droplets where it has bonds."""
     with text_of(path) as file:
         lines = [line.rstrip("\n") for line in file]
         header, sections = _sections(lines)

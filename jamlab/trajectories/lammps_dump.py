@@ -30,27 +30,16 @@ _COORDINATES = (
 
 @dataclass(frozen=True)
 class Frame:
-    """One frame as text.
+    """One frame as text."""
 
-    Attributes:
-        step: time step.
-        bounds: the words behind BOX BOUNDS, and three lines of numbers.
-        columns: names.
-        rows: one line for each atom.
-    """
-
-    step: int
-    bounds: tuple[str, list[str]]
-    columns: list[str]
-    rows: list[str]
+    step: int  # time step
+    bounds: tuple[str, list[str]]  # the words behind BOX BOUNDS, and three lines of numbers
+    columns: list[str]  # names
+    rows: list[str]  # one line for each atom
 
 
 def read_dump(path: FilePath) -> Iterator[Frame]:
-    """Read the frames of a dump as text, see `sites`.
-
-    Raises:
-        StorageError: no such file, or not whole.
-    """
+    """Read the frames of a dump as text, see `sites`."""
     with text_of(path) as file:
         items: dict[str, Any] = {}
         for line in file:
@@ -75,14 +64,8 @@ def read_dump(path: FilePath) -> Iterator[Frame]:
 
 
 def sites(path: FilePath, frame: Frame) -> Sites:
-    """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more.
-
-    A dump has no bonds: vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do.
-
-    Raises:
-        StorageError: rows that do not fit the columns.
-        InputError: a box or columns that jamlab does not know.
-    """
+    """Atoms of one frame: positions unwrapped, droplets where a molecule has three atoms or more. A dump has no bonds:
+    vertices of a droplet are taken to follow each other by id, as those of jamlab's decks do."""
     with damage_named(path):
         columns = {_PREFIX.sub("", name): k for k, name in reversed(list(enumerate(frame.columns)))}
         if "id" not in columns:

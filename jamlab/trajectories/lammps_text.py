@@ -36,12 +36,7 @@ def damage_named(path: FilePath) -> Iterator[None]:
 
 
 def numbers(words: Sequence[Sequence[str]], column: int) -> Array:
-    """One column of rows of words as float64.
-
-    Raises:
-        ValueError: a word that is no finite number.
-        IndexError: a row without that column.
-    """
+    """One column of rows of words as float64."""
     values = np.array([float(row[column]) for row in words])
     if not np.isfinite(values).all():
         raise ValueError(f"{words[int(np.flatnonzero(~np.isfinite(values))[0])][column]} is no finite number")
@@ -54,13 +49,8 @@ def whole_numbers(words: Sequence[Sequence[str]], column: int) -> NDArray[np.int
 
 
 def rounding(words: Sequence[str], values: Array, *, chosen: bool = False) -> float:
-    """How far numbers may be off because they were written with few digits; 0 for the digits of float64.
-
-    Args:
-        words: some of the numbers, as written.
-        values: all of them, of any shape.
-        chosen: sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded.
-    """
+    """How far numbers may be off because they were written with few digits, seen from some words; 0 for the digits of
+    float64. Sizes and boxes may be chosen by hand: 0.7 is meant, 0.583333 is rounded."""
     digits = max(len(word.lower().partition("e")[0].lstrip("+-0.").replace(".", "")) for word in words[:_SAMPLE])
     largest = float(np.abs(values).max())
     if digits >= FULL_DIGITS or not largest or (chosen and digits <= _CHOSEN_DIGITS):

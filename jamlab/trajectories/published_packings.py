@@ -44,11 +44,7 @@ def is_leiden(path: FilePath) -> bool:
 
 
 def read_leiden(path: FilePath) -> Iterator[Sites]:
-    """Read the states of a text file of the Leiden group, in units of `k` and of its own length.
-
-    Raises:
-        StorageError: no such file, or damaged; the message says which block and why.
-    """
+    """Read the states of a text file of the Leiden group, in units of `k` and of its own length."""
     with text_of(path) as file:
         lines = (line.strip() for line in file)
         block = 0
@@ -99,11 +95,7 @@ def is_netcdf(path: FilePath) -> bool:
 
 
 def read_netcdf(path: FilePath) -> Iterator[Sites]:
-    """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`.
-
-    Raises:
-        StorageError: no such file, damaged, or without positions, radii and boxes in two dimensions.
-    """
+    """Read the packings of a netCDF file as Goodrich and Liu wrote them, in units of `eps`."""
     with damage_named(path), h5py.File(path, "r") as file:
         arrays = {name: _dataset(file, name) for name in _NETCDF}
         count, n = arrays["rad"].shape
@@ -131,12 +123,7 @@ def _dataset(file: h5py.File, name: str) -> Array:
 
 
 def read_xyz(path: FilePath) -> Iterator[Sites]:
-    """Read the frames of an extended xyz file: disks in a periodic box, with radii if the file has them.
-
-    Raises:
-        StorageError: no such file, or damaged.
-        InputError: no `Lattice`, no plane box, or columns without positions.
-    """
+    """Read the frames of an extended xyz file: disks in a periodic box, with radii if the file has them."""
     with text_of(path) as file:
         for line in file:
             if not line.strip():
@@ -200,12 +187,7 @@ def _floats(text: str, count: int, what: str) -> Array:
 
 
 def write_xyz(path: FilePath, packing: Packing) -> None:
-    """Write disks as one frame of extended xyz, which OVITO, freud and ASE read: positions, radii, box, force law.
-
-    Raises:
-        InputError: a packing of droplets.
-        StorageError: the file cannot be written.
-    """
+    """Write disks as one frame of extended xyz, which OVITO, freud and ASE read: positions, radii, box, force law."""
     if packing.diameters is None:
         raise InputError("extended xyz holds disks; write droplets as LAMMPS data or dump: jamlab.write_dump")
     check_target(path)

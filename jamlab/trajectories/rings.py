@@ -10,30 +10,15 @@ from jamlab.errors import InputError
 
 @dataclass(frozen=True)
 class Rings:
-    """Order of points around polygons.
+    """Order of points around polygons."""
 
-    Attributes:
-        order: (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there.
-        offsets: (n + 1,) ring m is order[offsets[m]:offsets[m + 1]].
-    """
-
-    order: Indices
-    offsets: Indices
+    order: Indices  # (n_vertices,) every point once, ring after ring; rings go by their lowest point and begin there
+    offsets: Indices  # (n + 1,) ring m is order[offsets[m]:offsets[m + 1]]
 
     def polygons(self, positions: Array, box: Array, *, wrapped: bool) -> tuple[Indices, Array]:
-        """Polygons of one frame.
-
-        Args:
-            positions: (n_vertices, 2) of the points.
-            box: (2, 2).
-            wrapped: whether a polygon may lie on both sides of the box; then no edge may be longer than half of it.
-
-        Returns:
-            (n_vertices,) points in the order of the vertices, counter-clockwise, and the (n_vertices, 2) vertices.
-
-        Raises:
-            InputError: a ring that winds around the box.
-        """
+        """Polygons of one frame: points (n_vertices,) in the order of the vertices, counter-clockwise, and the vertices
+        (n_vertices, 2). One that is wrapped may lie on both sides of the box; then no edge may be longer than half of
+        it."""
         vertices = positions[self.order]
         if wrapped:
             vertices = self._whole(vertices, box)
@@ -68,15 +53,7 @@ class Rings:
 
 
 def rings_of_bonds(bonds: Indices, count: int) -> Rings:
-    """Rings that bonds close.
-
-    Args:
-        bonds: (m, 2) points at both ends of each bond; a bond may occur twice.
-        count: number of points.
-
-    Raises:
-        InputError: a point that is not on exactly one ring of three points or more.
-    """
+    """Rings that bonds (m, 2), of which one may occur twice, close between so many points."""
     ends = np.unique(np.sort(bonds, axis=1), axis=0)
     degree = np.bincount(ends.ravel(), minlength=count)
     odd = np.flatnonzero(degree != 2)
@@ -104,11 +81,8 @@ def rings_of_bonds(bonds: Indices, count: int) -> Rings:
 
 
 def rings_of_molecules(molecule: Indices) -> Rings | None:
-    """Rings of points that follow each other within a molecule; None if a molecule has fewer than three points.
-
-    Args:
-        molecule: (n_vertices,) molecule of each point.
-    """
+    """Rings of points that follow each other within a molecule (n_vertices,); None if one has fewer than three
+    points."""
     _, first, ring, sizes = np.unique(molecule, return_index=True, return_inverse=True, return_counts=True)
     if sizes.min() < 3:
         return None

@@ -23,47 +23,25 @@ from jamlab.trajectories.rings import Rings
 
 @dataclass(frozen=True, eq=False)
 class Sites:
-    """Atoms of one frame: disks, or vertices of droplets.
+    """Atoms of one frame: disks, or vertices of droplets."""
 
-    Attributes:
-        box: (2, 2), as in `Packing.box`.
-        positions: (n_atoms, 2).
-        types: (n_atoms,) names of the atom types.
-        rings: which atoms are vertices of one droplet; None: every atom is a disk.
-        wrapped: whether droplets may lie on both sides of the box.
-        radius: (n_atoms,) of the disks, if the source has radii.
-        a0: (n_atoms,) rest area of the droplet of each vertex, if the source has them.
-        entries: further attributes in the source, see `jamlab.packing.lammps_files.described`.
-        deck: whether unknown sizes may be those of the decks' particles.
-        rounding: how far a coordinate may be off, see `Packing.rounding`.
-        provenance: entries about the source.
-    """
-
-    box: Array
-    positions: Array
-    types: NDArray[np.str_]
-    rings: Rings | None
-    wrapped: bool = True
-    radius: Array | None = None
-    a0: Array | None = None
+    box: Array  # (2, 2), as in `Packing.box`
+    positions: Array  # (n_atoms, 2)
+    types: NDArray[np.str_]  # (n_atoms,) names of the atom types
+    rings: Rings | None  # which atoms are vertices of one droplet; None: every atom is a disk
+    wrapped: bool = True  # whether droplets may lie on both sides of the box
+    radius: Array | None = None  # (n_atoms,) of the disks, if the source has radii
+    a0: Array | None = None  # (n_atoms,) rest area of the droplet of each vertex, if the source has them
+    # further attributes in the source, see `jamlab.packing.lammps_files.described`
     entries: Mapping[str, Any] = field(default_factory=dict)
-    deck: bool = True
-    rounding: float = 0.0
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    deck: bool = True  # whether unknown sizes may be those of the decks' particles
+    rounding: float = 0.0  # how far a coordinate may be off, see `Packing.rounding`
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # entries about the source
 
     def packing(
         self, radii: Radii = None, units: str | None = None, params: Mapping[str, Any] | None = None
     ) -> Packing:
-        """Make a packing of these atoms.
-
-        Args:
-            radii: of disks, see `jamlab.read`.
-            units: see `jamlab.read`.
-            params: see `jamlab.read`.
-
-        Raises:
-            InputError: no size, values that differ from those of the source, or no packing at all.
-        """
+        """Make a packing of these atoms; arguments as in `jamlab.read`."""
         model = "sp" if self.rings is None else "dp"
         if self.entries.get("model", model) != model:
             raise InputError(f"the source has model {self.entries['model']}, but bonds of model {model}")

@@ -14,7 +14,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli.main import app
-from jamlab.studies.example_packings import example_file
+from jamlab.studies.reference_data import example_file
 
 MODULE = [sys.executable, "-m", "jamlab.cli"]
 SCRIPT = [Path(sys.executable).with_name("jamlab")]

@@ -8,8 +8,7 @@ from commands import call
 import jamlab
 from jamlab.cli import interruption
 from jamlab.cli.flow import expect_files
-from jamlab.cli.interruption import Interrupted
-from jamlab.cli.kept_states import KeptStates
+from jamlab.cli.interruption import Interrupted, KeptStates
 from jamlab.cli.main import app
 
 
@@ -103,7 +102,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
         raise Interrupted(2)
 
     onset.write(tmp_path / "onset.h5")
-    monkeypatch.setattr("jamlab.cli.compress.print_packings", stop)
+    monkeypatch.setattr("jamlab.cli.jam.print_packings", stop)
     with pytest.raises(Interrupted):
         words = ["compress", str(tmp_path / "onset.h5"), "--to", "0.86", "--out", str(tmp_path / "sweep.h5")]
         app(words, standalone_mode=False)

@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
-from jamlab.cli import console, progress
+from jamlab.cli import console
+from jamlab.cli.console import progress_bars
 from jamlab.cli.packing_table import print_packings
-from jamlab.cli.progress import progress_bars
 
 COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
 LINES = [[f"0.8{row}", *(f"{row}.{k:04d}" for k in range(12))] for row in range(3)]
@@ -49,9 +49,9 @@ def test_empty_columns_are_left_out_and_missing_moduli_explained(printed, random
 
 def test_plain_lines_where_there_is_no_terminal(monkeypatch):
     text = io.StringIO()
-    monkeypatch.setattr(progress, "err_console", Console(file=text, width=80))
+    monkeypatch.setattr(console, "err_console", Console(file=text, width=80))
     clock = iter(range(0, 1000, 6))
-    monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
+    monkeypatch.setattr(console.time, "monotonic", lambda: float(next(clock)))
     with progress_bars({"sp": "soft particles"}) as shows:
         for share, phi in ((0.01, 0.3), (float("nan"), 0.5), (0.2, 0.7), (0.3, 0.82)):
             shows["sp"](share, f"onset {phi}")
@@ -63,10 +63,10 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch):
 def test_a_run_that_goes_on_from_its_file_counts_only_what_it_does_itself(monkeypatch):
     """Half of the work was done before: a tenth more in 6 s leaves four tenths, 24 s."""
     text = io.StringIO()
-    monkeypatch.setattr(progress, "err_console", Console(file=text, width=80))
+    monkeypatch.setattr(console, "err_console", Console(file=text, width=80))
     clock = iter([0.0, 0.0, 6.0, 100.0])
-    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(progress, "_LINE_INTERVAL", 1.0)
+    monkeypatch.setattr(console.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(console, "_LINE_INTERVAL", 1.0)
     with progress_bars({"shear": "shear"}, resumed=True) as shows:
         shows["shear"](0.5, "strain 0.5")
         shows["shear"](0.6, "strain 0.6")

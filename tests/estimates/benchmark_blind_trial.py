@@ -18,9 +18,8 @@ from blind_trial import POOL_LEVELS, POOL_SEEDS, blind_trial, holds, pool_groups
 
 from jamlab.estimates.ensemble_way import default_way
 from jamlab.estimates.model_choice import errors_of, expected_error, list_records
-from jamlab.estimates.quantiles import between
-from jamlab.estimates.way_errors import QUANTUM
-from jamlab.estimates.way_table import read_ways
+from jamlab.estimates.way_table import QUANTUM, read_ways
+from jamlab.statistics.confidence import between
 from jamlab.studies.least_model.estimate_table import make_table
 from jamlab.studies.reference_data import reference_tables
 

@@ -13,11 +13,10 @@ from commands import call
 import jamlab
 from jamlab.estimates.ensemble_plan import FEWEST, plan_mean, reference_way
 from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, find_onset
+from jamlab.estimates.estimate import Stop, sample
 from jamlab.estimates.options import Why
-from jamlab.estimates.quantiles import bend, between
-from jamlab.estimates.sampling import Stop, sample
-from jamlab.estimates.way_errors import difference
-from jamlab.estimates.way_table import WayRecord, read_ways
+from jamlab.estimates.way_table import WayRecord, difference, read_ways
+from jamlab.statistics.confidence import bend, between
 from jamlab.studies.least_model.estimate_table import make_table
 
 LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])

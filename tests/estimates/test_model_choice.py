@@ -10,8 +10,8 @@ import jamlab
 from jamlab.estimates.ensemble_way import EnsembleWay, bring_on, default_way
 from jamlab.estimates.model_choice import QUANTITIES, errors_of, expected_error, list_records
 from jamlab.estimates.options import Why
-from jamlab.estimates.quantiles import exceeded_by_few
 from jamlab.estimates.way_table import WayRecord, read_ways
+from jamlab.statistics.confidence import exceeded_by_few
 
 LEVELS = np.array([0.85, 0.90])
 DISKS = EnsembleWay("disks", 64)

@@ -15,20 +15,20 @@ from jamlab.geometry.packing_fraction import shared_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.studies import gallery
 from jamlab.studies.beyond.droplet_modes import group_share
-from jamlab.studies.beyond.droplet_voids import FRACTIONS as VOID_FRACTIONS
-from jamlab.studies.beyond.droplet_voids import mean_shapes, sums_at_fractions, three_disks
+from jamlab.studies.beyond.droplet_structure import FRACTIONS as VOID_FRACTIONS
+from jamlab.studies.beyond.droplet_structure import mean_shapes, sums_at_fractions, three_disks
 from jamlab.studies.claims import write_interval
-from jamlab.studies.droplet_tables import (
+from jamlab.studies.ensemble_tables import (
     COUNTS,
     FRACTIONS,
     OBSERVABLE,
     SHARED,
+    EnsembleTables,
     droplet_states,
     modes_at_fractions,
     spectra_at_fractions,
     voids_by_state,
 )
-from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.reference_data import reference_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "beyond_the_papers.md"

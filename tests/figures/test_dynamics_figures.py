@@ -8,9 +8,9 @@ import pytest
 from drawn_figures import tables
 
 from jamlab.errors import InputError
-from jamlab.statistics.critical_collapse import collapse_through
+from jamlab.statistics.data_collapse import collapse_through
 from jamlab.studies import gallery
-from jamlab.studies.dynamics.steady_flows import balanced_disks, steady_flows, yield_law_interval
+from jamlab.studies.dynamics.flow_curves import balanced_disks, steady_flows, yield_law_interval
 from jamlab.studies.ensemble_tables import OF_FLOWS, EnsembleTables
 from jamlab.studies.ensembles import of_packings
 from jamlab.studies.reference_data import reference_tables, save

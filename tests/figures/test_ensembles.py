@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from drawn_figures import TABLES
+from drawn_figures import TABLES, drawn
 from paper_tables import onset, states
 
 from jamlab.errors import InputError
@@ -94,10 +94,8 @@ def test_begun_sizes_do_not_move_the_width_of_onsets():
     """Six packings of N = 1024 of any width; before, they widened every interval to that of six packings."""
     table = onset()
     few = table[(table["n"] == 128) & (table["seed"] < 6)].assign(n=1024)
-    theta = [
-        next(c for c in figure_10(EnsembleTables({"onset": rows}.get)).claims if c.quantity.startswith("theta"))
-        for rows in (table, pd.concat([table, few], ignore_index=True))
-    ]
+    begun = figure_10(EnsembleTables({"onset": pd.concat([table, few], ignore_index=True)}.get))
+    theta = [next(c for c in d.claims if c.quantity.startswith("theta")) for d in (drawn("boromand-10"), begun)]
     assert [c.value for c in theta] == pytest.approx([0.55, 0.55], abs=1e-6)
     assert theta[1].high == pytest.approx(theta[0].high)
 
@@ -107,13 +105,13 @@ def test_the_width_of_onsets_is_fitted_at_the_sizes_of_the_paper():
     table = onset()
     more = table[(table["n"] == 128) & (table["seed"] < 20)].assign(n=1024)
     more = more.assign(phi_J=0.84 + 1e-4 * (more["phi_J"] - 0.84))
-    drawn = figure_10(EnsembleTables({"onset": pd.concat([table, more], ignore_index=True)}.get))
-    theta = next(c for c in drawn.claims if c.quantity.startswith("theta"))
+    found = figure_10(EnsembleTables({"onset": pd.concat([table, more], ignore_index=True)}.get))
+    theta = next(c for c in found.claims if c.quantity.startswith("theta"))
     assert theta.value == pytest.approx(0.55, abs=1e-6)
-    assert drawn.values["theta of all sizes, SP"].value > 1
-    limit = next(c for c in drawn.claims if c.quantity.startswith("onset in the large-N limit, SP"))
+    assert found.values["theta of all sizes, SP"].value > 1
+    limit = next(c for c in found.claims if c.quantity.startswith("onset in the large-N limit, SP"))
     assert limit.value == pytest.approx(0.842, abs=1e-6)
-    every = drawn.values["onset in the large-N limit of all sizes, SP"]
+    every = found.values["onset in the large-N limit of all sizes, SP"]
     assert 0.84 < every.low < every.value < every.high < 0.85
 
 

@@ -15,7 +15,7 @@ from jamlab.figures.explorer.observables import observe, strains
 from jamlab.figures.explorer.states import STEPS, affine_part, displacements, pack_state, shear_between, unflipped_box
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
-from jamlab.studies.example_packings import example_file
+from jamlab.studies.reference_data import example_file
 
 STATES = Path(__file__).parent / "states"
 KINDS = {"pairs": "<u2", "image": "<i2", "bearing": "u1", "rattler": "u1", "z": "<u2", "sides": "<u2"}

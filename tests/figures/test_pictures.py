@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 import pandas as pd
-import pytest
 from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
 
@@ -22,7 +21,7 @@ from jamlab.figures.packing_pictures import draw_packing, modulus_figure
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
 from jamlab.studies import gallery
-from jamlab.studies.cost.curves import Point, curve_figure
+from jamlab.studies.cost.chart import Point, curve_figure
 from jamlab.studies.failure.map import failure_figure
 from jamlab.studies.reference_data import reference_tables
 from jamlab.studies.registry import MAPS
@@ -81,64 +80,13 @@ def chart():
 
 
 @picture
-def test_complex_modulus():
-    """G' filled, G'' open, slopes dotted."""
-    return bare(modulus())
-
-
-@picture
-def test_speed_accuracy_chart():
-    """Curves with bands along their dials, what is exact below a break, the default ringed, open where some failed."""
-    return bare(chart(), columns=2)
-
-
-@picture
 def test_failure_map():
     """Shares of runs in every cell of a shipped map, the limit of theory over them."""
     return bare(failure_figure(MAPS["moved"], MAPS["moved"].table().rows))
 
 
-@picture
-def test_boromand_9():
-    """Coordination and shape against true packing fraction, both models with their bands."""
-    return bare(paper_figure("boromand-9").figure, columns=2)
-
-
-@picture
-def test_baumgarten_1():
-    """G' and G'' over eleven decades with the slopes of the paper."""
-    return bare(paper_figure("baumgarten-1").figure)
-
-
-def test_numbers_behind_a_figure():
-    """Every point of a figure with its interval, as `jamlab figure` writes it."""
-    stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
-    pd.testing.assert_frame_equal(paper_figure("baumgarten-1").table, stored, rtol=1e-6, check_dtype=False)
-
-
-@pytest.mark.parametrize(
-    ("draw", "labels", "entries"),
-    [
-        (modulus, [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")], 2),
-        (chart, [("CPU time on one core, s", "error of rho")] * 2, 5),
-        (
-            lambda: paper_figure("boromand-9").figure,
-            [
-                (r"true packing fraction $\rho$", "coordination z"),
-                (r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"),
-            ],
-            4,
-        ),
-        (
-            lambda: paper_figure("baumgarten-1").figure,
-            [(r"frequency $\omega\,\tau_1$", "$G'$ (filled), $G''$ (open)  [$k$]")],
-            1,
-        ),
-    ],
-    ids=["complex modulus", "chart", "boromand-9", "baumgarten-1"],
-)
-def test_axes_name_quantity_and_unit_and_legends_cover_no_point(draw, labels, entries):
-    figure = draw()
+def checked(figure, labels, entries):
+    """The figure, if its axes name quantity and unit, and legends of so many entries cover no point."""
     figure.draw_without_rendering()
     assert [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes] == labels
     legends = figure.findobj(Legend)
@@ -147,3 +95,36 @@ def test_axes_name_quantity_and_unit_and_legends_cover_no_point(draw, labels, en
         for line in axes.lines:
             places = line.get_transform().transform(line.get_xydata())
             assert not any(legend.get_window_extent().count_contains(places) for legend in legends)
+    return figure
+
+
+@picture
+def test_complex_modulus():
+    """G' filled, G'' open, slopes dotted."""
+    return bare(
+        checked(modulus(), [(r"angular frequency $\omega\,\tau_1$", "complex shear modulus $G^*_{xy}$  [k]")], 2)
+    )
+
+
+@picture
+def test_speed_accuracy_chart():
+    """Curves with bands along their dials, what is exact below a break, the default ringed, open where some failed."""
+    return bare(checked(chart(), [("CPU time on one core, s", "error of rho")] * 2, 5), columns=2)
+
+
+@picture
+def test_boromand_9():
+    """Coordination and shape against true packing fraction, both models with their bands."""
+    shape = r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$"
+    figure = checked(paper_figure("boromand-9").figure, [(shape[1], "coordination z"), shape], 4)
+    return bare(figure, columns=2)
+
+
+@picture
+def test_baumgarten_1():
+    """G' and G'' over eleven decades with the slopes of the paper; every point as `jamlab figure` writes it."""
+    drawing = paper_figure("baumgarten-1")
+    stored = pd.read_csv(HERE / "baseline" / "baumgarten-1.csv")
+    pd.testing.assert_frame_equal(drawing.table, stored, rtol=1e-6, check_dtype=False)
+    labels = [(r"frequency $\omega\,\tau_1$", "$G'$ (filled), $G''$ (open)  [$k$]")]
+    return bare(checked(drawing.figure, labels, 1))

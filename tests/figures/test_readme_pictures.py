@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from jamlab.studies.cost.curves import curve_figure
+from jamlab.studies.cost.chart import curve_figure
 from jamlab.studies.failure.map import failure_figure
 from jamlab.studies.registry import CHARTS, MAPS
 

@@ -10,22 +10,20 @@ import numpy as np
 import pandas as pd
 import pytest
 from commands import call
-from drawn_figures import REFERENCE, TABLES, drawn, tables
+from drawn_figures import REFERENCE, TABLES, drawn, saved, tables
 from matplotlib.figure import Figure
 
 from jamlab.errors import InputError, StorageError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
-from jamlab.studies.droplet_tables import COUNTS
-from jamlab.studies.ensemble_tables import NAMES, EnsembleTables
+from jamlab.studies.ensemble_tables import COUNTS, NAMES, EnsembleTables
+from jamlab.studies.page import write_files
 from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):
-    written = save(tables(), tmp_path / "reference", {"commit": "abc"})
-    assert set(written) == set(NAMES)
-    back = read_folder(tmp_path / "reference")
-    assert back.facts == {"commit": "abc"}
+    back = read_folder(saved(tmp_path))
+    assert back.facts == {"commit": "old"} and set(read_record(tmp_path)["rows"]) == set(NAMES)
     for name in ("boromand-11", "boromand-8", "baumgarten-5"):
         for a, b in zip(drawn(name).claims, gallery.draw(name, back).claims, strict=True):
             assert (b.value, b.low, b.high) == pytest.approx((a.value, a.low, a.high), rel=1e-2, nan_ok=True)
@@ -33,7 +31,7 @@ def test_reference_tables_give_the_same_figures(tmp_path):
 
 def test_new_packings_join_those_that_are_there(tmp_path):
     """Seeds 4 to 8 of a new campaign replace 4 and 5 of the old one and leave 1 to 3; both origins are on record."""
-    save(tables(), tmp_path, {"commit": "old"})
+    saved(tmp_path)
     new = EnsembleTables(
         lambda name: TABLES[name]().assign(seed=lambda t: t["seed"] + 3) if name == "spectra" else pd.DataFrame(),
         {"commit": "new"},
@@ -51,7 +49,7 @@ def test_new_packings_join_those_that_are_there(tmp_path):
 
 def test_packings_that_are_there_are_not_added_again(tmp_path):
     """Numbers that tell them apart were rounded when they were written, and another machine's last digits differ."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     old, held = read_folder(tmp_path), {name: getattr(tables(), name) for name in NAMES}
     again = {name: t.assign(**{c: t[c] * (1 + 1e-13) for c in ("rho", "phi") if c in t}) for name, t in held.items()}
     both = combine(EnsembleTables(again.__getitem__), old)
@@ -60,7 +58,7 @@ def test_packings_that_are_there_are_not_added_again(tmp_path):
 
 def test_tables_are_never_lost(tmp_path):
     """Not where another campaign writes, nor where a file that is to be added to cannot be read."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     record, other = (tmp_path / "reference.json").read_bytes(), EnsembleTables({"flow": tables().flow}.__getitem__)
     with pytest.raises(InputError, match=r"holds states, .*--add"):
         save(other, tmp_path, {})
@@ -68,17 +66,16 @@ def test_tables_are_never_lost(tmp_path):
     save(combine(other, read_folder(tmp_path)), tmp_path, {"commit": "new"}, add=True, names=["flow"])
     now, before = read_record(tmp_path), json.loads(record)
     assert now["rows"] == before["rows"] and now["runs"][:1] == before["runs"]
-    assert [run.get("commit") for run in now["runs"]] == [None, "new"] and list(now["runs"][1]["rows"]) == ["flow"]
+    assert [run.get("commit") for run in now["runs"]] == ["old", "new"] and list(now["runs"][1]["rows"]) == ["flow"]
     (tmp_path / "flow.columns.xz").write_bytes(b"no xz")
     with pytest.raises(StorageError, match=r"flow\.columns\.xz cannot be read"):
         len(combine(other, read_folder(tmp_path)).flow)
 
 
 def test_reference_tables_are_written_alike_every_time(tmp_path):
-    for folder in ("a", "b"):
-        save(tables(), tmp_path / folder, {})
-    for path in (tmp_path / "a").iterdir():
-        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+    assert set(save(tables(), tmp_path / "a", {"commit": "old"})) == set(NAMES)
+    for path in saved(tmp_path / "b").iterdir():
+        assert path.read_bytes() == (tmp_path / "a" / path.name).read_bytes()
 
 
 def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
@@ -99,7 +96,7 @@ def test_tables_that_a_campaign_lacks_are_left_out_and_named(tmp_path):
 def test_damaged_reference_tables_are_refused(tmp_path):
     with pytest.raises(StorageError, match=r"reference\.json"):
         read_folder(tmp_path)
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     (tmp_path / "onset.columns.xz").write_bytes(b"no xz")
     with pytest.raises(StorageError, match="onset"):
         gallery.draw("boromand-10", read_folder(tmp_path))
@@ -118,7 +115,7 @@ def test_damaged_reference_tables_are_refused(tmp_path):
 
 def test_a_folder_of_the_version_before_is_read(tmp_path):
     """Rows in csv.gz, and every run inside the record of the next one; what is added makes the list flat."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     for path in list(tmp_path.glob("*.columns.xz")):
         old = path.with_name(path.name.replace(".columns.xz", ".csv.gz"))
         old.write_bytes(gzip.compress("\n".join([*lines_of(path), ""]).encode()))
@@ -156,7 +153,7 @@ def write_lines(path, lines):
 @pytest.mark.parametrize("column", ["rho_J", "converged"])
 def test_one_bad_cell_is_named(tmp_path, column):
     """Text in a column of numbers, or of truth values, where any text would pass for True."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     path = tmp_path / "onset.columns.xz"
     lines = lines_of(path)
     cells = lines[7].split(",")
@@ -169,7 +166,7 @@ def test_one_bad_cell_is_named(tmp_path, column):
 
 def test_a_cut_table_is_refused(tmp_path):
     """Of a whole file with fewer rows, and of a packed one that breaks off or is spoilt inside."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     path = tmp_path / "states.columns.xz"
     packed, lines = path.read_bytes(), lines_of(path)
     write_lines(path, lines[:301])
@@ -184,7 +181,7 @@ def test_a_cut_table_is_refused(tmp_path):
 def test_no_table_stands_in_for_a_damaged_one(tmp_path):
     """Droplets of several laws are made from the states of a campaign, never where their own table is spoilt; nor is
     such a table replaced by new packings alone, or removed."""
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     for name in ("droplet_states", "onset"):
         path = tmp_path / f"{name}.columns.xz"
         write_lines(path, lines_of(path)[:-1])
@@ -199,7 +196,7 @@ def test_no_table_stands_in_for_a_damaged_one(tmp_path):
 
 
 def test_rows_of_tables_that_were_not_written_anew_are_those_of_the_record_before(tmp_path):
-    save(tables(), tmp_path, {})
+    saved(tmp_path)
     save(tables(), tmp_path, {}, add=True, names=["onset"])
     path = tmp_path / "states.columns.xz"
     assert len(read_folder(tmp_path).states)
@@ -265,10 +262,10 @@ def test_every_figure_is_drawn_from_the_reference_data(tmp_path):
     assert [c.line for c in differing if not (c.cause and c.shown_by)] == []  # a difference has a measured cause
     assert (tmp_path / "two" / SUMMARY).read_text() == (REFERENCE / SUMMARY).read_text()
     for name in gallery.FIGURES:
-        drawing = gallery.draw(name, reference_tables())
-        for path in gallery.write(drawing, tmp_path)[0]:
+        shown = gallery.draw_shown(name, reference_tables())
+        for path in write_files(name, shown, tmp_path)[0]:
             assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
-        assert (name, covered(drawing.figure)) == (name, 0)
+        assert (name, covered(shown.figure)) == (name, 0)
 
 
 def covered(figure):

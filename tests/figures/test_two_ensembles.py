@@ -5,13 +5,14 @@ import numpy as np
 import pandas as pd
 import paper_tables
 import pytest
+from drawn_figures import drawn
 
 from jamlab.campaign.tables import aggregate
 from jamlab.errors import InputError
 from jamlab.studies.baumgarten.motion import figure_5, figure_8
 from jamlab.studies.baumgarten.spectra import figure_1, figure_3
 from jamlab.studies.baumgarten.spectral_groups import select_ensemble
-from jamlab.studies.dynamics.steady_flows import steady_flows
+from jamlab.studies.dynamics.flow_curves import steady_flows
 from jamlab.studies.ensemble_tables import EnsembleTables, count_voids
 
 
@@ -28,10 +29,9 @@ def test_no_packing_is_averaged_over_two_ensembles():
         "quasistatic": both_ensembles(paper_tables.quasistatic(), sliding=3.0),
     }
     both = EnsembleTables(mixed.__getitem__)
-    fixed = EnsembleTables({name: paper_tables.TABLES[name]() for name in mixed}.__getitem__)
-    for figure in (figure_1, figure_3, figure_5):
-        pd.testing.assert_frame_equal(figure(both).table, figure(fixed).table)
-    one, other = figure_8(both), figure_8(fixed)
+    for number, figure in {1: figure_1, 3: figure_3, 5: figure_5}.items():
+        pd.testing.assert_frame_equal(figure(both).table, drawn(f"baumgarten-{number}").table)
+    one, other = figure_8(both), drawn("baumgarten-8")
     viscosity = one.table["y"].to_numpy() / other.table["y"].to_numpy()
     assert viscosity == pytest.approx(3.0)
     counts = {(256, 5), (1024, 5)}
@@ -104,7 +104,7 @@ def test_spectra_of_sweeps_from_onset_are_none_of_the_papers():
     table = paper_tables.spectra()
     more = table[table["seed"] < 3].assign(target_pressure=np.nan, seed=9)
     both = EnsembleTables({"spectra": pd.concat([table, more], ignore_index=True)}.__getitem__)
-    pd.testing.assert_frame_equal(figure_3(both).table, figure_3(EnsembleTables({"spectra": table}.__getitem__)).table)
+    pd.testing.assert_frame_equal(figure_3(both).table, drawn("baumgarten-3").table)
 
 
 def test_a_mean_over_two_ensembles_or_units_is_refused():
@@ -129,13 +129,13 @@ def test_the_collapse_of_viscosities_ends_at_the_highest_pressure_of_the_paper()
     table = paper_tables.spectra()
     dense = table[table["target_pressure"] == 1e-2].assign(target_pressure=0.1, eta0=lambda t: 5 * t["eta0"])
     both = EnsembleTables({"spectra": pd.concat([table, dense], ignore_index=True)}.__getitem__)
-    drawn, without = figure_8(both), figure_8(EnsembleTables({"spectra": table}.__getitem__))
-    for c, d in zip(drawn.claims, without.claims, strict=True):
+    found, without = figure_8(both), drawn("baumgarten-8")
+    for c, d in zip(found.claims, without.claims, strict=True):
         assert (c.value, c.low, c.high) == pytest.approx((d.value, d.low, d.high), nan_ok=True)
     whole = {
         f"a up to the highest pressure, {law}, {p} pre-stress" for law in ("contact", "stokes") for p in ("no", "with")
     }
-    assert set(drawn.values) - set(without.values) == whole
+    assert set(found.values) - set(without.values) == whole
 
 
 def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given, settings
+from packings_by_hand import droplets
 from random_packings import disks, polygons
 from tiled_packings import tiled
 
@@ -17,12 +18,6 @@ from jamlab.packing.packing import Packing
 
 FEW = settings(max_examples=25, deadline=None)
 TURN = 2 * np.pi
-
-
-def droplets(rings, delta, box):
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
-    law["a0"] = np.ones(len(rings))
-    return Packing("dp", np.asarray(box, float), np.concatenate(rings), law, offsets=np.cumsum([0, *map(len, rings)]))
 
 
 def distances(packing, points):

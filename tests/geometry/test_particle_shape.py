@@ -2,22 +2,10 @@
 
 import numpy as np
 import pytest
+from packings_by_hand import disks, droplets
 
 from jamlab.geometry.particle_shape import area_ratios, particle_areas, shape_factors
 from jamlab.packing.free_droplet import regular_polygon
-from jamlab.packing.packing import Packing
-
-BOX = np.diag([20.0, 20.0])
-
-
-def disks(positions, diameters, box=BOX):
-    return Packing("sp", box, positions, {"eps": 1.0}, diameters=diameters)
-
-
-def droplets(rings, delta):
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
-    law["a0"] = np.ones(len(rings))
-    return Packing("dp", BOX, np.concatenate(rings), law, offsets=np.cumsum([0, *map(len, rings)]))
 
 
 def test_free_disk_is_a_circle():

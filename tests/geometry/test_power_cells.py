@@ -5,18 +5,11 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from packings_by_hand import HEXAGONAL, LARGE, disks
 
 from jamlab.errors import InputError
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.packing.packing import Packing
-
-LARGE = np.diag([20.0, 20.0])
-HEXAGONAL = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
-
-
-def disks(positions, diameters, box=LARGE):
-    positions = np.atleast_2d(positions)
-    return Packing("sp", box, positions, {"eps": 1.0}, diameters=np.broadcast_to(diameters, len(positions)))
 
 
 def segment(radius, height):
@@ -88,13 +81,6 @@ def test_centre_beyond_the_chord_has_negative_height():
     np.testing.assert_allclose(cells.chord_height.sum(), 0.6, rtol=1e-14)
 
 
-def test_three_disks_around_a_reuleaux_triangle():
-    triangle = [[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]]
-    cells = disk_cells(disks(triangle, 2.0))
-    np.testing.assert_allclose(cells.area, (3 * np.pi / 2 + np.sqrt(3)) / 3, rtol=1e-14)
-    np.testing.assert_allclose(cells.chord_length, np.sqrt(0.75) + np.sqrt(1 / 3) - np.sqrt(1 / 12), rtol=1e-14)
-
-
 @pytest.mark.parametrize("radius", [0.4, 0.5, 0.51, 0.53, 0.56, 1 / np.sqrt(3), 0.6, 1.0, 3.0])
 @pytest.mark.parametrize("repeat", [1, 3])
 def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
@@ -112,14 +98,6 @@ def test_hexagonal_crystal_from_touching_to_confluence(radius, repeat):
     np.testing.assert_allclose(cells.perimeter, perimeter, rtol=1e-7 if radius == 1 / np.sqrt(3) else 1e-13)
 
 
-@pytest.mark.parametrize("radius", [0.5, 0.55, 0.7, 0.71, 2.0])
-def test_square_lattice_of_one_disk_and_its_images(radius):
-    cells = disk_cells(disks([0.3, 0.9], 2 * radius, np.eye(2)))
-    covered = radius >= np.sqrt(0.5)
-    np.testing.assert_allclose(cells.area, 1.0 if covered else np.pi * radius**2 - 4 * segment(radius, 0.5), rtol=1e-13)
-    assert (cells.free_angle[0] < 1e-12) == covered
-
-
 # edges of the definition ----------------------------------------------------------------------------------------------
 
 
@@ -129,11 +107,6 @@ def test_nested_disk_has_no_cell(x):
     np.testing.assert_allclose(cells.area, [0.0, np.pi], rtol=1e-14)
     np.testing.assert_array_equal(cells.perimeter[0], 0.0)
     assert len(cells.chord_i) == 0
-
-
-def test_disk_inside_the_image_of_another():
-    cells = disk_cells(disks([[0.1, 0.1], [19.9, 19.9]], [0.5, 2.0]))
-    np.testing.assert_allclose(cells.area, [0.0, np.pi], rtol=1e-14)
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-17, 1e-15])

@@ -53,12 +53,3 @@ def test_rho_shared_among_particles_and_left_to_voids(packing):
     assert jamlab.exact_method(packing) == "boundary"
     assert jamlab.particle_areas(packing).sum() / packing.area == pytest.approx(rho, abs=3e-7)
     assert 1 - jamlab.voids(packing).area.sum() / packing.area == pytest.approx(rho, abs=1e-12)
-
-
-@given(random_packings.polygons())
-def test_rho_by_counting_points(packing):
-    """A lattice of 64^2 points: those of some hundred squares along the boundary are right by chance."""
-    steps = (np.arange(64) + 0.5) / 64
-    points = shapely.points(np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) @ packing.box)
-    near, _ = shapely.STRtree(images(packing)).query(points, "dwithin", 0.5 * packing.params["delta"])
-    assert len(np.unique(near)) / len(points) == pytest.approx(jamlab.packing_fraction(packing), abs=0.01)

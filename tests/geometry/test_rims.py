@@ -3,21 +3,13 @@
 import numpy as np
 import pytest
 import shapely
+from packings_by_hand import ANGLE, SQUARE, capsule_unions
+from packings_by_hand import droplets as polygons
 
 from jamlab.errors import InputError
 from jamlab.geometry.rims import rim_overlaps, rims, shared_areas
 from jamlab.packing.free_droplet import regular_polygon
 from jamlab.packing.packing import Packing
-
-UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-ANGLE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]])
-
-
-def polygons(rings, delta, box=((20.0, 0.0), (0.0, 20.0))):
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": delta, "eta": 0.0, "contact": "outline"}
-    law["a0"] = np.ones(len(rings))
-    offsets = np.cumsum([0, *map(len, rings)])
-    return Packing("dp", np.asarray(box), np.concatenate(rings), law, offsets=offsets)
 
 
 def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):
@@ -33,15 +25,6 @@ def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):
     return polygons(rings, delta, box)
 
 
-def capsule_unions(packing, steps):
-    """Polygon united with a capsule around every edge: the outline with rim, drawn in another way."""
-    width, unions = 0.5 * packing.params["delta"], []
-    for ring in np.split(packing.positions, packing.offsets[1:-1]):
-        edges = shapely.linestrings(np.stack([ring, np.roll(ring, -1, axis=0)], axis=1))
-        unions.append(shapely.union_all([shapely.Polygon(ring), *shapely.buffer(edges, width, quad_segs=steps)]))
-    return np.array(unions)
-
-
 def extrapolate(measure):
     """Arcs of 64 and 128 steps a quarter err as 1/steps^2."""
     return (4 * measure(128) - measure(64)) / 3
@@ -49,7 +32,7 @@ def extrapolate(measure):
 
 @pytest.mark.parametrize("delta", [1e-6, 0.1, 1.0, 20.0])
 def test_convex_outline_obeys_steiner(delta):
-    packing = polygons([UNIT_SQUARE, regular_polygon(3, 1.0), regular_polygon(17, 2.0) + 3], delta)
+    packing = polygons([SQUARE, regular_polygon(3, 1.0), regular_polygon(17, 2.0) + 3], delta)
     grown, w = rims(packing), delta / 2
     np.testing.assert_allclose(grown.area, packing.polygon_areas + packing.perimeters * w + np.pi * w**2, rtol=1e-13)
     np.testing.assert_allclose(grown.perimeter, packing.perimeters + 2 * np.pi * w, rtol=1e-13)
@@ -78,7 +61,7 @@ def test_dented_outlines(noise, dent, delta):
 @pytest.mark.parametrize("direction", [0.3, 2.0, 5.5])
 def test_edge_that_has_shrunk_to_a_point(length, direction):
     step = length * np.array([np.cos(direction), np.sin(direction)])
-    ring = np.insert(UNIT_SQUARE, 2, UNIT_SQUARE[1] + step, axis=0)
+    ring = np.insert(SQUARE, 2, SQUARE[1] + step, axis=0)
     grown = rims(polygons([ring], 0.2))
     np.testing.assert_allclose(grown.area, 1 + 4 * 0.1 + np.pi * 0.01, atol=3e-5 if length == 1e-5 else 1e-8)
 
@@ -92,7 +75,7 @@ def test_ring_that_closes_keeps_its_hole():
 
 
 def facing_squares(gap, w):
-    return polygons([UNIT_SQUARE, UNIT_SQUARE + np.array([1 + gap, 0.0])], 2 * w)
+    return polygons([SQUARE, SQUARE + np.array([1 + gap, 0.0])], 2 * w)
 
 
 def strip(gap, w):
@@ -110,38 +93,16 @@ def test_rims_of_two_facing_squares(gap):
     np.testing.assert_allclose(shared_areas(packing), 1.4 + 0.01 * np.pi - strip(gap, 0.1) / 2, atol=1e-7)
 
 
-def test_rims_apart_do_not_overlap():
-    packing = facing_squares(0.2 + 1e-9, 0.1)
-    assert len(rim_overlaps(packing, rims(packing)).owner) == 0
-
-
 def test_polygon_overlaps_its_own_images():
-    packing = polygons([UNIT_SQUARE + 5], 0.2, [[1.1, 0.0], [0.0, 20.0]])
+    packing = polygons([SQUARE + 5], 0.2, [[1.1, 0.0], [0.0, 20.0]])
     np.testing.assert_allclose(shared_areas(packing), 1.4 + 0.01 * np.pi - strip(0.1, 0.1), atol=1e-7)
 
 
 def test_squares_that_fill_the_cell_share_it_equally():
     """Four rims meet in every corner."""
     box = np.array([[2.2, 0.0], [0.0, 2.2]])
-    rings = [UNIT_SQUARE + 1.1 * np.array([a, b]) for a in (0, 1) for b in (0, 1)]
+    rings = [SQUARE + 1.1 * np.array([a, b]) for a in (0, 1) for b in (0, 1)]
     np.testing.assert_allclose(shared_areas(polygons(rings, 0.3, box)), 1.21, rtol=1e-12)
-
-
-@pytest.mark.parametrize(("noise", "dent", "delta"), [(0.0, 0.0, 0.1), (0.05, 0.0, 0.25), (0.02, 0.3, 0.6)])
-def test_shared_areas_sum_to_the_union(noise, dent, delta):
-    packing = dense_packing(2, noise, dent, delta, side=3)
-    shifts = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2) @ packing.box
-    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) @ packing.box
-    cell = shapely.Polygon(corners)
-
-    def union(steps):
-        one = capsule_unions(packing, steps)
-        tiles = np.concatenate([shapely.transform(one, lambda x, s=s: x + s) for s in shifts])
-        return shapely.union_all(shapely.intersection(tiles, cell)).area
-
-    shares = shared_areas(packing)
-    np.testing.assert_allclose(shares.sum(), extrapolate(union), atol=2e-6)
-    assert (shares > 0).all()
 
 
 def test_shares_do_not_depend_on_origin_image_order_or_lattice_vectors():

@@ -4,26 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from packings_by_hand import HEXAGONAL, disks, droplets, random_disks
 
 from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.power_cells import disk_cells
 from jamlab.geometry.tessellation import local_packing_fraction, tessellation
 from jamlab.packing.free_droplet import regular_polygon
-from jamlab.packing.packing import Packing
-
-HEXAGONAL = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
-
-
-def disks(positions, diameters, box):
-    positions = np.atleast_2d(positions)
-    return Packing("sp", np.asarray(box), positions, {"eps": 1.0}, diameters=np.broadcast_to(diameters, len(positions)))
-
-
-def scene(seed):
-    rng = np.random.default_rng(seed)
-    n, box = rng.integers(1, 25), np.array([[1.0, 0.0], [rng.uniform(-2, 2), rng.uniform(0.3, 2)]])
-    return disks(rng.random((n, 2)) @ box, rng.choice([0.05, 0.2, 0.5]) * rng.uniform(0.5, 1.4, n), box)
 
 
 def test_hexagonal_and_square_lattice():
@@ -49,7 +36,7 @@ def test_wall_between_unequal_disks_lies_on_the_radical_line():
 
 @given(st.integers(0, 2**32 - 1))
 def test_cells_fill_the_box_and_obey_euler(seed):
-    packing = scene(seed)
+    packing = random_disks(seed)
     cells = tessellation(packing)
     np.testing.assert_allclose(cells.area.sum(), packing.area, rtol=1e-9)
     lone = (cells.area > 0).sum()
@@ -62,7 +49,7 @@ def test_cells_fill_the_box_and_obey_euler(seed):
 
 @given(st.integers(0, 2**32 - 1))
 def test_cells_do_not_depend_on_origin_image_or_lattice_vectors(seed):
-    packing, rng = scene(seed), np.random.default_rng(seed)
+    packing, rng = random_disks(seed), np.random.default_rng(seed)
     cells = tessellation(packing)
     other = packing.with_state(
         positions=packing.positions + rng.normal(size=2) + rng.integers(-3, 4, (packing.n, 2)) @ packing.box,
@@ -73,7 +60,7 @@ def test_cells_do_not_depend_on_origin_image_or_lattice_vectors(seed):
 
 
 def test_areas_by_sampling():
-    packing = scene(11)
+    packing = random_disks(11)
     x = np.random.default_rng(0).random((40_000, 2)) @ packing.box
     moves = np.stack(np.meshgrid(*[np.arange(-4, 5)] * 2), axis=-1).reshape(-1, 2) @ packing.box
     power = np.full((len(x), packing.n), np.inf)
@@ -91,17 +78,11 @@ def test_disk_inside_another_may_have_no_cell():
     assert disk_cells(packing).area[1] == 0
 
 
-def droplets(rings, box):
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline"}
-    law["a0"] = np.ones(len(rings))
-    return Packing("dp", box, np.concatenate(rings), law, offsets=np.cumsum([0, *map(len, rings)]))
-
-
 def test_set_voronoi_cells_follow_outlines_not_centres():
     """Two rectangles of widths 1 and 3 in a row, 0.2 apart: the walls lie in the middle of the gaps."""
     box = np.array([[4.4, 0.0], [0.0, 1.2]])
     low = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    packing = droplets([low + 0.1, low * [3.0, 1.0] + [1.3, 0.1]], box)
+    packing = droplets([low + 0.1, low * [3.0, 1.0] + [1.3, 0.1]], 0.1, box)
     for spacing, error in ((0.1, 2e-3), (0.02, 1e-4)):
         cells = tessellation(packing, spacing)
         np.testing.assert_allclose(cells.area, [1.2 * 1.2, 3.2 * 1.2], rtol=error)
@@ -120,4 +101,4 @@ def test_cells_of_jammed_droplets(dp_dense):
 @pytest.mark.parametrize("spacing", [0.0, -1.0, np.nan])
 def test_spacing_is_checked(spacing):
     with pytest.raises(InputError, match="spacing is"):
-        tessellation(droplets([regular_polygon(5, 1.0)], 3 * np.eye(2)), spacing)
+        tessellation(droplets([regular_polygon(5, 1.0)], 0.1, 3 * np.eye(2)), spacing)

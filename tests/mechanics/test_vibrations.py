@@ -89,15 +89,6 @@ def test_lowest_modes_are_those_of_the_dense_matrix(packing, count, prestress):
     assert np.abs(v @ v.T - np.eye(count)).max() < 1e-10
 
 
-def test_modes_of_energies_that_lammps_computes(small):
-    """Along a mode the force is -lambda v."""
-    modes = jamlab.lowest_modes(small, 8)
-    step = 1e-6
-    for value, v in zip(modes.eigenvalues[4:], modes.vectors[4:], strict=True):
-        up, down = (jamlab.evaluate(small.with_state(positions=small.positions + s * v)).forces for s in (step, -step))
-        assert np.abs((down - up) / (2 * step) - value * v).max() < 1e-4 * value
-
-
 def test_rattlers_and_translations_come_first(large):
     """Six zeros, two rattlers and the translations; then stiff modes, in which these all rest."""
     rattlers = jamlab.contacts(large).rattlers

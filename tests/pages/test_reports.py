@@ -11,9 +11,9 @@ from jamlab.figures.html_page import TextTable
 from jamlab.studies import gallery
 from jamlab.studies.cost.chart import write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.example_packings import example_sections
 from jamlab.studies.failure.map import write_maps
 from jamlab.studies.page import Page, write_page
+from jamlab.studies.reference_data import example_sections
 from jamlab.studies.registry import CHARTS, MAPS
 from jamlab.studies.study import Shown
 

@@ -17,7 +17,7 @@ from tiled_packings import tiled
 
 import jamlab
 from jamlab.processes.cores import available_cores
-from jamlab.studies.example_packings import example_file
+from jamlab.studies.reference_data import example_file
 
 ROUNDS = 5
 FIGURES_WITHIN = 30.0  # s, with two cores

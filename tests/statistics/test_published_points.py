@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jamlab.errors import StorageError
-from jamlab.statistics.published_points import read_points
+from jamlab.statistics.published_numbers import read_points
 
 
 def test_published_points(tmp_path):

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from jamlab.studies.cost.curves import price
+from jamlab.studies.cost.chart import price
 from jamlab.studies.registry import CHARTS
 
 DEARER = 1.8  # factor in the price of a default: single packings scatter, and so does a busy machine

@@ -6,10 +6,17 @@ from commands import call
 
 import jamlab
 from jamlab.studies.other_codes.analysis import HERE, AnalysisRow, compare_analysis
-from jamlab.studies.other_codes.compare import compare, jolted_minimum, summary
-from jamlab.studies.other_codes.lammps_peer import Lammps
-from jamlab.studies.other_codes.page import Comparison, comparison_tables, write_comparison, write_recipe
+from jamlab.studies.other_codes.compare import (
+    Comparison,
+    compare,
+    comparison_tables,
+    jolted_minimum,
+    summary,
+    write_comparison,
+    write_recipe,
+)
 from jamlab.studies.other_codes.peer import Analyst, Peer, mean_diameters, plain_point
+from jamlab.studies.other_codes.peers import Lammps
 from jamlab.studies.table import measure_table
 
 

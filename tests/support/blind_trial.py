@@ -13,9 +13,8 @@ import pandas as pd
 from jamlab.errors import StorageError
 from jamlab.estimates.ensemble_plan import ENSEMBLE_QUANTITIES, plan_mean, reference_way
 from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, free_shape
-from jamlab.estimates.sampling import sample
-from jamlab.estimates.way_errors import scatter
-from jamlab.estimates.way_table import N, read_ways
+from jamlab.estimates.estimate import sample
+from jamlab.estimates.way_table import N, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from jamlab.studies.least_model.estimate_table import FEW_VERTICES
 

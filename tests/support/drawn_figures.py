@@ -1,8 +1,11 @@
 """Figures drawn once from tables in which the papers' laws hold, for several test files."""
 
+import atexit
+import shutil
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from tempfile import mkdtemp
 
 import beyond_tables
 import flow_tables
@@ -11,6 +14,7 @@ import paper_tables
 from jamlab.errors import InputError
 from jamlab.studies import gallery
 from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.reference_data import save
 
 TABLES = paper_tables.TABLES | flow_tables.TABLES | beyond_tables.TABLES
 REFERENCE = Path(str(resources.files("jamlab.studies").joinpath("reference")))
@@ -33,3 +37,16 @@ def tables():
 @cache
 def drawn(name):
     return gallery.draw(name, tables())
+
+
+@cache
+def _saved():
+    folder = Path(mkdtemp(prefix="jamlab-tables-"))
+    atexit.register(shutil.rmtree, folder)
+    save(tables(), folder, {"commit": "old"})
+    return folder
+
+
+def saved(folder):
+    """All tables as reference data in a folder: a copy of what is written once."""
+    return Path(shutil.copytree(_saved(), folder, dirs_exist_ok=True))

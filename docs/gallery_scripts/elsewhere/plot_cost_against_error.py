@@ -10,7 +10,7 @@ speed-accuracy`` draws all of them, and ``--measure`` makes them anew.
 import matplotlib.pyplot as plt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from jamlab.studies.cost.curves import curve_figure
+from jamlab.studies.cost.chart import curve_figure
 from jamlab.studies.registry import CHARTS
 
 

@@ -41,27 +41,16 @@ SHEARED = 1e-9  # change of the strain, or relative one of phi, that is more tha
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity as the page shows it.
+    """A quantity as the page shows it."""
 
-    Attributes:
-        name: its key.
-        symbol: before a number.
-        label: of an axis, without unit.
-        unit: "" for a pure number.
-    """
-
-    name: str
-    symbol: str
-    label: str
-    unit: str = ""
+    name: str  # its key
+    symbol: str  # before a number
+    label: str  # of an axis, without unit
+    unit: str = ""  # "" for a pure number
 
 
 def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[str, NDArray[np.float64]]:
-    """Those of the observables that the page shows.
-
-    Raises:
-        InputError: one of them has not one number per frame.
-    """
+    """Those of the observables that the page shows."""
     columns = {name: np.asarray(observables[name], dtype=np.float64) for name in SHOWN if name in observables}
     for name, values in columns.items():
         if values.shape != (frames,):
@@ -71,9 +60,7 @@ def stored_columns(observables: Mapping[str, ArrayLike], frames: int) -> dict[st
 
 def observe(packing: Packing, known: Mapping[str, float], strain: float) -> dict[str, Any]:
     """Numbers of one state for the page: those that are known, others measured; JSON has no nan, so that is None.
-
-    `converged` is None where no minimisation is known, as in a dump that does not say.
-    """
+    `converged` is None where no minimisation is known, as in a dump that does not say."""
     row = {**measure(packing, [name for name in SHOWN if name not in known]), **known}
     numbers = {name: float(row[name]) if np.isfinite(row[name]) else None for name in SHOWN}
     return {
@@ -95,10 +82,8 @@ def _why(packing: Packing, g: float | None) -> str:
 
 
 def strains(packings: Sequence[Packing]) -> NDArray[np.float64]:
-    """(m,) shear strain of each state: what a flow says of itself, else tilt over height, without flips of the box.
-
-    A box that leans by half its width is the same lattice as one that leans the other way, and boxes flip in a flow.
-    """
+    """(m,) shear strain of each state: what a flow says of itself, else tilt over height, without flips of the box. A
+    box that leans by half its width is the same lattice as one that leans the other way, and boxes flip in a flow."""
     first = packings[0]
     start = float(first.provenance.get("flow_strain", first.box[1, 0] / first.box[1, 1]))
     return np.cumsum([start, *(shear_between(before, after) for before, after in pairwise(packings))])

@@ -26,25 +26,16 @@ STEPS = 2**16 - 1  # of a coordinate between the lowest and the highest of a sta
 
 
 def encode(values: ArrayLike, kind: str) -> str:
-    """Base64 of an array.
-
-    Args:
-        values: numbers that fit into the kind.
-        kind: numpy's name of a little-endian type, such as "<f4".
-    """
+    """Base64 of an array in numpy's kind of a little-endian type, such as "<f4"."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`.
+    """Lattice coordinates of one state as whole numbers from 0 to `STEPS`."""
 
-    Attributes:
-        inverse: (2, 2) inverse of the box.
-        low, high: (2,) lattice coordinates that 0 and `STEPS` stand for.
-    """
-
-    inverse: Array
+    inverse: Array  # (2, 2) inverse of the box
+    # low, high: (2,) lattice coordinates that 0 and `STEPS` stand for
     low: Array
     high: Array
 
@@ -74,33 +65,18 @@ THIN = 0.1  # what the outline of an overlap may be off by, in its thickness
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines or closed rings of several points each, one after the other.
+    """Lines or closed rings of several points each, one after the other."""
 
-    Attributes:
-        points: (m, 2).
-        ends: (k,) int64, where in `points` each line ends.
-    """
-
-    points: Array
-    ends: Indices
+    points: Array  # (m, 2)
+    ends: Indices  # (k,) int64, where in `points` each line ends
 
 
 _NOTHING = Lines(np.zeros((0, 2)), np.zeros(0, dtype=np.int64))
 
 
 def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
-    """Pack one state for the page; numbers are in the units of the packing.
-
-    Args:
-        packing: SP or DP.
-        before: the state before, of the same particles.
-
-    Returns:
-        A dictionary for JSON: `box`, limits of the coordinates, and arrays in base64.
-
-    Raises:
-        InputError: outlines of two polygons cross.
-    """
+    """Pack one state for the page, as JSON: `box`, limits of the coordinates, and arrays in base64; in the packing's
+    units."""
     home = home_moves(packing)
     sites, centres = packing.positions + home[packing.particle], packing.centroids + home
     cells = tessellation(packing)
@@ -128,12 +104,9 @@ def pack_state(packing: Packing, before: Packing | None) -> dict[str, Any]:
 
 
 def displacements(before: Packing, after: Packing) -> Array:
-    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median.
-
-    The median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median.
-
-    With lattice coordinates s = x B^-1 they are (s_after - s_before) B_after.
-    """
+    """(n, 2) displacements of the centres on top of that of the box, by the nearest image, less their median. The
+    median is the drift, which no force opposes; a rattler that jumps changes the mean, but not the median. With lattice
+    coordinates s = x B^-1 they are (s_after - s_before) B_after."""
     box = unflipped_box(before, after)
     lattice = after.centroids @ np.linalg.inv(box) - before.centroids @ np.linalg.inv(before.box)
     moved = (lattice - np.round(lattice)) @ box

@@ -3,8 +3,6 @@
 One page holds states of the same particles, in the same units, and not too much of them.
 """
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,11 +30,7 @@ MOST_BYTES = 50_000_000  # a page that a browser still opens within seconds
 
 
 def check_one_sweep(packings: Sequence[Packing]) -> None:
-    """Refuse states that do not belong on one page.
-
-    Raises:
-        InputError: no packing, packings of different particles, or too many particles.
-    """
+    """Refuse states that do not belong on one page."""
     if not packings:
         raise InputError("no packings: a page needs at least one")
     first = packings[0]
@@ -56,16 +50,7 @@ def check_one_sweep(packings: Sequence[Packing]) -> None:
 
 
 def check_bytes(size: float, states: int, every: int) -> None:
-    """Refuse a page that grows too large.
-
-    Args:
-        size: bytes of a state.
-        states: their number.
-        every: of how many frames one was taken.
-
-    Raises:
-        InputError: naming the size and an `every` that makes it fit.
-    """
+    """Refuse a page that grows too large, by the bytes of a state."""
     if size * states <= MOST_BYTES:
         return
     total = f"{states} states of {size / 1e6:.2g} MB are {size * states / 1e6:.0f} MB"
@@ -170,10 +155,8 @@ def explorer_fragment(
     observables: Mapping[str, ArrayLike] | None = None,
     progress: Progress | None = None,
 ) -> Markup:
-    """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once.
-
-    Arguments and errors as in `write_page`.
-    """
+    """One explorer as a piece of HTML; a page may hold several, and `explorer_assets` once. Arguments and errors as in
+    `write_page`."""
     if every < 1:
         raise InputError(f"every = {every}: must be 1 or more, 2 takes every second state")
     everything = list(packings)

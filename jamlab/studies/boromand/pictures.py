@@ -17,8 +17,8 @@ from jamlab.packing.packing_plot import draw_background
 from jamlab.plotting.palette import GREEN, MODEL_STYLE, SIDE_COLOURS
 from jamlab.plotting.periodic_cell import circles, fill_everywhere
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.example_packings import MODELS, example_file
 from jamlab.studies.panels import Drawing, drawing
+from jamlab.studies.reference_data import MODELS, example_file
 
 SHAPE_OF_ONE_DISK = 1.025  # of the disk that fig 1 marks
 COMPARED_AT, CLOSE_UP_AT = 0.92, 0.99  # rho of figs 2 and 3

@@ -14,8 +14,7 @@ from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
 from jamlab.studies.claims import Kind, Verdict, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
-from jamlab.studies.droplet_tables import counts_at_onset
-from jamlab.studies.ensemble_tables import EnsembleTables
+from jamlab.studies.ensemble_tables import EnsembleTables, counts_at_onset
 from jamlab.studies.ensembles import average, has, mean_over_packings, median, nearest_size, sampled_sizes
 from jamlab.studies.panels import FIT, Drawing, drawing, label
 

@@ -48,11 +48,7 @@ _REPEATS = 0.2  # s after which a run is not repeated
 
 
 def measure(seed: int) -> Iterator[Trial]:
-    """Measure every code at every tolerance, from a minimum whose disks were moved a little.
-
-    Raises:
-        InputError: a peer is not installed.
-    """
+    """Measure every code at every tolerance, from a minimum whose disks were moved a little."""
     for peer in PEERS:
         if peer.version is None:
             raise InputError(f"{peer.name} is not installed: {peer.install}")

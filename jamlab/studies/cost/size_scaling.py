@@ -27,7 +27,7 @@ from jamlab.processes.side_by_side import Report, run_side_by_side
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
-from jamlab.studies.example_packings import example_file
+from jamlab.studies.reference_data import example_file
 from jamlab.studies.study import Shown, TableStudy
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 

@@ -72,10 +72,8 @@ def measure_packing(panel: str, packing: Packing, damping: Damping) -> Iterator[
 
 
 def refined_modulus(packing: Packing, omega: NDArray[np.float64], damping: Damping) -> tuple[Complex, float]:
-    """(m,) G* by a sparse LU for each frequency, refined with residuals and sums of 64-bit mantissa, and its error.
-
-    The error is that of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement.
-    """
+    """(m,) G* by a sparse LU for each frequency, refined with residuals and sums of 64-bit mantissa, and its error. The
+    error is that of the equation, r^T r' / A with what the last refinement leaves, and of the last refinement."""
     network = force_network(packing)
     motion = equation_of_motion(network, damping)
     k, b = (m.toarray().astype(np.longdouble) for m in (motion.k_qq, motion.b_qq))

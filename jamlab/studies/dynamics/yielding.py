@@ -8,7 +8,7 @@ import pandas as pd
 from jamlab.errors import InputError
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, ORANGE, PINK, RED
 from jamlab.statistics.bootstrap import Interval
-from jamlab.studies.dynamics.steady_flows import (
+from jamlab.studies.dynamics.flow_curves import (
     HIGHEST,
     JAMMED,
     RATE,

@@ -47,10 +47,8 @@ def try_strain(packing: Packing, strain: float) -> Trial:
 
 
 def opening_strain(packing: Packing, *, affine: bool = False) -> float:
-    """Simple shear, one way or the other, at which the static linear answer opens the first contact.
-
-    With `affine` that of the affine motion, which is the answer to a fast shear, if it opens one sooner.
-    """
+    """Simple shear, one way or the other, at which the static linear answer opens the first contact. With `affine` that
+    of the affine motion, which is the answer to a fast shear, if it opens one sooner."""
     found = contacts(packing)
     answer = elastic_tensor(packing).displacements[:, :, 0, 1]
     i, j = found.pairs.T

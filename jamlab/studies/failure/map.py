@@ -47,19 +47,12 @@ _LEAD = (
 
 @dataclass(frozen=True)
 class Axis:
-    """One condition of a map.
+    """One condition of a map."""
 
-    Attributes:
-        label: with its unit.
-        values: numbers, or names on an axis without a scale.
-        default: jamlab's own, None where it has none.
-        logarithmic: whether factors count, or differences.
-    """
-
-    label: str
-    values: tuple[float | str, ...]
-    default: float | None = None
-    logarithmic: bool = True
+    label: str  # with its unit
+    values: tuple[float | str, ...]  # numbers, or names on an axis without a scale
+    default: float | None = None  # jamlab's own, None where it has none
+    logarithmic: bool = True  # whether factors count, or differences
 
     def places(self, values: Any) -> Any:
         """Where values lie between the cells 0, 1, 2, ... of the axis; up to half a cell beyond the ends."""
@@ -86,30 +79,19 @@ def linear_axis(label: str, low: float, high: float, default: float | None = Non
 
 @dataclass(frozen=True)
 class Map(TableStudy):
-    """A map before it is measured.
+    """A map before it is measured."""
 
-    Attributes:
-        x, y: conditions: x a parameter of a method, y what it works on.
-        seeds: runs at every pair.
-        prepare: function of y and seed: where the runs of a row start.
-        attempt: function of what is prepared and x: one run.
-        meaning: what the map shows.
-        check: what the independent check of every run is.
-        limit: function of what is prepared: x where theory puts the boundary.
-        limit_label: what that is.
-        elsewhere: what "another basin" is in this map.
-    """
-
+    # x, y: conditions: x a parameter of a method, y what it works on
     x: Axis
     y: Axis
-    seeds: int
-    prepare: Callable[[Any, int], Any]
-    attempt: Callable[[Any, Any], Trial]
-    meaning: str
-    check: str
-    limit: Callable[[Any], float] | None = None
-    limit_label: str = ""
-    elsewhere: str = "another basin"
+    seeds: int  # runs at every pair
+    prepare: Callable[[Any, int], Any]  # function of y and seed: where the runs of a row start
+    attempt: Callable[[Any, Any], Trial]  # function of what is prepared and x: one run
+    meaning: str  # what the map shows
+    check: str  # what the independent check of every run is
+    limit: Callable[[Any], float] | None = None  # function of what is prepared: x where theory puts the boundary
+    limit_label: str = ""  # what that is
+    elsewhere: str = "another basin"  # what "another basin" is in this map
     kind: ClassVar[str] = "map"
     columns: ClassVar[Sequence[str]] = COLUMNS
     task: ClassVar[str] = "row"
@@ -191,23 +173,14 @@ def _name(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Distance:
-    """From a default to the nearest boundary, from which on half of the runs fail, and to the limit of theory.
+    """From a default to the nearest boundary, from which on half of the runs fail, and to the limit of theory."""
 
-    Attributes:
-        default: value on its axis.
-        boundary: value there; nan if the map holds none.
-        where: the other condition, such as "y = 3".
-        axis: which it is measured along.
-        limit: of theory; nan if the map draws none.
-        scattered: cells in which half of the runs fail, or more, but not on to an end of the axis.
-    """
-
-    default: float
-    boundary: float
-    where: str
-    axis: Axis
-    limit: float = np.nan
-    scattered: int = 0
+    default: float  # value on its axis
+    boundary: float  # value there; nan if the map holds none
+    where: str  # the other condition, such as "y = 3"
+    axis: Axis  # which it is measured along
+    limit: float = np.nan  # of theory; nan if the map draws none
+    scattered: int = 0  # cells in which half of the runs fail, or more, but not on to an end of the axis
 
     @property
     def far(self) -> float:
@@ -316,13 +289,8 @@ def _scattered(failed: np.ndarray) -> np.ndarray:
 def write_maps(
     out: Path, maps: Mapping[str, Map], *, measure: bool = False, progress: Progress = no_progress
 ) -> dict[str, pd.DataFrame]:
-    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map.
-
-    With `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships.
-
-    Raises:
-        StorageError: the folder cannot be written, or holds another measurement.
-    """
+    """Draw maps, and write stability.csv, one PNG for each and stability.html; returns the table of each map. With
+    `measure` rows that OUT/MAP.csv does not hold are measured, and these files are drawn, not what ships."""
     tables = measured(out, maps, measure=measure, progress=progress)
     write_page(
         out,

@@ -5,8 +5,6 @@ Every pair of particles in every periodic image is looked at, without neighbour 
 digits; Squire & Trapp, SIAM Rev. 40, 110 (1998). Meant for tens of particles.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -54,9 +52,7 @@ def plain_pressure(packing: Packing) -> float:
 
 def plain_packing_fraction(packing: Packing) -> float:
     """Area of the union of all disks, or of all droplets with their rims, over that of the cell; right to 1e-4.
-
-    Outlines are polygons of 256 sides, of the area of the disk.
-    """
+    Outlines are polygons of 256 sides, of the area of the disk."""
     quarter = 64
     if packing.model == "sp":
         assert packing.diameters is not None
@@ -93,18 +89,13 @@ def energy_and_forces(packing: Packing, positions: Array, box: Array) -> tuple[A
 
 @dataclass(frozen=True)
 class Touching:
-    """Disks that touch, each contact from both sides.
+    """Disks that touch, each contact from both sides."""
 
-    Attributes:
-        i, j: (m,) disks.
-        r: (m, 2) from j to i.
-        reach: (m,) sum of radii.
-    """
-
+    # i, j: (m,) disks
     i: NDArray[np.int64]
     j: NDArray[np.int64]
-    r: Array
-    reach: Array
+    r: Array  # (m, 2) from j to i
+    reach: Array  # (m,) sum of radii
 
 
 def touching_disks(packing: Packing, positions: Array, box: Array) -> Touching:
@@ -156,17 +147,11 @@ def _differences(points: Array, box: Array, reach: float) -> tuple[Array, list[t
 
 @dataclass(frozen=True)
 class _Feet:
-    """Every vertex against every edge in one periodic image; (v, e) arrays.
+    """Every vertex against every edge in one periodic image; (v, e) arrays."""
 
-    Attributes:
-        distance: from the vertex to the nearest point of the edge.
-        r: (v, e, 2) from that point to the vertex.
-        place: of the point, from tail (0) to head (1).
-    """
-
-    distance: Array
-    r: Array
-    place: Array
+    distance: Array  # from the vertex to the nearest point of the edge
+    r: Array  # (v, e, 2) from that point to the vertex
+    place: Array  # of the point, from tail (0) to head (1)
 
 
 def droplet_contacts(packing: Packing, positions: Array, box: Array) -> tuple[Any, Array]:
@@ -272,10 +257,8 @@ def _nearest_of_four(packing: Packing, both: tuple[_Feet, _Feet], pair: tuple[in
 
 
 def plain_hessian(packing: Packing) -> Array:
-    """(2n + 4, 2n + 4) second derivatives of the energy of disks, by complex steps of the forces.
-
-    Coordinates: x and y of every disk, then the displacement gradient E_xx, E_xy, E_yx, E_yy of box and disks.
-    """
+    """(2n + 4, 2n + 4) second derivatives of the energy of disks, by complex steps of the forces. Coordinates: x and y
+    of every disk, then the displacement gradient E_xx, E_xy, E_yx, E_yy of box and disks."""
     size = packing.positions.size
     columns = [(np.zeros((2, 2)), site) for site in np.eye(size).reshape(size, -1, 2)]
     columns += [(np.eye(4)[k].reshape(2, 2), np.zeros_like(packing.positions)) for k in range(4)]
@@ -291,11 +274,7 @@ def plain_hessian(packing: Packing) -> Array:
 
 
 def plain_moduli(packing: Packing) -> Array:
-    """(2, 2, 2, 2) relaxed elastic tensor of disks at an energy minimum without rattlers, by a dense pseudo-inverse.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held, or the packing is not stable.
-    """
+    """(2, 2, 2, 2) relaxed elastic tensor of disks at an energy minimum without rattlers, by a dense pseudo-inverse."""
     packing = without_loose_disks(packing)
     size = packing.positions.size
     hessian = plain_hessian(packing)
@@ -327,11 +306,7 @@ def _affine_stiffness(packing: Packing) -> Array:
 
 
 def without_loose_disks(packing: Packing) -> Packing:
-    """Take out disks with fewer than three contacts, again and again.
-
-    Raises:
-        numpy.linalg.LinAlgError: none is left.
-    """
+    """Take out disks with fewer than three contacts, again and again."""
     found = touching_disks(packing, packing.positions, packing.box)
     held = np.ones(packing.n, dtype=bool)
     while True:
@@ -346,11 +321,9 @@ def without_loose_disks(packing: Packing) -> Packing:
 
 
 def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> Array:
-    """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii.
-
-    Coordinates: velocities beside the affine flow, angular velocities, rate of x -> x + gamma y. Background: drag of
-    every disk against the affine flow, over k tau_1.
-    """
+    """(3n + 1, 3n + 1) damping matrix of disks, tau_1 = 1, Baumgarten & Tighe eqs 5 and 6, arms = radii. Coordinates:
+    velocities beside the affine flow, angular velocities, rate of x -> x + gamma y. Background: drag of every disk
+    against the affine flow, over k tau_1."""
     assert packing.diameters is not None
     n, found = packing.n, touching_disks(packing, packing.positions, packing.box)
     total = np.zeros((3 * n + 1, 3 * n + 1))
@@ -371,11 +344,7 @@ def plain_drag(packing: Packing, beta: float = 1.0, background: float = 0.0) -> 
 
 
 def plain_complex_modulus(packing: Packing, omega: float, beta: float = 1.0) -> complex:
-    """G* of disks without rattlers, simple shear along x, contact damping: dense elimination in extended precision.
-
-    Raises:
-        numpy.linalg.LinAlgError: no disk is held.
-    """
+    """G* of disks without rattlers, simple shear along x, contact damping: dense elimination in extended precision."""
     packing = without_loose_disks(packing)
     n = packing.n
     shear = np.r_[0 : 2 * n, 2 * n + 1]  # of E only E_xy

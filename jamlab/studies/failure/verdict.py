@@ -20,22 +20,16 @@ _CLAIMS = ("converged", "another basin")  # give a number as if it were right
 
 @dataclass(frozen=True)
 class Trial:
-    """One run.
+    """One run."""
 
-    Attributes:
-        verdict: one of `VERDICTS`. "converged": met its tolerance where it should. "another basin": met it in another
-            minimum. "stalled": said that it ended above its tolerance. "blew up": positions or energies ran away, for
-            all to see. "refused": jamlab raised an error instead of giving a number. "silent": gave a number as if it
-            were right, and the check says that it is wrong.
-        note: what the run reached, or the message of the error.
-        error: of what is claimed, by the independent check; 0 where nothing is.
-        allowed: the largest error that the claim leaves room for.
-    """
-
+    # one of `VERDICTS`. "converged": met its tolerance where it should. "another basin": met it in another minimum.
+    # "stalled": said that it ended above its tolerance. "blew up": positions or energies ran away, for all to see.
+    # "refused": jamlab raised an error instead of giving a number. "silent": gave a number as if it were right, and the
+    # check says that it is wrong.
     verdict: str
-    note: str = ""
-    error: float = 0.0
-    allowed: float = np.inf
+    note: str = ""  # what the run reached, or the message of the error
+    error: float = 0.0  # of what is claimed, by the independent check; 0 where nothing is
+    allowed: float = np.inf  # the largest error that the claim leaves room for
 
     @property
     def excess(self) -> float:
@@ -70,10 +64,8 @@ def judge_descent(left: float, tolerance: float, energy: float, start: float, mi
 
 
 def balanced(verdict: str, packing: Packing, tolerance: float, note: str = "", stiffness: float = 1.0) -> Trial:
-    """Check the claim that no force above a tolerance is left, by forces computed anew.
-
-    Rounding of positions is multiplied with a stiffness, force over length.
-    """
+    """Check the claim that no force above a tolerance is left, by forces computed anew. Rounding of positions is
+    multiplied with a stiffness, force over length."""
     left = plain_max_force(packing)
     size = float(np.abs(packing.box).max())
     return Trial(verdict, note or f"max force {left:.1g}", left, tolerance + _ROUNDING * max(1.0, stiffness * size))

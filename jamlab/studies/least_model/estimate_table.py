@@ -41,10 +41,8 @@ Groups = Callable[[int], Sequence[Sequence[EnsembleWay]]]
 
 
 def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
-    """Ways to make packings of one seed: the first of a group is made by itself, and carries the others.
-
-    Droplets from the start take most of the time, and stand for one seed in two.
-    """
+    """Ways to make packings of one seed: the first of a group is made by itself, and carries the others. Droplets from
+    the start take most of the time, and stand for one seed in two."""
     nv, rare = default_vertices(), seed % _RARE == 1
     carried = [EnsembleWay("carried", N, nv)]
     if rare:
@@ -61,13 +59,8 @@ def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
 def make_table(
     out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
 ) -> Ways:
-    """Measure the table seed by seed, and write it; a run goes on where it stopped.
-
-    Levels of rho ascend; those of droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`.
-
-    Raises:
-        StorageError: the file cannot be written; raised before the work.
-    """
+    """Measure the table seed by seed, and write it; a run goes on where it stopped. Levels of rho ascend; those of
+    droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`."""
     law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
     facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
     tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}

@@ -65,11 +65,7 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
 
 
 def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
-    """Measure the table and save it after every packing; goes on from a file with a part. `how`: see `measure_table`.
-
-    Raises:
-        StorageError: the file cannot be written.
-    """
+    """Measure the table and save it after every packing; goes on from a file with a part. `how`: of `measure_table`."""
     tasks = {
         f"{part}, seed {seed}": partial(_rows, part, seed)
         for part, seeds in (SEEDS if parts is None else parts).items()

@@ -12,15 +12,13 @@ from jamlab.geometry.orientational_order import orientational_order
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.moduli import shear_modulus
-from jamlab.studies.other_codes.matscipy_peer import Matscipy
 from jamlab.studies.other_codes.peer import Analyst
+from jamlab.studies.other_codes.peers import Matscipy
 
 
 class Freud(Analyst):
-    """Centres of disks in a two-dimensional box, in a process of its own.
-
-    Both freud and liblammps bring voro++; where LAMMPS was opened first, freud would call LAMMPS' and crash.
-    """
+    """Centres of disks in a two-dimensional box, in a process of its own. Both freud and liblammps bring voro++; where
+    LAMMPS was opened first, freud would call LAMMPS' and crash."""
 
     name = "freud"
     package = "freud-analysis"
@@ -59,10 +57,8 @@ HERE: dict[str, Callable[[Packing], Any]] = {  # what jamlab gives under the nam
 
 @dataclass(frozen=True)
 class AnalysisRow:
-    """One quantity of one library, and its largest difference from jamlab, over the largest value.
-
-    Of a library that is not installed version and difference are None, and the note says what to install.
-    """
+    """One quantity of one library, and its largest difference from jamlab, over the largest value. Of a library that is
+    not installed version and difference are None, and the note says what to install."""
 
     name: str
     version: str | None = None
@@ -72,10 +68,8 @@ class AnalysisRow:
 
 
 def compare_analysis(minimum: Packing, *, analysts: Sequence[Analyst] = ANALYSTS) -> list[AnalysisRow]:
-    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps".
-
-    A row for each quantity of each library; one that is not installed is a row that says so.
-    """
+    """Compare jamlab with libraries of analysis on the backbone of one packing of disks in units "eps". A row for each
+    quantity of each library; one that is not installed is a row that says so."""
     backbone = without_rattlers(minimum)
     rows = []
     for analyst in analysts:

@@ -22,33 +22,20 @@ EXTRA = "pip install 'jamlab[peers]'"
 
 @dataclass(frozen=True)
 class Point:
-    """What a peer gives at one point, in the units of the packing.
+    """What a peer gives at one point, in the units of the packing."""
 
-    Attributes:
-        energy: total.
-        forces: (n, 2).
-        stress: (2, 2), positive in compression, or None where the peer has no stress tensor.
-        pressure: trace of the stress over 2.
-    """
-
-    energy: float
-    forces: Array
-    stress: Array | None
-    pressure: float
+    energy: float  # total
+    forces: Array  # (n, 2)
+    stress: Array | None  # (2, 2), positive in compression, or None where the peer has no stress tensor
+    pressure: float  # trace of the stress over 2
 
 
 class OtherCode(ABC):
-    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2.
+    """A code that takes the soft disks of Boromand et al. eq 5, U = (eps/2)(1 - r/s_ij)^2."""
 
-    Attributes:
-        name: as tables show it.
-        package: distribution that must be installed.
-        install: how to get it.
-    """
-
-    name: str
-    package: str
-    install: str = EXTRA
+    name: str  # as tables show it
+    package: str  # distribution that must be installed
+    install: str = EXTRA  # how to get it
 
     @property
     def version(self) -> str | None:
@@ -68,15 +55,11 @@ class Analyst(OtherCode):
 
 
 class Peer(OtherCode):
-    """A code that evaluates one point and minimises.
+    """A code that evaluates one point and minimises."""
 
-    Attributes:
-        method: its minimiser.
-        apart: whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in
-            the same process, and so jamlab's, up to ten times slower, which would count against these.
-    """
-
-    method: str
+    method: str  # its minimiser
+    # whether it runs in a process of its own. What jax leaves in memory makes every minimisation of LAMMPS in the same
+    # process, and so jamlab's, up to ten times slower, which would count against these.
     apart: bool = False
 
     @abstractmethod
@@ -85,20 +68,12 @@ class Peer(OtherCode):
 
     @abstractmethod
     def descent(self, packing: Packing) -> Descent:
-        """Prepare minimisations from one start.
-
-        Returns:
-            Function of the largest force at which to stop and of the most steps (LAMMPS: evaluations of forces, of
-            which its steps take several), which starts anew each time and returns positions (n, 2).
-        """
+        """Prepare minimisations from one start: a function of the largest force at which to stop and of the most steps
+        (LAMMPS: evaluations of forces, several a step), which starts anew each time and returns positions (n, 2)."""
 
 
 def mean_diameters(packing: Packing) -> tuple[NDArray[np.int64], Array]:
-    """Species of each disk (n,) and the contact distances s_ij of species (species, species).
-
-    Raises:
-        InputError: some peer cannot take the packing: droplets, units "k", or a tilted box.
-    """
+    """Species of each disk (n,) and the contact distances s_ij of species (species, species)."""
     if packing.model != "sp" or packing.units != "eps" or packing.diameters is None:
         raise InputError(f"peers take disks in units 'eps', not model {packing.model} in units {packing.units!r}")
     if packing.box[1, 0] != 0:

