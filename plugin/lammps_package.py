@@ -44,10 +44,15 @@ REGISTRATION = """\
 #else
 
 """
-ASCII = {"δ": "delta", "ε": "epsilon", "η": "eta", "γ": "gamma", "φ": "phi", "²": "^2", "⁴": "^4", "₀": "_0", "α": "alpha",
-         "τ": "tau", "−": "-", "–": "-", "×": "x", "’": "'", "é": "e", "µ": "mu", "≥": ">=", "≤": "<=", "·": "*"}  # fmt: skip
-AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "behaviour": "behavior",
-            "artefact": "artifact", "analyse": "analyze", "grey": "gray", "modelling": "modeling"}  # fmt: skip
+ASCII = dict(
+    zip(
+        "δεηγφατ²⁴₀−–×’éµ≥≤·",
+        "delta epsilon eta gamma phi alpha tau ^2 ^4 _0 - - x ' e mu >= <= *".split(),
+        strict=True,
+    )
+)
+AMERICAN = {"neighbour": "neighbor", "colour": "color", "minimis": "minimiz", "centre": "center", "analyse": "analyze",
+            "behaviour": "behavior", "artefact": "artifact", "grey": "gray", "modelling": "modeling"}  # fmt: skip
 
 
 def american(text: str) -> str:

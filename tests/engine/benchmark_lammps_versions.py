@@ -27,7 +27,7 @@ CHECKS = {  # tests that answer for a column
         "law[1]",
     ],
     "force styles": ["test_force_styles.py"],
-    "restart": ["test_plugin_on_ranks.py::test_files_of_lammps_give_the_same_bits", "-k", "1-"],
+    "restart": ["test_plugin_on_ranks.py::test_files_of_lammps_give_the_same_bits"],
     "1 rank": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[1]"],
     "2 ranks": ["test_plugin_on_ranks.py::test_ranks_and_newton_change_nothing", "-k", "nothing[2]"],
     "decks": ["test_decks.py::test_the_example_at_the_head_of_every_deck_runs_to_its_end", "-m", "slow"],

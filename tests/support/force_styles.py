@@ -226,7 +226,8 @@ class Disks:
         atoms = "".join(f"{k} {t} {x:.17g} {y:.17g} 0\n"
                         for k, (t, (x, y)) in enumerate(zip(self.types, self.state.x, strict=True), 1))  # fmt: skip
         (folder / "data.disks").write_text(
-            f"disks\n\n{len(self.types)} atoms\n2 atom types\n\n0 {self.box[0, 0]} xlo xhi\n0 {self.box[1, 1]} ylo yhi\n"
+            f"disks\n\n{len(self.types)} atoms\n2 atom types\n\n"
+            f"0 {self.box[0, 0]} xlo xhi\n0 {self.box[1, 1]} ylo yhi\n"
             f"-0.5 0.5 zlo zhi\n{self.box[1, 0]} 0 0 xy xz yz\n\nMasses\n\n1 1\n2 1\n\nPair Coeffs # zero\n\n1\n2\n\n"
             f"Atoms # atomic\n\n{atoms}\n{velocities(self.state.v)}"
         )
