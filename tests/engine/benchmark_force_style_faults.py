@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -40,11 +41,28 @@ def build(folder):
     assert done.returncode == 0, done.stdout[-2000:]
 
 
+def shadow(folder, build):
+    """A folder that Python takes for the installed jamlab: LAMMPS keeps the first plugin that brings a style."""
+    real = metadata.distribution("jamlab")
+    info = folder / f"jamlab-{real.version}.dist-info"
+    (folder / "jamlab").mkdir(parents=True, exist_ok=True)
+    info.mkdir(exist_ok=True)
+    for name in ("METADATA", "entry_points.txt"):
+        (info / name).write_text(real.read_text(name))
+    for name in ("jamlabkernels.so", "lammps_release"):
+        shutil.copy(real.locate_file(f"jamlab/plugin/{name}"), build)
+    for name, target in (("plugin", build), ("lammps_inputs", ROOT / "lammps_inputs")):
+        if not (folder / "jamlab" / name).exists():
+            (folder / "jamlab" / name).symlink_to(target)
+    return folder
+
+
 def caught(folder):
-    """Names of the tests that fail with the plugin in a folder."""
+    """Names of the tests that fail with the jamlab of a folder."""
     line = [sys.executable, "-m", "pytest", "-n", "0", "-q", "--tb=no", "-p", "no:cacheprovider", "-rf",
             ROOT / "tests" / "engine" / "test_force_styles.py"]  # fmt: skip
-    done = subprocess.run(line, cwd=ROOT, env=os.environ | {"LAMMPS_PLUGIN_PATH": str(folder)},
+    path = os.pathsep.join([str(folder), str(ROOT)])
+    done = subprocess.run(line, cwd=ROOT, env=os.environ | {"PYTHONPATH": path},
                           capture_output=True, text=True, check=False)  # fmt: skip
     assert "passed" in done.stdout or "failed" in done.stdout, done.stdout[-2000:]
     return re.findall(r"^FAILED .*\[(.*)\]", done.stdout, re.MULTILINE)
@@ -57,14 +75,15 @@ def test_every_fault_is_caught(kept_folder):
     options = ["-DCMAKE_BUILD_TYPE=Debug", f"-DPython_EXECUTABLE={sys.executable}"]
     subprocess.run(["cmake", "-G", "Ninja", "-S", source, "-B", place, *options], check=True, capture_output=True)
     build(place)
-    assert caught(place) == []
+    whole = shadow(kept_folder / "shadow", place)
+    assert caught(whole) == []
     missed = []
     for name, (file, right, wrong) in FAULTS.items():
         text = (source / file).read_text()
         assert text.count(right) == 1, name
         (source / file).write_text(text.replace(right, wrong))
         build(place)
-        found = caught(place)
+        found = caught(whole)
         print(f"| {name} | {len(found)} | {', '.join(found)} |", flush=True)
         missed += [name] if not found else []
         (source / file).write_text(text)
