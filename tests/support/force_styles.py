@@ -108,7 +108,7 @@ class Mixture:
     """Droplets, disks and walls: every pair of kinds meets; rings of both senses, atom IDs in any order."""
 
     def __init__(self) -> None:
-        self.outlines, self.box = mixture(2, 0.37)
+        self.outlines, self.box = mixture(2, 0.37, kinds=(4, 3, 1, 2, 1, 6, 5, 6), width=2.1, height=2.1)
         self.tags = np.concatenate([o.tags for o in self.outlines])
         x = np.empty((len(self.tags), 2))
         x[self.tags - 1] = np.vstack([o.points for o in self.outlines])
