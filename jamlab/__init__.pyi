@@ -23,7 +23,7 @@ from .estimates.model_choice import Scene as Scene
 from .estimates.model_choice import choose as choose
 from .estimates.model_choice import scene as scene
 from .figures.explorer.write_page import write_page as write_page
-from .figures.geometry_pictures import geometry_figure as geometry_figure
+from .figures.packing_pictures import geometry_figure as geometry_figure
 from .flow.creep import CreepRun as CreepRun
 from .flow.creep import creep as creep
 from .flow.flow_curve import FlowCurve as FlowCurve
@@ -107,9 +107,10 @@ from .rheology.reduced_model import KrylovSettings as KrylovSettings
 from .rheology.relaxation_spectrum import RelaxationSpectrum as RelaxationSpectrum
 from .statistics.herschel_bulkley import HerschelBulkley as HerschelBulkley
 from .statistics.published_numbers import read_points as read_points
+from .trajectories.droplets_from_outlines import from_outlines as from_outlines
 from .trajectories.files import read as read
 from .trajectories.files import read_all as read_all
 from .trajectories.from_universe import from_universe as from_universe
-from .trajectories.packing_analysis import PackingAnalysis as PackingAnalysis
 from .trajectories.relaxed import relaxed as relaxed
+from .trajectories.universe import PackingAnalysis as PackingAnalysis
 from .trajectories.universe import universe as universe

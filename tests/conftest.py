@@ -11,8 +11,8 @@ from kept_results import kept_folder
 
 import jamlab
 
-# HYPOTHESIS_PROFILE=extensive or --hypothesis-profile=extensive: new examples in every run, twenty times as many
-settings.register_profile("fast", max_examples=25, deadline=None, derandomize=True)
+# HYPOTHESIS_PROFILE=extensive or --hypothesis-profile=extensive: new examples in every run, forty times as many
+settings.register_profile("fast", max_examples=12, deadline=None, derandomize=True)
 settings.register_profile("extensive", max_examples=500, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 

@@ -13,7 +13,8 @@ from matplotlib import pyplot
 import jamlab
 
 ROOT = Path(jamlab.__file__).parent
-SLOW = {"Campaign.plot", "Micrograph", "micrograph", "synthetic_micrograph"}  # a second and more
+PICTURES = {"Micrograph", "Micrograph.forces", "Micrograph.packing", "Tracks", "micrograph", "synthetic_micrograph"}
+SLOW = PICTURES | {"Campaign.at", "Campaign.plot", "FlowCurve.plot", "estimate"}  # a second and more
 
 
 def documented(tree, prefix=""):

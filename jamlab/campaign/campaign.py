@@ -18,12 +18,10 @@ from numpy.typing import ArrayLike
 from jamlab.campaign.driver import CampaignRun, Outcome, drive_rounds
 from jamlab.campaign.file import CampaignTable, check_campaign, read_text
 from jamlab.campaign.folder import COPY, CampaignFolder
-from jamlab.campaign.own_observables import check_function, load_function
-from jamlab.campaign.plan import Estimate, longest_first, plan
+from jamlab.campaign.observable import check_function, load_function
+from jamlab.campaign.plan import Estimate, Status, count_tasks, longest_first, plan, wanted_batches
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.status import Status, count_tasks, wanted_batches
-from jamlab.campaign.table_plot import draw_means
-from jamlab.campaign.tables import aggregate, states_at, table
+from jamlab.campaign.tables import aggregate, draw_means, states_at, table
 from jamlab.campaign.tasks import Batch, batches, task_names
 from jamlab.campaign.workers import Workers
 from jamlab.checks import checked
@@ -79,7 +77,6 @@ class Campaign:
             InputError: the folder cannot be read, or a column of `until` does not exist.
             StorageError: a file of a sweep with `until` is damaged.
         """
-
         return count_tasks(batches(self.content), self.folder, verify)
 
     @checked
@@ -94,7 +91,6 @@ class Campaign:
         Raises:
             InputError: the campaign has no sweep of a name in `only`, or an observable of your own cannot be imported.
         """
-
         chosen = batches(self.content, only)
         lines = plan(chosen, self.folder, batches(self.content))
         self._check_functions([batch for batch, line in zip(chosen, lines, strict=True) if line.left], check_function)
@@ -131,7 +127,6 @@ class Campaign:
             StorageError: the folder is in use or cannot be written. Run again to go on.
             EngineError: the workers are lost. Run again to go on.
         """
-
         chosen = longest_first(batches(self.content, only))
         where = Workers(workers, scheduler, slurm, self.content.slurm, name=self.name, folder=self.folder.path)
         self.folder.prepare()
@@ -171,7 +166,6 @@ class Campaign:
 
     def _drive(self, chosen: list[Batch], where: Workers, tell: Callable[[Outcome], None]) -> CampaignRun:
         """Run the batches of each number of ranks by workers that hold as many cores each, most ranks first."""
-
         stored, ran = StoredStates(self.folder, batches(self.content)), CampaignRun(0, 0, {})
         for ranks in sorted({batch.ranks for batch in chosen}, reverse=True):
             part = [batch for batch in chosen if batch.ranks == ranks]
@@ -188,7 +182,6 @@ class Campaign:
             check(name, self._modules())
 
     def _modules(self) -> list[str]:
-        """List the folders that hold modules of the user's own observables."""
         place = self.file.parent.resolve()
         return [str(place), str(place.parent)] if place == self.folder.path.resolve() else [str(place)]
 
@@ -206,7 +199,6 @@ class Campaign:
             InputError: there is no such table or sweep.
             StorageError: a file is damaged; `run` repairs it.
         """
-
         return table(self.folder, self.finished(sweep), name)
 
     @checked
@@ -225,7 +217,7 @@ class Campaign:
         confidence: float = CONFIDENCE,
         resamples: int = 1000,
     ) -> pd.DataFrame:
-        """Average over packings, with bootstrap intervals; see `jamlab.campaign.aggregate.aggregate`.
+        """Average over packings, with bootstrap intervals; see `jamlab.campaign.tables.aggregate`.
 
         Args:
             values: columns to average.
@@ -352,7 +344,6 @@ class Campaign:
     @checked
     def packings(self, task: str) -> list[Packing]:
         """Read the packings of a finished task, frame by frame."""
-
         return read_all(self.folder.task_file(task))
 
 

@@ -15,13 +15,11 @@ from typing import Any, NamedTuple
 
 from threadpoolctl import threadpool_limits
 
-from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.observable import Measured, measure_tables
-from jamlab.campaign.own_observables import load_function, measure_own
+from jamlab.campaign.folder import CampaignFolder, write_task_file
+from jamlab.campaign.observable import Measured, load_function, measure_own, measure_tables
+from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates, make_states, read_stored, shared_tables
-from jamlab.campaign.status import wanted_batches
 from jamlab.campaign.tables import STATE_COLUMNS
-from jamlab.campaign.task_file import write_task_file
 from jamlab.campaign.tasks import Batch, Task
 from jamlab.campaign.workers import Crew
 from jamlab.errors import EngineError, StorageError
@@ -182,7 +180,6 @@ def task_key(folder: CampaignFolder, task: Task) -> str:
 
 
 def _blame(folder: CampaignFolder, task: Task) -> Outcome:
-    """Record that a task killed its workers."""
     reason = EngineError(f"{task.parameters.label}: its workers died again and again: killed, or out of memory")
     folder.record_failure(task, reason)
     return Outcome(FAILED, str(reason), float("nan"))

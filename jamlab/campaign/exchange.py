@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jamlab.campaign.campaign import Campaign
-from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.folder import CampaignFolder, damage
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.task_file import damage
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.packing.lammps_files import write_dump

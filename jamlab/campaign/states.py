@@ -9,9 +9,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from jamlab.campaign.file import STATES
-from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.folder import CampaignFolder, TaskFile, damage, read_gaps, read_task_file
 from jamlab.campaign.observable import TaskStates
-from jamlab.campaign.task_file import TaskFile, damage, read_gaps, read_task_file
 from jamlab.campaign.tasks import Batch, Parameters, Task, state_key
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, JamlabError, StorageError

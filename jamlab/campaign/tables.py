@@ -1,27 +1,36 @@
-"""Collect task files into tidy tables, and average over packings with bootstrap intervals.
+"""Collect task files into tidy tables, average over packings with bootstrap intervals, and draw the means.
 
 Packings are independent, states of one packing are not. So the values of each packing in a group are first replaced by
 their mean, and the bootstrap draws whole packings.
 """
 
+from __future__ import annotations
+
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import ArrayLike, NDArray
 
 from jamlab.arrays import Array
-from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.folder import CampaignFolder, TaskFile, read_task_file
 from jamlab.campaign.observables import OBSERVABLES, TABLES, Onset
-from jamlab.campaign.task_file import TaskFile, read_task_file
 from jamlab.checks import check_choice
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS
+from jamlab.packing.law_parameters import UNIT_OF_STRESS
+from jamlab.plotting.axes import merged
+from jamlab.plotting.drawable import LEGEND, in_unit, label_axes
+from jamlab.plotting.palette import COLOURS, MODEL_STYLE
 from jamlab.statistics.bootstrap import bootstrap
 from jamlab.statistics.confidence import CONFIDENCE
 
 if TYPE_CHECKING:
     import pandas as pd
+
 
 STATISTICS: dict[str, Any] = {"mean": np.mean, "median": np.median}
 _DIGITS = 5  # numbers that agree to so many digits are one group: a pressure is met to 1e-6
@@ -43,7 +52,7 @@ TABLE_COLUMNS: dict[str, tuple[str, ...]] = {
 STATE_COLUMNS = (*TABLE_COLUMNS["states"], *DISTANCES)  # names that no observable of the user's own may have
 
 
-def table(folder: CampaignFolder, names: Iterable[str], name: str) -> "pd.DataFrame":
+def table(folder: CampaignFolder, names: Iterable[str], name: str) -> pd.DataFrame:
     """Collect one table from finished tasks, sorted by model, n and seed; "states" has the columns of the user's own
     observables too, nan where a task lacks them."""
     import pandas as pd
@@ -125,7 +134,7 @@ def _own(file: TaskFile, known: dict[str, str]) -> dict[str, Any]:
     return found
 
 
-def states_at(frame: "pd.DataFrame", column: str, value: float) -> "pd.DataFrame":
+def states_at(frame: pd.DataFrame, column: str, value: float) -> pd.DataFrame:
     """Choose the rows of the state of each packing whose column is nearest to a value, and within 0.5 % of it."""
     check_choice("column", column, frame.columns)
     if "state" not in frame.columns or frame[column].dtype.kind not in "iuf":
@@ -163,7 +172,7 @@ def choose_bins(values: Array) -> tuple[Array, bool]:
 
 
 def aggregate(
-    frame: "pd.DataFrame",
+    frame: pd.DataFrame,
     values: Sequence[str],
     by: Sequence[str],
     *,
@@ -172,7 +181,7 @@ def aggregate(
     statistic: str = "mean",
     confidence: float = CONFIDENCE,
     resamples: int = 1000,
-) -> "pd.DataFrame":
+) -> pd.DataFrame:
     """Average the values of each group of rows, with intervals over packings; see `Campaign.aggregate`. What agrees to
     five digits in `by` is one value, given in full if all rows have the same, such as a frequency. Intervals of one
     packing are nan; `<value>_packings` counts those with a finite value."""
@@ -209,14 +218,14 @@ def aggregate(
     return pd.DataFrame(rows)
 
 
-def _round_keys(column: "pd.Series[Any]") -> "pd.Series[Any]":
+def _round_keys(column: pd.Series[Any]) -> pd.Series[Any]:
     if column.dtype.kind != "f":
         return column
     return column.map(lambda value: float(f"{value:.{_DIGITS}g}"))
 
 
 def _check(
-    frame: "pd.DataFrame",
+    frame: pd.DataFrame,
     columns: list[str],
     along: str | None,
     bins: ArrayLike | None,
@@ -240,8 +249,129 @@ def _check(
         raise InputError(f"resamples = {resamples}: must be 1 or more")
 
 
-def _refuse_unlike(part: "pd.DataFrame") -> None:
+def _refuse_unlike(part: pd.DataFrame) -> None:
     for name in ("ensemble", "units"):
         if name in part and part[name].nunique() > 1:
             found = " and ".join(sorted(map(str, part[name].unique())))
             raise InputError(f"a group holds packings of {name} {found}: add {name!r} to by, or take one sweep")
+
+
+ONE_SIGMA = 0.6827  # level of the interval that reaches one standard error to either side
+_FEW = 0.5  # share of the packings below which the mean of those that have a value is that of a selection
+_LEGEND_WIDTH = 44  # characters of a line, which fit into axes of 4 inches
+_RESAMPLES = 400  # a standard error to 4 %
+LABELS = {
+    "z": "contact number $z$",
+    "rho": r"true packing fraction $\rho$",
+    "phi": r"nominal packing fraction $\phi$",
+    "d_rho": r"distance from onset $\rho - \rho_J$",
+    "d_phi": r"distance from onset $\phi - \phi_J$",
+    "pressure": "pressure $p$",
+    "target_pressure": "pressure $p$",
+    "g": "shear modulus, mean over\ndirections, $G$",
+    "g_x": "shear modulus $G_{xy}$",
+    "b": "bulk modulus $B$",
+    "shape": r"shape factor $\mathcal{A}$",
+    "shape_rim": r"shape factor with rim $\mathcal{A}$",
+    "void_sides": "mean sides of voids",
+    "void_shape": "mean shape factor of voids",
+    **{column: label for o in OBSERVABLES.values() for column, label in o.labels.items()},
+}
+_UNLIKE = ("model", "n", "ensemble", "units")  # what is never averaged over
+_STRESSES = frozenset({"pressure", "target_pressure", "g", "g_x", "b"})
+
+
+def draw_means(
+    axes: Axes, frame: pd.DataFrame, value: str, along: str, by: str, bins: ArrayLike | None, /, **style: Any
+) -> None:
+    """Draw one curve for each value of the column `by`; see `Campaign.plot`."""
+    for name in (value, along, by):
+        if name not in frame.columns:
+            raise InputError(f"the table has no column {name!r}: use one of {', '.join(frame.columns)}")
+    if not len(frame):
+        raise InputError("no task has a row for this table yet: run the campaign first")
+    for name in (value, along):
+        if frame[name].dtype.kind not in "biuf":
+            raise InputError(f"column {name!r} holds no numbers: plot one that does")
+    keys = [by, *(name for name in _UNLIKE if name != by and _differs_within(frame, by, name))]
+    found = choose_bins(frame[along].to_numpy(np.float64))
+    edges, logarithmic = found if bins is None else (np.asarray(bins, dtype=np.float64), False)
+    drawn = 0
+    for k, (group, part) in enumerate(frame.groupby(keys, sort=True, dropna=False)):
+        means = aggregate(part, [value], (), along=along, bins=edges, confidence=ONE_SIGMA, resamples=_RESAMPLES)
+        if len(means):
+            means = means[np.isfinite(means[value])]
+        plain = MODEL_STYLE.get(str(group[0])) if keys == ["model"] else None
+        look = plain or {"color": COLOURS[k % len(COLOURS)], "marker": "os^vD"[k % 5], "label": _name(keys, group)}
+        look = merged(Line2D, {"markersize": 6, "linewidth": 1.4, **look}, style)
+        notes = [str(look["label"]), *_left_out(part, value, along, edges), *_selection(means, value)]
+        look["label"] = "\n".join(
+            line for note in notes for line in textwrap.wrap(note, _LEGEND_WIDTH, break_on_hyphens=False)
+        )
+        if not len(means):
+            axes.plot([], [], **look)
+            continue
+        drawn += len(means)
+        x, y, low, high = means[[along, value, f"{value}_low", f"{value}_high"]].to_numpy(np.float64).T
+        bars = axes.errorbar(x, y, np.nan_to_num([y - low, high - y]), capsize=2.5, **look)
+        if (few := _few(means, value)).any():
+            line = bars.lines[0]
+            hollow: dict[str, Any] = {
+                "marker": line.get_marker(),
+                "markersize": line.get_markersize(),
+                "color": line.get_color(),
+            }
+            axes.plot(x[few], y[few], linestyle="none", markerfacecolor="white", **hollow)
+    if not drawn:
+        raise InputError(f"no state has both {value} and {along}: plot another column, or run the campaign first")
+    if logarithmic:
+        axes.set_xscale("log")
+    label_axes(axes, _label(frame, along), _label(frame, value))
+    axes.legend(fontsize=LEGEND, loc="lower left", bbox_to_anchor=(0, 1.0))  # clear of curves and error bars
+
+
+def _name(keys: list[str], group: tuple[Any, ...]) -> str:
+    """What tells a group from the others, such as "soft particles (SP), n = 16"."""
+    words = []
+    for key, value in zip(keys, group, strict=True):
+        known = MODEL_STYLE[value]["label"] if key == "model" and value in MODEL_STYLE else None
+        words.append(str(known or (value if key in ("ensemble", "units") else f"{key} = {value}")))
+    return ", ".join(words)
+
+
+def _differs_within(frame: pd.DataFrame, by: str, name: str) -> bool:
+    """Whether rows of one group differ in a column: what is unlike gets a curve each, never a mean."""
+    return name in frame.columns and bool((frame.groupby(by, dropna=False)[name].nunique() > 1).any())
+
+
+def _units(frame: pd.DataFrame) -> list[str]:
+    kinds = frame[["model", "units"]].drop_duplicates().itertuples(index=False)
+    return list(dict.fromkeys(UNIT_OF_STRESS[model, units] for model, units in kinds))
+
+
+def _left_out(part: pd.DataFrame, value: str, along: str, edges: Array) -> list[str]:
+    x = part[along].to_numpy(np.float64)
+    outside = ~((x >= edges[0]) & (x < edges[-1]))
+    missing = ~np.isfinite(part[value].to_numpy(np.float64)) & ~outside
+    counts = ((outside.sum(), "outside the bins"), (missing.sum(), f"without {value}"))
+    text = ", ".join(f"{count} {reason}" for count, reason in counts if count)
+    return [f"states left out: {text}"] if text else []
+
+
+def _few(means: pd.DataFrame, value: str) -> NDArray[np.bool_]:
+    """Whether a point is the mean of a selection: of fewer than half of its packings, since others have no value."""
+    return np.array(means[f"{value}_packings"] < _FEW * means["packings"], dtype=np.bool_)
+
+
+def _selection(means: pd.DataFrame, value: str) -> list[str]:
+    """Say in the legend that some points are means of a selection."""
+    if not len(means) or not (few := _few(means, value)).any():
+        return []
+    have, of = means.loc[few, [f"{value}_packings", "packings"]].to_numpy(np.int64).T
+    least = int(np.argmin(have / of))
+    return [f"hollow: a selection, down to the {have[least]} of {of[least]} packings that have {value}"]
+
+
+def _label(frame: pd.DataFrame, column: str) -> str:
+    known = column in _STRESSES and {"model", "units"} <= set(frame.columns)
+    return in_unit(LABELS.get(column, column), " or ".join(_units(frame)) if known else "")

@@ -1,1 +1,1 @@
-"""The command line, one file per command: parse, call one function, print."""
+"""The command line: every command parses, calls one function and prints."""

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from jamlab.cli.console import err_console, print_json, print_note, print_table
+from jamlab.cli.console import err_console, print_json, print_note, print_packings, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json
-from jamlab.cli.packing_table import print_packings
 from jamlab.errors import InputError
 from jamlab.storage.atomic_file import check_target
 
@@ -60,9 +59,18 @@ def analyze(
     if file.suffix.lower() in PICTURES:
         if dark is not None:
             contrast = "dark" if dark else "bright"
-        how = {"pixel": pixel, "film": film, "periodic": periodic, "contrast": contrast, "channel": channel}
+        how: dict[str, Any] = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
         _check_outputs(file, (overlay, csv, packing), force)
-        _analyze_picture(file, labels, overlay, csv, as_json, how, (packing, model))
+        from jamlab.micrographs.micrograph import micrograph
+
+        found = micrograph(file, labels=labels, periodic=periodic, **how)
+        if overlay is not None:
+            found.draw(overlay)
+        if csv is not None:
+            write_droplets(found.table(), csv)
+        if packing is not None:
+            found.packing(model).write(packing)
+        print_micrograph(file.name, found, as_json)
         return
     if file.is_dir() or file.suffix.lower() == ".csv":
         how = {"pixel": pixel, "film": film, "contrast": contrast, "channel": channel}
@@ -85,28 +93,6 @@ def _check_outputs(file: Path, outputs: tuple[Path | None, ...], replace: bool) 
         if path is not None:
             check_target(path, file, replace=replace)
             expect_output(path)
-
-
-def _analyze_picture(
-    file: Path,
-    labels: Path | None,
-    overlay: Path | None,
-    csv: Path | None,
-    as_json: bool,
-    how: dict[str, Any],
-    wanted: tuple[Path | None, str],
-) -> None:
-    from jamlab.micrographs.micrograph import micrograph
-
-    packing, model = wanted
-    found = micrograph(file, labels=labels, **how)
-    if overlay is not None:
-        found.draw(overlay)
-    if csv is not None:
-        write_droplets(found.table(), csv)
-    if packing is not None:
-        found.packing(model).write(packing)
-    print_micrograph(file.name, found, as_json)
 
 
 def _analyze_tracks(file: Path, overlay: Path | None, csv: Path | None, as_json: bool, how: dict[str, Any]) -> None:

@@ -21,8 +21,7 @@ from jamlab.storage.atomic_file import check_target
 if TYPE_CHECKING:
     from jamlab.campaign.campaign import Campaign
     from jamlab.campaign.driver import Outcome
-    from jamlab.campaign.plan import Estimate
-    from jamlab.campaign.status import SweepStatus
+    from jamlab.campaign.plan import Estimate, SweepStatus
     from jamlab.campaign.tasks import Batch
 
 _LINE_INTERVAL = 30.0  # s between lines where there is no terminal: two in a minute keep a log short
@@ -179,7 +178,7 @@ def _describe_nothing_left(campaign: "Campaign", only: list[str] | None) -> str:
 def _show_tasks(campaign: "Campaign", only: Iterable[str] | None) -> Iterator[Callable[["Outcome"], None]]:
     """Count tasks on stderr, by a bar or by a line now and then, and print failures at once; for `Campaign.run`."""
     from jamlab.campaign.driver import FAILED
-    from jamlab.campaign.status import wanted_batches
+    from jamlab.campaign.plan import wanted_batches
     from jamlab.campaign.tasks import batches, task_names
 
     chosen = batches(campaign.content, only)

@@ -7,7 +7,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from jamlab.campaign.campaign import Campaign
-from jamlab.campaign.status import SweepStatus
+from jamlab.campaign.plan import SweepStatus
 from jamlab.errors import InputError
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, png, write_report
@@ -63,7 +63,6 @@ def _explorer(packings: list[Packing]) -> Markup:
 
 
 def _means(campaign: Campaign, name: str, along: str, columns: list[str]) -> bytes | None:
-    """Means side by side, one curve for each n."""
     if not columns:
         return None
     figure = Figure(figsize=(4.8 * len(columns), 4.0), layout="constrained")

@@ -6,11 +6,18 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
-from jamlab.cli.console import err_console, out_console, print_json, print_note, print_table, progress_bars
+from jamlab.cli.console import (
+    err_console,
+    out_console,
+    print_json,
+    print_not_stable,
+    print_note,
+    print_table,
+    progress_bars,
+)
 from jamlab.cli.gstar import print_spectra
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Force, Json, N, Seed
-from jamlab.cli.packing_table import print_not_stable
 
 
 def demo(

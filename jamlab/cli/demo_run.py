@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from jamlab.checks import check_bidisperse, check_number
 from jamlab.cli.interruption import KeptStates
 from jamlab.errors import ConvergenceError, InputError, JamlabError, StorageError
-from jamlab.figures.explorer.observables import unit_labels
+from jamlab.figures.explorer.states import unit_labels
 from jamlab.figures.explorer.write_page import explorer_assets, explorer_fragment
 from jamlab.figures.html_page import Section, TextTable, save_png, write_report
 from jamlab.figures.packing_pictures import curve_figure, modulus_figure, packings_figure
@@ -148,7 +148,10 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     pictures = _draw_pictures(sweeps, spectrum)
     if spectrum is None:
         facts = facts | {"G*(ω)": "left out: the densest SP packing is not stable"}
-    sections = [_explorer(sweep) for sweep in sweeps.values()]
+    sections = [
+        Section(MODEL_STYLE[m]["label"], fragment=explorer_fragment(s.packings, observables=s.measured))
+        for m, s in sweeps.items()
+    ]
     for heading, (name, figure, caption) in pictures.items():
         sections.append(Section(heading, save_png(figure, out / name), caption))
     sections.append(Section("Numbers", tables=[_table(sweep) for sweep in sweeps.values()]))
@@ -168,11 +171,6 @@ def _draw(sweeps: dict[str, ModelSweep], spectrum: Spectra | None, out: Path, fa
     )
 
 
-def _explorer(sweep: ModelSweep) -> Section:
-    fragment = explorer_fragment(sweep.packings, observables=sweep.measured)
-    return Section(MODEL_STYLE[sweep.model]["label"], fragment=fragment)
-
-
 def _table(sweep: ModelSweep) -> TextTable:
     units = unit_labels(sweep.packings[0])
     in_brackets = {"pressure": units["stress"], "G": units["stress"], "max force": units["force"]}
@@ -181,7 +179,6 @@ def _table(sweep: ModelSweep) -> TextTable:
 
 
 def _draw_pictures(sweeps: dict[str, ModelSweep], spectrum: Spectra | None) -> dict[str, tuple[str, Figure, str]]:
-    """Heading -> name of the file, figure, caption."""
     densest = {model: sweep.packings[-1] for model, sweep in sweeps.items()}
     titles = {
         model: "{label}, ρ = {rho:.3f}, z = {z:.2f}".format(

@@ -51,7 +51,6 @@ def estimate(
 
 
 def _plain(value: Any) -> Any:
-    """A value as JSON has it; what is not known is None."""
     if isinstance(value, float):
         return value if value == value else None
     return value if isinstance(value, int) else str(value)

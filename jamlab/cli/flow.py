@@ -169,7 +169,6 @@ def _draw(found: "Flow", path: Path) -> None:
 
 
 def _plain(found: "Flow") -> dict[str, Any]:
-    """Numbers and text of a result; complex numbers as pairs."""
     content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
     content["imbalance"] = np.asarray(found.imbalance).tolist()
     for f in fields(found):

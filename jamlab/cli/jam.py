@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from jamlab.cli.console import progress_bar
+from jamlab.cli.console import print_packings, progress_bar
 from jamlab.cli.interruption import KeptStates, expect_output
 from jamlab.cli.options import (
     Ensemble,
@@ -24,7 +24,6 @@ from jamlab.cli.options import (
     Tolerance,
     law_values,
 )
-from jamlab.cli.packing_table import print_packings
 from jamlab.storage.atomic_file import check_target
 
 

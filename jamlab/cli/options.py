@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 
 def _check_hdf5(path: Path) -> Path:
-    """Refuse names that promise another format."""
     if path.suffix.lower() not in ("", ".h5", ".hdf5"):
         raise InputError(f"--out {path}: packings and runs are written as HDF5; name a file that ends in .h5")
     return path

@@ -1,5 +1,7 @@
 """A mean over packings of droplets to an error asked for, from the cheapest packings that give it."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -15,12 +17,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates.ensemble_plan import EnsemblePlan, interval, plan_mean
-from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, value_at
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, refuse_sizes, value_at
 from jamlab.estimates.model_choice import Choice
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import room
 
 Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> value (nan: none) and seconds of each
@@ -140,6 +143,7 @@ def estimate(
     processes: int = 1,
     progress: Progress = no_progress,
     dry_run: bool = False,
+    sizes: Sizes | None = None,
 ) -> Estimate:
     """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
 
@@ -161,6 +165,7 @@ def estimate(
         processes: packings made at once.
         progress: called with the share of the seeds expected in all that were tried, and their number in words.
         dry_run: plan alone: nothing is made, `value` is nan, and `error`, `packings` and `seconds` are those expected.
+        sizes: refused: the table is of two sizes, half and half.
 
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
@@ -176,6 +181,7 @@ def estimate(
         >>> loose.seconds < tight.seconds, tight.choice.way.start
         (True, 'droplets')
     """
+    refuse_sizes(sizes)
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
@@ -208,7 +214,6 @@ def _choice(plan: EnsemblePlan) -> Choice:
 def _run(
     plan: EnsemblePlan, error: float, seed: int, processes: int, progress: Progress
 ) -> tuple[Sample, list[int], Stop]:
-    """Make the packings: what they gave, the seeds that were tried, and why no more."""
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)

@@ -3,6 +3,8 @@
 Errors come from a table of runs, see `flow_errors`, and from the packing itself, where linear response tells.
 """
 
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -310,7 +312,6 @@ def _least_drag(
 
 
 def _spell(value: Any) -> str:
-    """An argument as it is written, a law with its defaults left out."""
     if is_dataclass(value) and not isinstance(value, type):  # a drag law
         given = (
             f"{f.name}={_spell(getattr(value, f.name))}" for f in fields(value) if getattr(value, f.name) != f.default

@@ -107,7 +107,6 @@ def collect(table: pd.DataFrame) -> dict[EnsembleWay, WayRecord]:
 
 
 def _way(start: str, n: int, nv: str | float, contact: str | float, tolerance: float) -> EnsembleWay:
-    """The way of a row, in which what is not given is nan."""
     small, large = (int(count) for count in nv.split("/")) if isinstance(nv, str) else (0, 0)
     return EnsembleWay(
         start,

@@ -1,22 +1,36 @@
-"""Draw packings and curves from packings and tables, without running physics.
+"""Pictures of packings side by side, of their curves and moduli, and of all that is measured of their geometry."""
 
-Colours are from the colour-blind-safe palette of Okabe & Ito.
-"""
+from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import shapely
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from jamlab.checks import checked
 from jamlab.geometry.contact_network import contact_lines, contacts
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.tessellation import tessellation
+from jamlab.geometry.voids.voids import Voids, voids
 from jamlab.packing.packing import Packing
-from jamlab.packing.packing_plot import add_size_bar, draw_particles, home_moves, periodic_moves, size_colours
+from jamlab.packing.packing_plot import (
+    add_size_bar,
+    draw_background,
+    draw_particles,
+    home_moves,
+    move_home,
+    particle_shapes,
+    periodic_moves,
+    size_colours,
+)
 from jamlab.plotting.curves import draw_modulus, draw_slopes, label_modulus
 from jamlab.plotting.drawable import label_axes
-from jamlab.plotting.palette import COLOURS, MODEL_STYLE, RATTLER, ordered_colours
-from jamlab.plotting.periodic_cell import frame_cell, line_everywhere
+from jamlab.plotting.palette import COLOURS, MODEL_STYLE, OUTLINE, PARTICLE, RATTLER, ordered_colours
+from jamlab.plotting.periodic_cell import fill_everywhere, frame_cell, line_everywhere
 from jamlab.rheology.mean_spectrum import Spectra
 
 __all__ = [
@@ -73,7 +87,9 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     1/tau*."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes = figure.subplots()
-    for colour, (name, s) in zip(_colours(len(spectra)), spectra.items(), strict=True):
+    few = len(spectra) <= len(COLOURS)
+    colours = COLOURS[: len(spectra)] if few else ordered_colours(len(spectra))
+    for colour, (name, s) in zip(colours, spectra.items(), strict=True):
         draw_modulus(axes, s.omega, s.band("storage"), s.band("loss"), label=name, color=colour)
         draw_slopes(axes, s.omega, s.limit("g0"), s.limit("eta0"))
     label_modulus(axes, unit)
@@ -82,6 +98,78 @@ def modulus_figure(spectra: Mapping[str, Spectra], unit: str, title: str = "") -
     return figure
 
 
-def _colours(count: int) -> list[Any]:
-    """Colours that differ: of the palette, or of a scale where there are more curves than it has."""
-    return list(COLOURS[:count]) if count <= len(COLOURS) else ordered_colours(count)
+OVERLAP = "#6F6F6F"
+
+
+def draw_voids(axes: Any, packing: Packing, title: str = "") -> Voids:
+    """Draw a packing with its voids, see `Voids.plot`, and return them."""
+    found = voids(packing)
+    found.plot(axes)
+    axes.set_title(title, fontsize=12)
+    return found
+
+
+def draw_cells(axes: Any, packing: Packing, title: str = "") -> None:
+    """Draw power cells (SP) or set-Voronoi cells (DP), see `Tessellation.plot`."""
+    tessellation(packing).plot(axes)
+    axes.set_title(title, fontsize=12)
+
+
+def draw_overlaps(axes: Any, packing: Packing, title: str = "") -> None:
+    """Draw overlaps dark, with the common chords that divide them, as fig 1 of Boromand et al. SP: the chord (white)
+    divides the overlap of two disks. DP: rims overlap; the bare polygons are outlined."""
+    fills, lines = (move_home(packing, shapes) for shapes in particle_shapes(packing))
+    shapes = shapely.polygons([shapely.linearrings(fill) for fill in fills])
+    moves = periodic_moves(packing)
+    moved = [shapely.transform(shapes, lambda x, move=move: x + move) for move in moves]
+    tree = shapely.STRtree(np.concatenate(moved))
+    i, j = tree.query(shapes, predicate="intersects")
+    own = i != j - len(moves) // 2 * packing.n  # the move in the middle is the identity
+    overlaps = shapely.intersection(shapes[i[own]], tree.geometries[j[own]])
+    parts = shapely.get_parts(overlaps)
+    parts = parts[shapely.area(parts) > 0]
+    chords = _chords(packing) if packing.diameters is not None else lines
+    colour, width = ("white", 0.9) if packing.diameters is not None else (OUTLINE, 0.5)
+    draw_background(axes, packing)
+    shaded = [shapely.get_coordinates(part) for part in parts]
+    fill_everywhere(axes, shaded, packing.box, facecolor=OVERLAP, edgecolor="none")
+    line_everywhere(axes, chords, packing.box, color=colour, linewidth=width)
+    frame_cell(axes, packing.box)
+    axes.set_title(title, fontsize=12)
+    handles = [
+        Patch(facecolor=PARTICLE, edgecolor=OUTLINE, label="particle"),
+        Patch(facecolor=OVERLAP, label="overlap"),
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=2)
+
+
+@checked
+def geometry_figure(packing: Packing) -> Figure:
+    """Draw overlaps, voids and cells of one packing side by side.
+
+    Example:
+        >>> figure = jamlab.geometry_figure(jamlab.pack(n=32, pressure=1e-2, seed=1))
+        >>> len(figure.axes) >= 3
+        True
+    """
+    figure = Figure(figsize=(16.5, 6.6), layout="constrained")
+    axes = figure.subplots(1, 3)
+    draw_overlaps(axes[0], packing, "overlaps")
+    found = draw_voids(axes[1], packing)
+    rho = 1 - found.area.sum() / packing.area
+    axes[1].set_title(rf"{len(found.area)} voids, $\rho$ = {rho:.4f}", fontsize=12)
+    kind = "power cells" if packing.model == "sp" else "set-Voronoi cells"
+    draw_cells(axes[2], packing, kind)
+    return figure
+
+
+def _chords(packing: Packing) -> NDArray[np.float64]:
+    """Common chords (m, 2, 2) of disks that bound power cells, in the primitive cell."""
+    cells = disk_cells(packing)
+    assert packing.diameters is not None
+    half = np.sqrt(np.maximum((0.5 * packing.diameters[cells.chord_i]) ** 2 - cells.chord_height**2, 0.0))
+    kept = cells.chord_length > 0
+    foot = packing.positions[cells.chord_i] + cells.chord_height[:, None] * cells.chord_normal
+    foot = foot - np.floor(foot @ np.linalg.inv(packing.box)) @ packing.box
+    along = half[:, None] * np.column_stack([-cells.chord_normal[:, 1], cells.chord_normal[:, 0]])
+    return np.asarray(np.stack([foot - along, foot + along], axis=1)[kept])

@@ -39,16 +39,10 @@ LEAST_CONTACTS = 3
 def find_rattlers(
     pairs: NDArray[np.int64], suspects: NDArray[np.bool_], least: int = LEAST_CONTACTS
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Remove particles with fewer than three contacts, again and again, until all others have three or more.
-
-    Args:
-        pairs: (m, 2) particles that touch.
-        suspects: (n,) particles that may rattle; the others count as held.
-        least: contacts of a particle that is held.
-
-    Returns:
-        (n,) rattlers, and (m,) contacts that bear force, those between two particles that do not rattle.
-    """
+    """Remove particles with fewer than three contacts, again and again, until all others have three or more. `pairs`:
+    (m, 2) particles that touch; `suspects`: (n,) particles that may rattle; the others count as held; `least`: contacts
+    of a particle that is held. Returns (n,) rattlers, and (m,) contacts that bear force, those between two particles
+    that do not rattle."""
     rattlers = np.zeros(len(suspects), dtype=bool)
     while True:
         bearing = ~rattlers[pairs].any(axis=1)
@@ -90,12 +84,8 @@ class ContactForces:
 
 
 def contact_forces(packing: Packing, meetings: Pairs | VertexContacts) -> ContactForces:
-    """Find the force and the gap of every contact, by the force law of the packing; see `Contacts.forces`.
-
-    Args:
-        packing: SP or DP.
-        meetings: its disks that touch, or its vertices and edges.
-    """
+    """Find the force and the gap of every contact, by the force law of the packing; see `Contacts.forces`. `meetings`:
+    its disks that touch, or its vertices and edges."""
     if isinstance(meetings, VertexContacts):
         return _between_droplets(packing, meetings)
     pairs, distance = np.column_stack([meetings.i, meetings.j]), np.hypot(*meetings.r.T)
@@ -266,11 +256,9 @@ def without_rattlers(packing: Packing, network: Contacts | None = None) -> Packi
 
 
 def contacts_are_certain(packing: Packing) -> bool:
-    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact.
-
-    Both coordinates of both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and
-    smaller must touch the same others.
-    """
+    """Whether the rounding of positions, `Packing.rounding`, can neither open nor close a contact. Both coordinates of
+    both ends may be off, so a gap by 2 sqrt(2) times as much: particles that much larger and smaller must touch the
+    same others."""
     if not packing.rounding:
         return True
     reach = 3 * packing.rounding

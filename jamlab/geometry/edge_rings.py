@@ -18,36 +18,22 @@ _edge_rings = kernel("edge_rings", INTEGER, INTEGERS, REALS, REAL, *_OUT)
 
 @dataclass(frozen=True)
 class EdgeRings:
-    """Edges of the polygons of a DP packing, counter-clockwise, m of them.
+    """Edges of the polygons of a DP packing, counter-clockwise, m of them."""
 
-    Attributes:
-        particle: (m,) polygon of each edge, ascending.
-        tail: (m, 2) position at which each edge begins.
-        length: (m,).
-        along: (m, 2) unit vectors.
-        normal: (m, 2) unit vectors that point outwards.
-        before, after: (m,) edges that end at the tail and begin at the head.
-        turn: (m,) exterior angle at the tail, from -pi to pi; positive at convex corners.
-        rim: width of the rim around the polygons, delta/2.
-    """
-
-    particle: Indices
-    tail: Array
-    length: Array
-    along: Array
-    normal: Array
+    particle: Indices  # (m,) polygon of each edge, ascending
+    tail: Array  # (m, 2) position at which each edge begins
+    length: Array  # (m,)
+    along: Array  # (m, 2) unit vectors
+    normal: Array  # (m, 2) unit vectors that point outwards
+    # before, after: (m,) edges that end at the tail and begin at the head
     before: Indices
     after: Indices
-    turn: Array
-    rim: float
+    turn: Array  # (m,) exterior angle at the tail, from -pi to pi; positive at convex corners
+    rim: float  # width of the rim around the polygons, delta/2
 
 
 def edge_rings(packing: Packing) -> EdgeRings:
-    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out.
-
-    Raises:
-        InputError: for an SP packing.
-    """
+    """Edges of a DP packing; an edge shorter than 1e-12 of the perimeter has no direction and is left out."""
     if packing.offsets is None:
         raise InputError("only deformable polygons (model dp) have outlines and rims; this packing has model sp")
     size = len(packing.positions)

@@ -63,9 +63,6 @@ def shared_fraction(packing: Packing) -> float:
     Args:
         packing: SP or DP; what two particles share counts once, what three share twice.
 
-    Raises:
-        BoundaryError: DP: if more boundaries meet in one point than can be told apart.
-
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
         >>> bool(np.isclose(jamlab.geometry.packing_fraction.shared_fraction(p), p.phi - jamlab.packing_fraction(p)))

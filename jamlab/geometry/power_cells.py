@@ -43,69 +43,46 @@ _cuts_overlap = kernel("cuts_overlap", INTEGER, INTEGERS, REALS, REALS, REALS)
 
 @dataclass(frozen=True)
 class DiskCells:
-    """Disks cut by their power cells.
+    """Disks cut by their power cells. A disk that lies inside another (internally tangent counts as inside) has an
+    empty cell. Of equal disks in one place the one with the lowest index keeps its cell."""
 
-    A disk that lies inside another (internally tangent counts as inside) has an empty cell. Of equal disks in one place
-    the one with the lowest index keeps its cell.
-
-    Attributes:
-        area: (n,) area of each cut disk; the sum is the area of the union of all disks.
-        perimeter: (n,) perimeter of each cut disk, arcs and chords; 0 where it is empty.
-        free_angle: (n,) Theta, angle of the circle that no other disk covers; sum(R Theta) is the length of the
-            boundary of the union.
-        chord_i, chord_j: (m,) int64, chord m bounds disk i towards (an image of) disk j. Every overlap gives two rows,
-            one from each side; disks with empty cells inside others give none. Sorted by i.
-        chord_normal: (m, 2) unit vector from the centre of i to that of j.
-        chord_height: (m,) h, distance of the chord from the centre of i along the normal; negative if the centre is cut
-            off.
-        chord_length: (m,) l, length of the part of the chord that bounds the cell; 0 if other disks hide it.
-        chord_pair: (m,) int64, row of the same chord seen from disk j.
-        chord_shift: (m, 2) int64, which image of disk j: multiples of the two rows of the box.
-        arc_i: (k,) int64, disk that each free arc belongs to.
-        arc_start: (k,) angle at which the arc begins; it runs counter-clockwise.
-        arc_angle: (k,) angle that the arc spans.
-        arc_from, arc_to: (k,) int64, rows of the chords at which the arc begins and ends; -1 for a whole circle.
-    """
-
-    area: Array
-    perimeter: Array
+    area: Array  # (n,) area of each cut disk; the sum is the area of the union of all disks
+    perimeter: Array  # (n,) perimeter of each cut disk, arcs and chords; 0 where it is empty
+    # (n,) Theta, angle of the circle that no other disk covers; sum(R Theta) is the length of the boundary of the union
     free_angle: Array
+    # chord_i, chord_j: (m,) int64, chord m bounds disk i towards (an image of) disk j. Every overlap gives two rows,
+    # one from each side; disks with empty cells inside others give none. Sorted by i.
     chord_i: Indices
     chord_j: Indices
-    chord_normal: Array
+    chord_normal: Array  # (m, 2) unit vector from the centre of i to that of j
+    # (m,) h, distance of the chord from the centre of i along the normal; negative if the centre is cut off
     chord_height: Array
-    chord_length: Array
-    chord_pair: Indices
-    chord_shift: Indices
-    arc_i: Indices
-    arc_start: Array
-    arc_angle: Array
+    chord_length: Array  # (m,) l, length of the part of the chord that bounds the cell; 0 if other disks hide it
+    chord_pair: Indices  # (m,) int64, row of the same chord seen from disk j
+    chord_shift: Indices  # (m, 2) int64, which image of disk j: multiples of the two rows of the box
+    arc_i: Indices  # (k,) int64, disk that each free arc belongs to
+    arc_start: Array  # (k,) angle at which the arc begins; it runs counter-clockwise
+    arc_angle: Array  # (k,) angle that the arc spans
+    # arc_from, arc_to: (k,) int64, rows of the chords at which the arc begins and ends; -1 for a whole circle
     arc_from: Indices
     arc_to: Indices
 
 
 @dataclass(frozen=True)
 class Chords:
-    """Common chords seen from disk i, not yet clipped by other disks, sorted by i.
+    """Common chords seen from disk i, not yet clipped by other disks, sorted by i."""
 
-    Attributes:
-        i, j, normal, height, pair, shift: as `chord_...` of `DiskCells`.
-        distance: (m,) of the centres.
-        half: (m,) half length of the whole chord.
-        first: (n + 1,) int64, first row of each disk.
-        swallowed: (n,) bool, disks inside others.
-    """
-
+    # i, j, normal, height, pair, shift: as `chord_...` of `DiskCells`
     i: Indices
     j: Indices
     normal: Array
-    distance: Array
+    distance: Array  # (m,) of the centres
     height: Array
-    half: Array
+    half: Array  # (m,) half length of the whole chord
     pair: Indices
     shift: Indices
-    first: Indices
-    swallowed: NDArray[np.bool_]
+    first: Indices  # (n + 1,) int64, first row of each disk
+    swallowed: NDArray[np.bool_]  # (n,) bool, disks inside others
 
 
 @dataclass(frozen=True)
@@ -120,16 +97,8 @@ class Arcs:
 
 
 def disk_cells(packing: Packing, touch: float = 0.0) -> DiskCells:
-    """Cut every disk of an SP packing by its power cell.
-
-    Args:
-        packing: SP.
-        touch: disks that overlap or stand apart by no more than this part of R_i + R_j are joined by a chord of length
-            zero, which ends an arc on either disk where they touch.
-
-    Raises:
-        InputError: for a DP packing; if disks reach over more periodic images than fit in memory.
-    """
+    """Cut every disk of an SP packing by its power cell. `touch`: disks that overlap or stand apart by no more than
+    this part of R_i + R_j are joined by a chord of length zero, which ends an arc on either disk where they touch."""
     if packing.diameters is None:
         raise InputError(f"power cells cut disks (model sp), this packing has model {packing.model}")
     return cut_disks(near_disks(packing, touch), 0.5 * packing.diameters, touch)
@@ -159,10 +128,8 @@ def cut_disks(near: Pairs, radius: Array, touch: float = 0.0) -> DiskCells:
 
 
 def cuts_overlap(near: Pairs, radius: Array) -> bool:
-    """Whether a point lies inside three disks, or a disk inside another.
-
-    What three disks share is bounded by arcs that lie in two other disks, so that two cuts of a circle overlap.
-    """
+    """Whether a point lies inside three disks, or a disk inside another. What three disks share is bounded by arcs that
+    lie in two other disks, so that two cuts of a circle overlap."""
     chords = find_chords(near, radius, 0.0)
     if chords.swallowed.any():
         return True

@@ -25,33 +25,22 @@ ARC_STEP = np.pi / 64  # largest step of an arc, radians: an overlap then errs b
 
 @dataclass(frozen=True)
 class Rims:
-    """Outlines of a DP packing with their rims.
+    """Outlines of a DP packing with their rims."""
 
-    Attributes:
-        outlines: (n,) shapely geometries, each relative to the centroid of its polygon.
-        area: (n,) area inside each outline; a + p delta/2 + pi delta^2/4 for a convex polygon.
-        perimeter: (n,) length of each outline; p + pi delta for a convex polygon. Where an arc is partly hidden in a
-            notch of the same polygon its length errs by at most 1e-4 of the arc.
-    """
-
-    outlines: Geometries
-    area: Array
+    outlines: Geometries  # (n,) shapely geometries, each relative to the centroid of its polygon
+    area: Array  # (n,) area inside each outline; a + p delta/2 + pi delta^2/4 for a convex polygon
+    # (n,) length of each outline; p + pi delta for a convex polygon. Where an arc is partly hidden in a notch of the
+    # same polygon its length errs by at most 1e-4 of the arc.
     perimeter: Array
 
 
 @dataclass(frozen=True)
 class RimOverlaps:
-    """Places where the outlines of two particles, or of a particle and its own image, overlap.
+    """Places where the outlines of two particles, or of a particle and its own image, overlap."""
 
-    Attributes:
-        owner: (m,) int64, particle; sorted. Every overlap is listed twice, for either of its two particles.
-        other: (m,) int64, the particle that it overlaps.
-        regions: (m,) shapely geometries relative to the centroid of the owner.
-    """
-
-    owner: Indices
-    other: Indices
-    regions: Geometries
+    owner: Indices  # (m,) int64, particle; sorted. Every overlap is listed twice, for either of its two particles.
+    other: Indices  # (m,) int64, the particle that it overlaps
+    regions: Geometries  # (m,) shapely geometries relative to the centroid of the owner
 
 
 def rims(packing: Packing) -> Rims:
@@ -61,9 +50,6 @@ def rims(packing: Packing) -> Rims:
     the ring returns to the vertex between the two moved edges; it then winds at least once around every point within
     delta/2 of the polygon and not at all around the others, and keeping the parts with winding number > 0 (GEOS buffer
     of width zero) gives the outline.
-
-    Raises:
-        InputError: for an SP packing.
     """
     rings, n = edge_rings(packing), packing.n
     particle, turn, w = rings.particle, rings.turn, rings.rim
@@ -89,21 +75,14 @@ def rims(packing: Packing) -> Rims:
 
 def _divide_arcs(turn: Array) -> tuple[Indices, Array]:
     """Divide arcs: steps of each, and the radius u of inner points, in that of the ends, that keeps the sector's area.
-
-    With k steps of psi = turn/k: u sin(psi) + (k - 2)/2 u^2 sin(psi) = k psi/2.
-    """
+    With k steps of psi = turn/k: u sin(psi) + (k - 2)/2 u^2 sin(psi) = k psi/2."""
     steps = np.maximum(np.ceil(turn / ARC_STEP), 2).astype(np.int64)
     share = 0.5 * steps / np.sinc(turn / (steps * np.pi))
     return steps, 2 * share / (1 + np.sqrt(1 + 2 * (steps - 2) * share))
 
 
 def rim_overlaps(packing: Packing, grown: Rims) -> RimOverlaps:
-    """Find all overlaps of two outlines, in every periodic image.
-
-    Args:
-        packing: DP.
-        grown: its `rims`.
-    """
+    """Find all overlaps of two outlines, in every periodic image. `grown`: its `rims`."""
     size = np.abs(shapely.bounds(grown.outlines)).reshape(-1, 2, 2).max(axis=1)
     reach = np.hypot(*size.T)
     near = periodic_pairs(packing.centroids, packing.box, 2 * float(reach.max()))

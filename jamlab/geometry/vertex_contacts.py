@@ -30,18 +30,8 @@ from jamlab.packing.packing import Packing
 
 
 def touching_disks(packing: Packing) -> Pairs:
-    """Find all pairs of disks closer than the sum of their radii.
-
-    Args:
-        packing: SP.
-
-    Returns:
-        Pairs i <= j, sorted by i, j and image. A disk that reaches several periodic images of another, or its own
-        image, touches each of them.
-
-    Raises:
-        InputError: for a DP packing; `jamlab.geometry.vertex_contacts` finds the contacts of droplets.
-    """
+    """Find all pairs of disks closer than the sum of their radii. Returns pairs i <= j, sorted by i, j and image. A
+    disk that reaches several periodic images of another, or its own image, touches each of them."""
     if packing.diameters is None:
         raise InputError(f"only disks (model sp) touch by their diameters; this packing has model {packing.model}")
     return periodic_pairs(packing.positions, packing.box, 0.5 * packing.diameters)
@@ -55,21 +45,13 @@ _OUTLINES_CROSS = -3
 
 @dataclass(frozen=True)
 class VertexContacts:
-    """Meetings of a vertex with an edge of another polygon, or of an image of its own, closer than delta.
+    """Meetings of a vertex with an edge of another polygon, or of an image of its own, closer than delta."""
 
-    Attributes:
-        vertex: (m,) index of the vertex.
-        tail: (m,) index of the first vertex of the edge; the edge runs to `successor[tail]`.
-        place: (m,) t in [0, 1], the closest point is (1 - t) tail + t head.
-        separation: (m, 2) vector from the closest point to the vertex.
-        shift: (m, 2) lattice translation to add to the edge so that it lies beside the vertex.
-    """
-
-    vertex: Indices
-    tail: Indices
-    place: Array
-    separation: Array
-    shift: Array
+    vertex: Indices  # (m,) index of the vertex
+    tail: Indices  # (m,) index of the first vertex of the edge; the edge runs to `successor[tail]`
+    place: Array  # (m,) t in [0, 1], the closest point is (1 - t) tail + t head
+    separation: Array  # (m, 2) vector from the closest point to the vertex
+    shift: Array  # (m, 2) lattice translation to add to the edge so that it lies beside the vertex
 
     def select(self, rows: NDArray[np.bool_] | Indices) -> "VertexContacts":
         """Keep some rows, by mask or by number."""
@@ -84,12 +66,7 @@ class VertexContacts:
 
 
 def vertex_contacts(packing: Packing) -> VertexContacts:
-    """Find the contacts of a DP packing in its own contact form.
-
-    Raises:
-        InputError: if edges of two polygons cross, or one lies inside another. Eq 8 has no force there, and the other
-            forms would pull a vertex that has come inside further in.
-    """
+    """Find the contacts of a DP packing in its own contact form."""
     _check_apart(packing)
     delta, form = packing.params["delta"], packing.params["contact"]
     offsets = np.asarray(packing.offsets)
@@ -114,11 +91,9 @@ def _crossing(m: int, n: int) -> InputError:
 
 
 def _check_apart(packing: Packing) -> None:
-    """Refuse outlines that cross farther than delta from every vertex, and polygons in the middle of others.
-
-    The search for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds
-    another and a strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski).
-    """
+    """Refuse outlines that cross farther than delta from every vertex, and polygons in the middle of others. The search
+    for vertices near edges sees neither. They need edges longer than 2 delta, or a polygon that holds another and a
+    strip of width delta around it, of area (sqrt(a) + sqrt(pi) delta)^2 at least (Brunn and Minkowski)."""
     delta, areas = packing.params["delta"], packing.polygon_areas
     holds_another = areas.max() > (np.sqrt(areas.min()) + np.sqrt(np.pi) * delta) ** 2
     if not holds_another and np.hypot(*packing.edges.T).max() <= 2 * delta:
@@ -137,11 +112,9 @@ def _check_apart(packing: Packing) -> None:
 
 
 def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
-    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids.
-
-    A polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
-    polygon that meets its own image; the two opposite images are one contact.
-    """
+    """List pairs of polygons i <= j in contact, each once however many vertices meet; r joins their centroids. A
+    polygon that meets two periodic images of another, as in very small boxes, has two contacts with it. i == j is a
+    polygon that meets its own image; the two opposite images are one contact."""
     rows = unique_rows(name_pairs(packing, contacts)[0])[0]
     i, j, shift = rows[:, 0], rows[:, 1], rows[:, 2:]
     centre = packing.centroids
@@ -149,12 +122,9 @@ def pair_polygons(packing: Packing, contacts: VertexContacts) -> Pairs:
 
 
 def name_pairs(packing: Packing, contacts: VertexContacts) -> tuple[Indices, NDArray[np.bool_]]:
-    """Name the pair of polygons that each meeting belongs to, alike from both sides.
-
-    Returns:
-        (m, 4) int64: i <= j and the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool:
-        the vertex is one of j, not of i.
-    """
+    """Name the pair of polygons that each meeting belongs to, alike from both sides. Returns (m, 4) int64: i <= j and
+    the image of j; sorted rows without repeats are those of `pair_polygons`. (m,) bool: the vertex is one of j, not of
+    i."""
     particle = packing.particle
     i, j = particle[contacts.vertex], particle[contacts.tail]
     image = np.round(contacts.shift @ np.linalg.inv(packing.box)).astype(np.int64)

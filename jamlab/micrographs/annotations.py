@@ -31,17 +31,11 @@ THIN = 0.3  # of the radius: half-thickness up to which droplets are seen throug
 
 @dataclass(frozen=True)
 class Annotations:
-    """What was drawn into a picture.
+    """What was drawn into a picture."""
 
-    Attributes:
-        thin: (h, w) pixels filled in from beside them.
-        thick: (h, w) pixels that count as outside of the picture.
-        count: of separate pieces.
-    """
-
-    thin: Mask
-    thick: Mask
-    count: int
+    thin: Mask  # (h, w) pixels filled in from beside them
+    thick: Mask  # (h, w) pixels that count as outside of the picture
+    count: int  # of separate pieces
 
     def wrapped(self, margin: int) -> Annotations:
         """The same repeated periodically around itself, `margin` pixels wide."""
@@ -68,13 +62,9 @@ def left_noise(darkness: Darkness) -> float:
 
 
 def find_drawn(darkness: Array, noise: float, radius: float) -> Mask:
-    """(h, w) bars and strokes in a picture without its background.
-
-    Args:
-        darkness: (h, w) denoised, 0 in droplets and 1 on the ground.
-        noise: standard deviation of what noise is left in it.
-        radius: typical radius of droplets, pixels.
-    """
+    """(h, w) bars and strokes in a picture without its background. `darkness`: (h, w) denoised, 0 in droplets and 1
+    on the ground; `noise`: standard deviation of what noise is left in it; `radius`: typical radius of droplets,
+    pixels."""
     beyond = max(BEYOND, NOISES * noise)
     found = np.zeros(darkness.shape, dtype=bool)
     for mask, height in ((darkness < -beyond, np.inf), (darkness > 1 + beyond, np.inf), (darkness > 0.6, 0.5 * radius)):

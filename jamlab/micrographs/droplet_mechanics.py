@@ -37,50 +37,31 @@ PRESSURE_ERROR = 3.0  # of the pressure, times pixels of radius
 
 @dataclass(frozen=True)
 class ShapePressures:
-    """Pressures of droplets above that of the voids, read off their free walls.
+    """Pressures of droplets above that of the voids, read off their free walls."""
 
-    Attributes:
-        value: (n,) in line tension over length; nan where hardly any wall is free.
-        error: (n,) standard error.
-    """
-
-    value: Array
-    error: Array
+    value: Array  # (n,) in line tension over length; nan where hardly any wall is free
+    error: Array  # (n,) standard error
 
 
 @dataclass(frozen=True)
 class ShapeForces:
-    """Contact forces read off the shapes of droplets.
+    """Contact forces read off the shapes of droplets."""
 
-    Attributes:
-        pairs: (m, 2) int64, droplets in contact, numbers of rows; the second is -1 where the edge cuts it.
-        size: (m,) force over line tension, positive where they press; nan where a pressure is unknown.
-        error: (m,) standard error of the size.
-        direction: (m, 2) unit vector from the first to the second, across the flat.
-        length: (m,) length of the flat.
-        residual: (n,) net force on each droplet over the sum of the sizes on it, 0 in balance; nan without forces.
-    """
-
-    pairs: Indices
-    size: Array
-    error: Array
-    direction: Array
-    length: Array
-    residual: Array
+    pairs: Indices  # (m, 2) int64, droplets in contact, numbers of rows; the second is -1 where the edge cuts it
+    size: Array  # (m,) force over line tension, positive where they press; nan where a pressure is unknown
+    error: Array  # (m,) standard error of the size
+    direction: Array  # (m, 2) unit vector from the first to the second, across the flat
+    length: Array  # (m,) length of the flat
+    residual: Array  # (n,) net force on each droplet over the sum of the sizes on it, 0 in balance; nan without forces
 
 
 def shape_forces(
     rings: Sequence[Array], beside: Sequence[Indices], centres: Array, gap: float
 ) -> tuple[ShapePressures, ShapeForces]:
-    """Read pressures and forces off outlines.
-
-    Args:
-        rings: n outlines (k, 2), evenly spaced along, of droplets that are whole.
-        beside: n arrays (k,): at each point of the outline the droplet it touches, n or more for one that is cut, -1
-            where it faces a void.
-        centres: (n, 2).
-        gap: beyond a film, up to which walls pass for touching; all lengths in pixels.
-    """
+    """Read pressures and forces off outlines. `rings`: n outlines (k, 2), evenly spaced along, of droplets that are
+    whole; `beside`: n arrays (k,): at each point of the outline the droplet it touches, n or more for one that is cut,
+    -1 where it faces a void; `centres`: (n, 2); `gap`: beyond a film, up to which walls pass for touching; all lengths
+    in pixels."""
     n, pressures = len(rings), np.full(len(rings), np.nan)
     found: dict[tuple[int, int], list[tuple[float, Array, float]]] = {}
     for k, (ring, names) in enumerate(zip(rings, beside, strict=True)):

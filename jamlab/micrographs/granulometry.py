@@ -23,27 +23,16 @@ SMALLEST_SHARE = 0.08  # of the area of droplets that lies in smaller ones than 
 
 @dataclass(frozen=True)
 class Granulometry:
-    """Openings of a picture.
+    """Openings of a picture."""
 
-    Attributes:
-        radii: (k,) pixels.
-        left: (k,) share of the foreground that an opening by each disc leaves, 1 to 0.
-        radius: half of the foreground lies in larger discs; 0 without foreground.
-        smallest: all but 8 % of the foreground lies in larger discs.
-    """
-
-    radii: Array
-    left: Array
-    radius: float
-    smallest: float
+    radii: Array  # (k,) pixels
+    left: Array  # (k,) share of the foreground that an opening by each disc leaves, 1 to 0
+    radius: float  # half of the foreground lies in larger discs; 0 without foreground
+    smallest: float  # all but 8 % of the foreground lies in larger discs
 
 
 def granulometry(mask: Mask) -> Granulometry:
-    """Open a mask by discs.
-
-    Args:
-        mask: (h, w), True in droplets.
-    """
+    """Open a mask by discs. `mask`: (h, w), True in droplets."""
     step = max(1, int(np.ceil(max(mask.shape) / LONGEST)))
     depth = _depth(mask[::step, ::step])
     step *= max(1, int(depth.max() / COARSEST))

@@ -35,29 +35,17 @@ MAD = 1.4826  # standard deviation over median absolute deviation of a normal di
 
 @dataclass(frozen=True)
 class Darkness:
-    """A picture without its background.
+    """A picture without its background."""
 
-    Attributes:
-        values: (h, w), 0 in droplets and 1 on the ground, with all noise.
-        smooth: (h, w), the same, denoised.
-        noise: standard deviation of the noise in `values`.
-        filter: standard deviation, in pixels, of the filter that denoised.
-        light: brightest over darkest level of the droplets.
-        radius: pixels, typical radius of droplets by granulometry.
-        ground: number of voids that the level of the ground rests on.
-        opening: pixels, radius of the largest disc in the wider ones of them.
-        contrast: between droplets and ground, of the range of the picture.
-    """
-
-    values: Array
-    smooth: Array
-    noise: float
-    filter: float
-    light: float
-    radius: float
-    ground: int
-    opening: float
-    contrast: float
+    values: Array  # (h, w), 0 in droplets and 1 on the ground, with all noise
+    smooth: Array  # (h, w), the same, denoised
+    noise: float  # standard deviation of the noise in `values`
+    filter: float  # standard deviation, in pixels, of the filter that denoised
+    light: float  # brightest over darkest level of the droplets
+    radius: float  # pixels, typical radius of droplets by granulometry
+    ground: int  # number of voids that the level of the ground rests on
+    opening: float  # pixels, radius of the largest disc in the wider ones of them
+    contrast: float  # between droplets and ground, of the range of the picture
 
     def covered(self, where: Mask) -> Darkness:
         """The same with ground where labels cover droplets, so that droplets end there."""
@@ -77,12 +65,8 @@ def noise_level(grey: Array) -> float:
 
 
 def remove_background(bright: Array, valid: Mask) -> Darkness | None:
-    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise.
-
-    Args:
-        bright: (h, w) grey values, droplets brighter than the ground.
-        valid: (h, w) pixels without annotations.
-    """
+    """Turn grey values of bright droplets into darkness; None if nothing stands out from light and noise. `bright`: (h,
+    w) grey values, droplets brighter than the ground; `valid`: (h, w) pixels without annotations."""
     noise = noise_level(bright)
     first = width_of_filter(noise / max(bright[valid].std(), 1e-12))
     quiet = _blur(bright, first, valid)

@@ -27,34 +27,19 @@ LIKELY_COLOURS = 3  # channels: a picture of labels in colours, as programs draw
 
 @dataclass(frozen=True)
 class Labelled:
-    """Labelled droplets.
+    """Labelled droplets."""
 
-    Attributes:
-        labels: (h, w) int64, from 1 without gaps; 0 is the ground.
-        areas: (n,) pixels.
-        coverage: (h, w) share of each pixel that is labelled.
-        pieces: number of labels that lie in several pieces.
-        line: pixels, widest line between labels that touch.
-    """
-
-    labels: Indices
-    areas: Array
-    coverage: Array
-    pieces: int
-    line: float = LINE
+    labels: Indices  # (h, w) int64, from 1 without gaps; 0 is the ground
+    areas: Array  # (n,) pixels
+    coverage: Array  # (h, w) share of each pixel that is labelled
+    pieces: int  # number of labels that lie in several pieces
+    line: float = LINE  # pixels, widest line between labels that touch
 
 
 def read_labels(source: str | Path | ArrayLike, shape: tuple[int, ...] | None) -> Labelled:
-    """Read labels: an image of whole numbers, or outlines.
-
-    Args:
-        source: (h, w) whole numbers, or a file: TIFF, PNG or BMP of 8, 16 or 32 bit, NPY, or outlines as JSON. Black
-            and white, with two values, is a mask: its separate pieces are the droplets.
-        shape: of the picture; None if there is none.
-
-    Raises:
-        InputError: no such file or array, colours, numbers that are negative or not whole, no droplet, another shape.
-    """
+    """Read labels: an image of whole numbers, or outlines. `source`: (h, w) whole numbers, or a file: TIFF, PNG or BMP
+    of 8, 16 or 32 bit, NPY, or outlines as JSON. Black and white, with two values, is a mask: its separate pieces are
+    the droplets; `shape`: of the picture; None if there is none."""
     values = _numbers(source, shape)
     if shape is not None and values.shape != shape:
         raise InputError(f"labels are {values.shape}, the picture is {shape}: give labels of this picture, uncropped")
@@ -120,13 +105,8 @@ def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
 
 
 def labelled(values: ArrayLike, finer: int = 1, line: float = LINE) -> Labelled:
-    """Number labels anew, without gaps.
-
-    Args:
-        values: (f h, f w) labels, 0 for the ground.
-        finer: f, the number of labels to a pixel of the picture, along either side.
-        line: pixels, widest line between labels that touch.
-    """
+    """Number labels anew, without gaps. `values`: (f h, f w) labels, 0 for the ground; `finer`: f, the number of labels
+    to a pixel of the picture, along either side; `line`: pixels, widest line between labels that touch."""
     fine = np.asarray(values).astype(np.int64)
     middle = fine[finer // 2 :: finer, finer // 2 :: finer]
     kept = np.unique(middle[middle > 0])

@@ -278,17 +278,11 @@ class Micrograph:
 
 @dataclass(frozen=True)
 class PictureVoids:
-    """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`.
+    """Voids that the picture shows whole, one entry each; names as in `jamlab.voids`."""
 
-    Attributes:
-        sides: (m,) int64, l, droplets around the void.
-        area: (m,) area, in the unit of length squared.
-        centroid: (m, 2) x to the right and y down.
-    """
-
-    sides: Indices
-    area: Array
-    centroid: Array
+    sides: Indices  # (m,) int64, l, droplets around the void
+    area: Array  # (m,) area, in the unit of length squared
+    centroid: Array  # (m, 2) x to the right and y down
 
     __repr__ = short_repr
 
@@ -300,15 +294,9 @@ class PictureVoids:
 
 
 def find_voids(void: Indices, cells: Indices, darkness: Array, outside: Mask, radius: float) -> PictureVoids:
-    """Measure voids, lengths in pixels.
-
-    Args:
-        void: (h, w) void that a pixel belongs to, -1 in none.
-        cells: (h, w) droplet that a pixel is nearest to.
-        darkness: (h, w), 0 in droplets and 1 on the ground.
-        outside: (h, w) pixels at and beyond the edge of what the picture shows: voids there are cut.
-        radius: typical radius, pixels.
-    """
+    """Measure voids, lengths in pixels. `void`: (h, w) void that a pixel belongs to, -1 in none; `cells`: (h, w)
+    droplet that a pixel is nearest to; `darkness`: (h, w), 0 in droplets and 1 on the ground; `outside`: (h, w) pixels
+    at and beyond the edge of what the picture shows: voids there are cut; `radius`: typical radius, pixels."""
     count = int(void.max()) + 1
     y, x = np.nonzero(void >= 0)
     label, weight = void[y, x], np.clip(darkness[y, x], 0, None)
@@ -340,23 +328,14 @@ LEAST = 8  # droplets: fewer have no distribution
 
 @dataclass(frozen=True)
 class SizeDistribution:
-    """Sizes of droplets.
+    """Sizes of droplets."""
 
-    Attributes:
-        verdict: "monodisperse", "bidisperse", "polydisperse" or "too few".
-        mean: mean radius, in the unit of length.
-        spread: standard deviation over mean of the radii.
-        ratio: bidisperse: mean radius of the large over that of the small; else nan.
-        large: bidisperse: number share of the large ones; else nan.
-        explained: share of the variance of log radius that the best two groups explain.
-    """
-
-    verdict: str
-    mean: float
-    spread: float
-    ratio: float
-    large: float
-    explained: float
+    verdict: str  # "monodisperse", "bidisperse", "polydisperse" or "too few"
+    mean: float  # mean radius, in the unit of length
+    spread: float  # standard deviation over mean of the radii
+    ratio: float  # bidisperse: mean radius of the large over that of the small; else nan
+    large: float  # bidisperse: number share of the large ones; else nan
+    explained: float  # share of the variance of log radius that the best two groups explain
 
     __repr__ = short_repr
 
@@ -367,11 +346,7 @@ class SizeDistribution:
 
 
 def size_distribution(areas: Array) -> SizeDistribution:
-    """Sort droplets by size.
-
-    Args:
-        areas: (n,) of whole droplets.
-    """
+    """Sort droplets by size. `areas`: (n,) of whole droplets."""
     radii = np.sort(np.sqrt(areas / np.pi))
     mean = float(radii.mean()) if len(radii) else float("nan")
     spread = float(radii.std() / mean) if len(radii) else float("nan")
@@ -405,16 +380,11 @@ class Mean:
     0.7 to 0.8 of this error and rho by 1.0 of it. What light, blur and films do to all droplets alike is not in it.
 
     Source: W. G. Cochran, Sampling Techniques, 3rd ed. (1977), sections 2.6 and 2.11.
-
-    Attributes:
-        value: nan without droplets.
-        error: standard error; nan for fewer than two droplets.
-        count: of droplets.
     """
 
-    value: float
-    error: float
-    count: int
+    value: float  # nan without droplets
+    error: float  # standard error; nan for fewer than two droplets
+    count: int  # of droplets
 
     @property
     def half_width(self) -> float:
@@ -442,13 +412,8 @@ def mean_of(values: Array) -> Mean:
 
 
 def share_of(areas: Array, cells: Array, value: float) -> Mean:
-    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio.
-
-    Args:
-        areas: (n,) of droplets.
-        cells: (n,) of their cells.
-        value: packing fraction of all that the picture shows.
-    """
+    """Packing fraction, a ratio of two sums, with the scatter of droplets around their own ratio. `areas`: (n,) of
+    droplets; `cells`: (n,) of their cells; `value`: packing fraction of all that the picture shows."""
     n, whole = len(areas), float(cells.sum())
     rest = areas - areas.sum() / whole * cells
     return Mean(value, float(np.sqrt(n / (n - 1) * (rest**2).sum()) / whole) if n > 1 else float("nan"), n)

@@ -42,19 +42,11 @@ class Measurement:
         unstable: int = 0,
         labelled: Labelled | None = None,
     ) -> None:
-        """Arguments of a periodic picture are repeated around it, `margin` pixels wide, but for `grey`.
-
-        Args:
-            grey: (h, w) grey values.
-            contrast: "bright", "dark", "ring" or "labels", for the record.
-            darkness: the picture without its background.
-            segments: droplets and their cells.
-            margin: pixels.
-            film: widest gap of a contact, pixels; None takes it from the gaps.
-            drawn: bars and labels in the picture.
-            unstable: droplets that come and go when they are looked for otherwise.
-            labelled: what the droplets are, where that is known without looking at darkness.
-        """
+        """Arguments of a periodic picture are repeated around it, `margin` pixels wide, but for `grey`. `grey`: (h, w)
+        grey values; `contrast`: "bright", "dark", "ring" or "labels", for the record; `darkness`: the picture without
+        its background; `segments`: droplets and their cells; `film`: widest gap of a contact, pixels; None takes it
+        from the gaps; `drawn`: bars and labels in the picture; `unstable`: droplets that come and go when they are
+        looked for otherwise; `labelled`: what the droplets are, where that is known without looking at darkness."""
         self.grey, self.contrast, self.margin, self.unstable, self.labelled = grey, contrast, margin, unstable, labelled
         height, width = grey.shape
         self.window = slice(margin, margin + height), slice(margin, margin + width)

@@ -36,22 +36,11 @@ def draw_overlay(
     title: str,
     ax: Any = None,
 ) -> Any:
-    """Draw droplets, contacts and voids over their picture; lengths in pixels.
-
-    Args:
-        picture: (h, w) grey values.
-        whole, cut: outlines (k, 2) of droplets that are whole, and of those that the edge cuts.
-        rattlers: (n,) of the whole ones.
-        touching: (m, 2, 2) centres of droplets in contact.
-        centres: (n, 2) places of the numbers of the whole ones.
-        voids: (v, 2) centres and (v,) numbers of sides.
-        radius: of a typical droplet.
-        title: what stands above.
-        ax: axes of matplotlib; None makes a figure.
-
-    Returns:
-        The axes.
-    """
+    """Draw droplets, contacts and voids over their picture; lengths in pixels. `picture`: (h, w) grey values; `whole,
+    cut`: outlines (k, 2) of droplets that are whole, and of those that the edge cuts; `rattlers`: (n,) of the whole
+    ones; `touching`: (m, 2, 2) centres of droplets in contact; `centres`: (n, 2) places of the numbers of the whole
+    ones; `voids`: (v, 2) centres and (v,) numbers of sides; `radius`: of a typical droplet; `title`: what stands above;
+    `ax`: axes of matplotlib; None makes a figure. Returns the axes."""
     height, width = picture.shape
     if ax is None:
         scale = INCHES / max(height, width)

@@ -48,45 +48,25 @@ ANNOTATED = 0.1  # of the picture
 
 @dataclass(frozen=True)
 class Checks:
-    """What the checks look at, beside the picture itself.
+    """What the checks look at, beside the picture itself."""
 
-    Attributes:
-        whole: (n,) bool, droplets that the picture shows whole.
-        roundness: (n,) area of the largest disc inside over area.
-        closed: (n,) share of the outline that is beside something darker.
-        radii: (n,) pixels.
-        rho: packing fraction by mean grey.
-        rho_by_pixels: the same by counting dark pixels.
-        z: coordination, with the gap as it is, and 0.7 and 1.4 times as wide.
-        blind: gap beyond a film that passes for a contact, of a diameter.
-        loose: whole droplets that rattle.
-        unsure: droplets that end so near to the edge that blur hides whether it cuts them.
-        open_edge: droplets end inside the picture, and open ground is around them.
-        annotated: share of the picture under annotations.
-        unstable: droplets that split, merge, come or go when they are looked for otherwise.
-        widest: radius of the largest disc between the droplets, of the typical one of droplets.
-        pieces: labels in several pieces.
-        labelled: droplets are known by labels or walls, not by levels of grey.
-        rings: droplets were found by their walls.
-    """
-
-    whole: Mask
-    roundness: Array
-    closed: Array
-    radii: Array
-    rho: float
-    rho_by_pixels: float
-    z: tuple[float, float, float]
-    blind: float
-    loose: int
-    unsure: int
-    open_edge: bool
-    annotated: float
-    unstable: int
-    widest: float
-    pieces: int
-    labelled: bool
-    rings: bool
+    whole: Mask  # (n,) bool, droplets that the picture shows whole
+    roundness: Array  # (n,) area of the largest disc inside over area
+    closed: Array  # (n,) share of the outline that is beside something darker
+    radii: Array  # (n,) pixels
+    rho: float  # packing fraction by mean grey
+    rho_by_pixels: float  # the same by counting dark pixels
+    z: tuple[float, float, float]  # coordination, with the gap as it is, and 0.7 and 1.4 times as wide
+    blind: float  # gap beyond a film that passes for a contact, of a diameter
+    loose: int  # whole droplets that rattle
+    unsure: int  # droplets that end so near to the edge that blur hides whether it cuts them
+    open_edge: bool  # droplets end inside the picture, and open ground is around them
+    annotated: float  # share of the picture under annotations
+    unstable: int  # droplets that split, merge, come or go when they are looked for otherwise
+    widest: float  # radius of the largest disc between the droplets, of the typical one of droplets
+    pieces: int  # labels in several pieces
+    labelled: bool  # droplets are known by labels or walls, not by levels of grey
+    rings: bool  # droplets were found by their walls
 
 
 def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Walls, checks: Checks) -> tuple[str, ...]:
@@ -100,12 +80,8 @@ def find_doubts(darkness: Darkness, blur: float, segments: Segments, walls: Wall
 
 
 def doubt_few(count: int, means: Mapping[str, Mean]) -> tuple[str, ...]:
-    """Reasons why means over the droplets of a picture may not be those of more droplets.
-
-    Args:
-        count: of whole droplets.
-        means: rho, z and shape_rim, as in `Micrograph.means`.
-    """
+    """Reasons why means over the droplets of a picture may not be those of more droplets. `count`: of whole droplets;
+    `means`: rho, z and shape_rim, as in `Micrograph.means`."""
     if count < FEWEST:
         return (f"{count} whole droplets only, needs {FEWEST}: means over more may differ",)
     known = {name: (means[name], LIMITS[name]) for name in ("rho", "z")} | {"A": (means["shape_rim"], LIMITS["shape"])}

@@ -45,23 +45,14 @@ HALF_LINE = 0.5  # pixels: the darkest line of a wall is no droplet's, where the
 
 @dataclass(frozen=True)
 class Rings:
-    """Droplets of a ring picture.
+    """Droplets of a ring picture."""
 
-    Attributes:
-        labels: (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture.
-        finer: f.
-        depth: mean darkness of walls over what they divide, between the envelopes of light and dark.
-        noise: standard deviation of the noise over that depth.
-        light: brightest over darkest of the light envelope.
-        line: pixels between droplets that share a wall.
-    """
-
-    labels: Indices
-    finer: int
-    depth: float
-    noise: float
-    light: float
-    line: float = 2 * HALF_LINE
+    labels: Indices  # (f h, f w) droplets from 1, 0 elsewhere, on a grid `finer` times as fine as the picture
+    finer: int  # f
+    depth: float  # mean darkness of walls over what they divide, between the envelopes of light and dark
+    noise: float  # standard deviation of the noise over that depth
+    light: float  # brightest over darkest of the light envelope
+    line: float = 2 * HALF_LINE  # pixels between droplets that share a wall
 
     def unlike(self, other: Rings | None) -> int:
         """Number of droplets off the edge that have no match in another segmentation of the picture, which overlaps it
@@ -111,12 +102,8 @@ class _Tree:
 
 
 def find_rings(grey: Array, smoothing: float = SMOOTHING) -> Rings | None:
-    """Find the droplets of a picture with dark walls; None if no wall stands out.
-
-    Args:
-        grey: (h, w) grey values.
-        smoothing: pixels, standard deviation of the filter in a picture without noise.
-    """
+    """Find the droplets of a picture with dark walls; None if no wall stands out. `grey`: (h, w) grey values;
+    `smoothing`: pixels, standard deviation of the filter in a picture without noise."""
     if grey.size > MOST_PIXELS:
         return _find_coarser(grey, int(np.ceil(np.sqrt(grey.size / MOST_PIXELS))), smoothing)
     finer = int(np.clip(round(FINEST / min(grey.shape)), 1, MOST))
@@ -289,12 +276,8 @@ def _worth(tree: _Tree, node: int, depth: float, shape: tuple[int, ...]) -> floa
 
 def compactness(moments: Array, touches: Mask, shape: tuple[int, ...]) -> float:
     """A^2/(2 pi I) with the polar moment I about the centre; of what the picture's edge cuts, with its mirror image.
-
-    Args:
-        moments: area, and sums of x, y, x^2, y^2 over the pixels.
-        touches: (4,) bool, left, right, upper, lower edge.
-        shape: rows and columns of the picture.
-    """
+    `moments`: area, and sums of x, y, x^2, y^2 over the pixels; `touches`: (4,) bool, left, right, upper, lower edge;
+    `shape`: rows and columns of the picture."""
     area, x, y, xx, yy = moments
     own = np.array([xx - x * x / area, yy - y * y / area]) + area / 12  # a pixel has an extent, too
     best = area**2 / (2 * np.pi * own.sum())

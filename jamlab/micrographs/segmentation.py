@@ -32,23 +32,14 @@ FILM = 1.0  # weight of darkness beside distance over radius
 
 @dataclass(frozen=True)
 class Segments:
-    """Droplets of a picture.
+    """Droplets of a picture."""
 
-    Attributes:
-        cells: (h, w) int64, every pixel belongs to a droplet, from 0.
-        droplets: (h, w) bool, pixels brighter than half-way to the ground.
-        inner: (n,) radius of the largest disc inside each droplet, pixels.
-        middle: (n, 2) row and column of its centre.
-        radius: pixels, typical radius by granulometry.
-        smallest: pixels, radius of small droplets by granulometry.
-    """
-
-    cells: Indices
-    droplets: Mask
-    inner: Array
-    middle: Array
-    radius: float
-    smallest: float
+    cells: Indices  # (h, w) int64, every pixel belongs to a droplet, from 0
+    droplets: Mask  # (h, w) bool, pixels brighter than half-way to the ground
+    inner: Array  # (n,) radius of the largest disc inside each droplet, pixels
+    middle: Array  # (n, 2) row and column of its centre
+    radius: float  # pixels, typical radius by granulometry
+    smallest: float  # pixels, radius of small droplets by granulometry
 
     @property
     def count(self) -> int:
@@ -57,12 +48,8 @@ class Segments:
 
 
 def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
-    """Divide denoised darkness into droplets; None if there are none.
-
-    Args:
-        smooth: (h, w), 0 in droplets and 1 on the ground.
-        noise: standard deviation of the noise before denoising; where no film shows, it leads the watershed.
-    """
+    """Divide denoised darkness into droplets; None if there are none. `smooth`: (h, w), 0 in droplets and 1 on the
+    ground; `noise`: standard deviation of the noise before denoising; where no film shows, it leads the watershed."""
     droplets = smooth < 0.5
     scale = granulometry(droplets)
     if scale.radius <= 0 or droplets.all():
@@ -82,17 +69,9 @@ def find_droplets(smooth: Array, noise: float = 0.0) -> Segments | None:
 
 
 def find_markers(droplets: Mask, radius: float, smallest: float, neck: float = NECK) -> tuple[Indices, int]:
-    """Maxima of the distance from the ground that stand out.
-
-    Args:
-        droplets: (h, w).
-        radius: typical radius, pixels.
-        smallest: radius of small droplets, pixels.
-        neck: see `NECK`.
-
-    Returns:
-        (h, w) int64, a number from 1 in each marker, 0 elsewhere; number of those that lie off the edge.
-    """
+    """Maxima of the distance from the ground that stand out. `droplets`: (h, w); `radius`: typical radius, pixels;
+    `smallest`: radius of small droplets, pixels; `neck`: see `NECK`. Returns (h, w) int64, a number from 1 in each
+    marker, 0 elsewhere; number of those that lie off the edge."""
     reconstruction, step = scikit_image().morphology.reconstruction, max(1, int(smallest / COARSE))
     depth = step * ndimage.distance_transform_edt(droplets[::step, ::step])
     even = ndimage.gaussian_filter(depth, SMOOTHING * radius / step)

@@ -30,33 +30,19 @@ PAIR = ((np.s_[1:, :], np.s_[:-1, :]), (np.s_[:, 1:], np.s_[:, :-1]))  # pixels 
 
 @dataclass(frozen=True)
 class Walls:
-    """Walls of a picture.
+    """Walls of a picture."""
 
-    Attributes:
-        pairs: (m, 2) int64, droplets i < j whose cells meet.
-        gap: (m,) pixels, narrowest width of the gap between them.
-        length: (m,) pixels of wall.
-        film: width of films, pixels.
-        widest: gaps up to this width are contacts, pixels.
-        touching: (m,) bool.
-        void: (h, w) int64, void that each pixel near a wall belongs to, from 0; -1 elsewhere and in films.
-        void_pixels: (h, w) bool, pixels around a void whose darkness is its own, not that of a film.
-        width: (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere.
-        inside: (h, w) pixels from each pixel to the end of its droplet, negative in gaps.
-        beside: (h, w) int64, droplet across the nearest wall where that is a film, -1 elsewhere.
-    """
-
-    pairs: Indices
-    gap: Array
-    length: Array
-    film: float
-    widest: float
-    touching: Mask
-    void: Indices
-    void_pixels: Mask
-    width: Array
-    inside: Array
-    beside: Indices
+    pairs: Indices  # (m, 2) int64, droplets i < j whose cells meet
+    gap: Array  # (m,) pixels, narrowest width of the gap between them
+    length: Array  # (m,) pixels of wall
+    film: float  # width of films, pixels
+    widest: float  # gaps up to this width are contacts, pixels
+    touching: Mask  # (m,) bool
+    void: Indices  # (h, w) int64, void that each pixel near a wall belongs to, from 0; -1 elsewhere and in films
+    void_pixels: Mask  # (h, w) bool, pixels around a void whose darkness is its own, not that of a film
+    width: Array  # (h, w) pixels, width of the gap at the pixels of walls, inf elsewhere
+    inside: Array  # (h, w) pixels from each pixel to the end of its droplet, negative in gaps
+    beside: Indices  # (h, w) int64, droplet across the nearest wall where that is a film, -1 elsewhere
 
     def contacts(self, widest: float) -> Indices:
         """(k, 2) pairs with a gap up to `widest`."""
@@ -66,16 +52,10 @@ class Walls:
 def find_walls(
     cells: Indices, darkness: Darkness, radius: float, blur: float, film: float | None, line: float | None = None
 ) -> Walls:
-    """Measure the gaps along all walls.
-
-    Args:
-        cells: (h, w), droplet that each pixel belongs to.
-        darkness: the picture without its background.
-        radius: typical radius, pixels.
-        blur: standard deviation of the blur, pixels.
-        film: widest gap of a contact, pixels; None takes it from the gaps themselves.
-        line: widest gap of labels that touch, pixels; None where gaps are seen by darkness.
-    """
+    """Measure the gaps along all walls. `cells`: (h, w), droplet that each pixel belongs to; `darkness`: the picture
+    without its background; `radius`: typical radius, pixels; `blur`: standard deviation of the blur, pixels; `film`:
+    widest gap of a contact, pixels; None takes it from the gaps themselves; `line`: widest gap of labels that touch,
+    pixels; None where gaps are seen by darkness."""
     wall, pair = _wall_pixels(cells)
     if not wall.any():  # one cell
         return _no_walls(cells, darkness)
@@ -122,15 +102,9 @@ def _across(cells: Indices, pair: Indices) -> Indices:
 def _measure_strips(
     owner: Indices, wall: Mask, away: Array, darkness: Darkness, half: float
 ) -> tuple[Array, Array, Array]:
-    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners.
-
-    Args:
-        owner: (h, w) wall, from 1, that each pixel is nearest to.
-        wall: (h, w) pixels of walls.
-        away: (h, w) distance from the nearest wall.
-        darkness: the picture without its background.
-        half: half-width of a strip.
-    """
+    """(h, w) width of the gap at the pixels of walls, (k,) narrowest and (k,) length of each; inf for corners. `owner`:
+    (h, w) wall, from 1, that each pixel is nearest to; `wall`: (h, w) pixels of walls; `away`: (h, w) distance from the
+    nearest wall; `darkness`: the picture without its background; `half`: half-width of a strip."""
     boxes, along = ndimage.find_objects(owner), ALONG + 8.0 * darkness.noise
     width, gaps, length = np.full(owner.shape, np.inf), np.full(len(boxes), np.inf), np.zeros(len(boxes))
     for number, box in enumerate(boxes):
@@ -180,12 +154,9 @@ def _inside(darkness: Darkness, away: Array, width: Array, half: float, blur: fl
 def _film_width(
     gaps: Array, radius: float, smear: float, film: float | None, line: float | None
 ) -> tuple[float, float]:
-    """Width of films and of the widest gap that is a contact.
-
-    Of the six neighbours that a cell has on average three or more touch in a jammed packing, so the lower quarter of
-    all gaps lies among contacts. Where that is wider than any film, droplets do not touch. Labels that touch have
-    at most a line between them.
-    """
+    """Width of films and of the widest gap that is a contact. Of the six neighbours that a cell has on average three or
+    more touch in a jammed packing, so the lower quarter of all gaps lies among contacts. Where that is wider than any
+    film, droplets do not touch. Labels that touch have at most a line between them."""
     own = float(np.clip(np.quantile(gaps, 0.25), 0.0, None)) if len(gaps) else 0.0
     if film is not None:
         return own, film

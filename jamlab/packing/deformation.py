@@ -8,14 +8,8 @@ from jamlab.packing.packing import Packing
 
 
 def at_phi(packing: Packing, phi: float) -> Packing:
-    """The packing scaled to nominal packing fraction phi.
-
-    Centres move with the box; disks keep their diameters and polygons their shapes, so that droplets are pushed
-    together, not squeezed.
-
-    Raises:
-        InputError: if phi is not between 0 and 2.
-    """
+    """The packing scaled to nominal packing fraction phi. Centres move with the box; disks keep their diameters and
+    polygons their shapes, so that droplets are pushed together, not squeezed."""
     if not 0 < phi <= 2:
         raise InputError(f"phi = {phi}: a packing fraction must lie between 0 and 2")
     factor = float(np.sqrt(packing.phi / phi))
@@ -31,15 +25,8 @@ def sheared(packing: Packing, strain: float) -> Packing:
 
 def deformed(packing: Packing, gradient: Array) -> tuple[Packing, Array]:
     """The packing after the affine map r -> F r of box and every position, turned so that box[0, 1] stays 0.
-
-    Args:
-        packing: SP or DP.
-        gradient: (2, 2) F, with positive determinant.
-
-    Returns:
-        The packing, and the (2, 2) rotation R that was applied after F: a vector v of the packing returned is R^T v in
-        the frame of the one given, a tensor S is R^T S R.
-    """
+    `gradient`: (2, 2) F, with positive determinant. Returns the packing, and the (2, 2) rotation R that was applied
+    after F: a vector v of the packing returned is R^T v in the frame of the one given, a tensor S is R^T S R."""
     box = packing.box @ gradient.T
     along = box[0] / np.hypot(*box[0])
     rotation = np.array([[along[0], along[1]], [-along[1], along[0]]])

@@ -21,16 +21,11 @@ class DiskLaw:
     Law "eps": U = (eps/alpha)(1 - r/s)^alpha, Boromand et al. eq 5. Law "k": U = (k s^2/alpha)(1 - r/s)^alpha,
     Baumgarten & Tighe eq 3. alpha is 2 in both papers, 5/2 for the elastic spheres of Hertz. Whatever depends on how
     disks repel asks this object; `lammps_inputs/sp.force` says the same to LAMMPS.
-
-    Attributes:
-        name: "eps" or "k", the parameter that holds the strength.
-        strength: eps, an energy, or k, a stiffness.
-        exponent: alpha.
     """
 
-    name: str
-    strength: float
-    exponent: float = 2.0
+    name: str  # "eps" or "k", the parameter that holds the strength
+    strength: float  # eps, an energy, or k, a stiffness
+    exponent: float = 2.0  # alpha
 
     @property
     def relative(self) -> bool:
@@ -43,15 +38,8 @@ class DiskLaw:
         return self.exponent == 2
 
     def __call__(self, reach: Array, distance: Array) -> tuple[Array, Array, Array]:
-        """Energy, force U' and stiffness U'' of pairs that touch.
-
-        Args:
-            reach: (m,) s.
-            distance: (m,) r, at most s.
-
-        Returns:
-            Three (m,) arrays: U, dU/dr, d2U/dr2.
-        """
+        """Energy, force U' and stiffness U'' of pairs that touch. `reach`: (m,) s; `distance`: (m,) r, at most s.
+        Returns three (m,) arrays: U, dU/dr, d2U/dr2."""
         stiffness = self.strength / reach**2 if self.relative else np.full(len(reach), self.strength)
         overlap, alpha = reach - distance, self.exponent
         if alpha != 2:
@@ -137,17 +125,8 @@ def root_energy(packing: Packing, energy: float) -> float:
 
 
 def rim_law(packing: Packing, distance: Array) -> tuple[Array, Array, Array]:
-    """Energy, force U' and stiffness U'' of a vertex at a distance d < delta from an edge.
-
-    U = (eps/2)(1 - d/delta)^2, Boromand et al. eq 8.
-
-    Args:
-        packing: DP.
-        distance: (m,) d.
-
-    Returns:
-        Three (m,) arrays: U, dU/dd, d2U/dd2.
-    """
+    """Energy, force U' and stiffness U'' of a vertex at a distance d < delta from an edge. U = (eps/2)(1 - d/delta)^2,
+    Boromand et al. eq 8. `distance`: (m,) d. Returns three (m,) arrays: U, dU/dd, d2U/dd2."""
     eps, delta = packing.params["eps"], packing.params["delta"]
     overlap = 1.0 - distance / delta
     return 0.5 * eps * overlap**2, -eps * overlap / delta, np.full(len(distance), eps / delta**2)

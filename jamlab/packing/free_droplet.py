@@ -15,15 +15,8 @@ from jamlab.errors import InputError
 
 
 def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
-    """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0.
-
-    Args:
-        nv: (n,) vertices of each droplet.
-        params: `gamma`, `ka`, and `a0` of shape (n,).
-
-    Raises:
-        InputError: no area balances, line tension shrinks a droplet to a point.
-    """
+    """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0. `nv`:
+    (n,) vertices of each droplet; `params`: `gamma`, `ka`, and `a0` of shape (n,)."""
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)
     gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)

@@ -96,13 +96,9 @@ def file_image(
     observables: Mapping[str, ArrayLike] | None = None,
     extend: Callable[[Any], None] | None = None,
 ) -> bytes:
-    """The bytes of such a file, without checksum; arguments and errors as in `write`.
-
-    Args:
-        packings: see `write`.
-        observables: see `write`.
-        extend: called with the open h5py.File before it is closed, to add groups of its own.
-    """
+    """The bytes of such a file, without checksum; arguments and errors as in `write`. `packings`: see `write`;
+    `observables`: see `write`; `extend`: called with the open h5py.File before it is closed, to add groups of its
+    own."""
     frames = list(packings)
     _check_one_sweep(frames)
     results = {name: _observable(name, values, len(frames)) for name, values in (observables or {}).items()}
@@ -128,12 +124,7 @@ def file_image(
 
 @checked
 def read(path: FilePath, frame: int = -1) -> Packing:
-    """Read one frame, by default the last; negative numbers count from the end.
-
-    Raises:
-        StorageError: no such file or frame, or not a whole file that this jamlab can read.
-        InputError: the frame is not a packing, e.g. it holds NaN; the message names file, frame and value.
-    """
+    """Read one frame, by default the last; negative numbers count from the end."""
     if not isinstance(frame, int | np.integer):
         raise InputError(f"frame is {frame!r}: must be a whole number")
     with opened(path) as file:

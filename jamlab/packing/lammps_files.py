@@ -48,16 +48,11 @@ _IMAGES = (-512, 511)  # LAMMPS packs an image flag into 10 bits
 
 @dataclass(frozen=True, eq=False)
 class TypeTable:
-    """Atom types of a packing, as written to its files.
+    """Atom types of a packing, as written to its files."""
 
-    Attributes:
-        values: (ntypes,) float64, ascending. SP: diameter of each type. DP: rest area a0 of each type.
-        types: (n,) int64, type of each particle, 1 to ntypes: particle m has size values[types[m] - 1].
-        classes: whether types are classes of more than 64 sizes; `values` are then the largest of each class.
-    """
-
-    values: Array
-    types: NDArray[np.int64]
+    values: Array  # (ntypes,) float64, ascending. SP: diameter of each type. DP: rest area a0 of each type.
+    types: NDArray[np.int64]  # (n,) int64, type of each particle, 1 to ntypes: particle m has size values[types[m] - 1]
+    # whether types are classes of more than 64 sizes; `values` are then the largest of each class
     classes: bool = False
 
     @property
@@ -151,10 +146,8 @@ def write_dump(path: str | os.PathLike[str], packings: Iterable[Packing]) -> Non
 
 
 def describe(packing: Packing) -> str:
-    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum.
-
-    Numbers have 17 significant digits; rest areas of droplets are left to the section `d_a0`.
-    """
+    """Describe a packing in a comment line: model, units, force law, diameters of the types, ensemble, minimum. Numbers
+    have 17 significant digits; rest areas of droplets are left to the section `d_a0`."""
     entries: dict[str, Any] = {"model": packing.model, "units": packing.units}
     entries |= {name: value for name, value in packing.params.items() if name != "a0"}
     if packing.model == "sp" and not types(packing).classes:
@@ -166,15 +159,8 @@ def describe(packing: Packing) -> str:
 
 
 def described(lines: Iterable[str]) -> dict[str, Any]:
-    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several.
-
-    Returns:
-        Text for model, units, contact and ensemble, bool for converged, float for every other name; empty without such
-        a line.
-
-    Raises:
-        InputError: an entry without a value, or whose value is no number.
-    """
+    """Read the `# jamlab` comment among the lines of a data file, the last one if there are several. Returns text for
+    model, units, contact and ensemble, bool for converged, float for every other name; empty without such a line."""
     found = [line for line in lines if line.startswith(_MARK)]
     return dict(_value(word) for word in found[-1].removeprefix(_MARK).split()) if found else {}
 
@@ -273,10 +259,8 @@ def _numbers(packing: Packing) -> dict[str, float]:
 
 
 def wrap(packing: Packing) -> tuple[Array, NDArray[np.int64]]:
-    """Positions inside the box and the (len(positions), 2) counts of lattice vectors taken off them.
-
-    The counts are the floors of the fractional coordinates s, with x = s_x lx + s_y xy and y = s_y ly.
-    """
+    """Positions inside the box and the (len(positions), 2) counts of lattice vectors taken off them. The counts are the
+    floors of the fractional coordinates s, with x = s_x lx + s_y xy and y = s_y ly."""
     box = packing.box
     x, y = packing.positions.T
     iy = np.floor(y / box[1, 1])

@@ -18,16 +18,8 @@ DENSEST = 1e3  # sum of squared sizes over the area of the box: pairs that overl
 
 
 def check_magnitudes(box: Array, positions: Array, sizes: Array) -> None:
-    """Refuse lengths that no computation in float64 can handle, before any begins.
-
-    Args:
-        box: (2, 2), rows are the lattice vectors.
-        positions: (m, 2).
-        sizes: (n,) lengths of the particles, positive.
-
-    Raises:
-        InputError: naming the length and the limit.
-    """
+    """Refuse lengths that no computation in float64 can handle, before any begins. `box`: (2, 2), rows are the lattice
+    vectors; `positions`: (m, 2); `sizes`: (n,) lengths of the particles, positive."""
     width, height, tilt = float(box[0, 0]), float(box[1, 1]), abs(float(box[1, 0]))
     lengths = [width, height, float(sizes.min()), float(sizes.max())]
     if min(lengths) < 1 / LONGEST or max(lengths) > LONGEST:
@@ -71,11 +63,7 @@ UNIT_OF_STRESS = {("sp", "k"): "k", ("sp", "eps"): "ε/σ²", ("dp", "eps"): "ε
 
 
 def check_params(model: str, units: str, params: dict[str, Any]) -> None:
-    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range.
-
-    Raises:
-        InputError: naming the parameter and its value.
-    """
+    """Refuse force-law parameters that are missing, unknown by name, no positive numbers or out of range."""
     if (model, units) not in FORCE_LAW:
         raise InputError(f"model {model} has no units {units!r}")
     unknown = params.keys() - {*FORCE_LAW[model, units], *OPTIONAL[model]}

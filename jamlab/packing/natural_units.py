@@ -35,10 +35,6 @@ _ENTRIES = {
 class Scales:
     """Natural units of a packing, in its own units.
 
-    Attributes:
-        length: power of two next to the mean diameter; DP: to the mean of sqrt(a0).
-        energy: power of two next to eps, or to k length^2.
-
     Example:
         >>> from jamlab.packing.natural_units import natural_scales
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -48,8 +44,8 @@ class Scales:
         (True, True)
     """
 
-    length: float = 1.0
-    energy: float = 1.0
+    length: float = 1.0  # power of two next to the mean diameter; DP: to the mean of sqrt(a0)
+    energy: float = 1.0  # power of two next to eps, or to k length^2
 
     @property
     def force(self) -> float:

@@ -317,9 +317,7 @@ class Packing:
 
     def _trusted(self, **changes: Any) -> Packing:
         """Copy as `with_state` makes it, without its checks: for arrays that are float64 and right by construction.
-
-        `provenance`, if given, stands in the place of the old one.
-        """
+        `provenance`, if given, stands in the place of the old one."""
         changes, entries = self._changed(changes)
         copy = object.__new__(Packing)
         copy.__dict__.update({**self.__dict__, "provenance": entries, **changes})

@@ -28,10 +28,7 @@ _MOST = 4000  # particles: beyond, a picture this small shows grey and makes a n
 
 def draw_svg(packing: Packing) -> str:
     """SVG of one periodic cell: small particles pink, large ones blue; polygons with their rims, drawn as strokes.
-
-    Returns:
-        An `<svg>` element, or "" for more particles than such a picture can show.
-    """
+    Returns an `<svg>` element, or "" for more particles than such a picture can show."""
     if packing.n > _MOST:
         return ""
     scale = _WIDTH / packing.box[0, 0]
@@ -91,6 +88,7 @@ def _points(ring: np.ndarray, scale: float, left: float, height: float) -> str:
 
 
 _QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
+_SCALE = "viridis"  # of many sizes; nothing in it looks like the grey of rattlers
 
 
 def size_colours(packing: Packing) -> NDArray[np.str_]:
@@ -98,7 +96,16 @@ def size_colours(packing: Packing) -> NDArray[np.str_]:
     sizes = particle_sizes(packing)
     if not has_many_sizes(packing):
         return np.where(sizes > sizes.mean(), LARGE, SMALL)
-    return np.array([to_hex(colour) for colour in matplotlib.colormaps["cividis"](_size_scale(sizes)(sizes))])
+    return _scale_colours(_size_scale(sizes)(sizes))
+
+
+def bar_colours() -> list[str]:
+    """Colours of a bar from the smallest to the largest of many sizes."""
+    return list(_scale_colours(np.linspace(0, 1, 9)))
+
+
+def _scale_colours(places: Array) -> NDArray[np.str_]:
+    return np.array([to_hex(colour) for colour in matplotlib.colormaps[_SCALE](places)])
 
 
 def particle_sizes(packing: Packing) -> Array:
@@ -115,7 +122,7 @@ def add_size_bar(axes: Axes, packing: Packing) -> None:
     """Say beside the axes what the colours of `size_colours` mean, where there are more than two."""
     if has_many_sizes(packing):
         label = "diameter" if packing.model == "sp" else r"$\sqrt{a_0}$"
-        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), "cividis")
+        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), _SCALE)
         axes.figure.colorbar(scale, ax=axes, label=label, shrink=0.8)
 
 
@@ -125,13 +132,7 @@ def _size_scale(sizes: Array) -> Normalize:
 
 def draw_particles(axes: Axes, packing: Packing, facecolor: Any, /, **style: Any) -> None:
     """Fill every particle in all its images, droplets with their rims, and draw a line around each (DP: bare polygon).
-
-    Args:
-        axes: to draw into.
-        packing: SP or DP.
-        facecolor: one colour, or (n,) of them.
-        style: of matplotlib's PolyCollection.
-    """
+    `axes`: to draw into; `facecolor`: one colour, or (n,) of them; `style`: of matplotlib's PolyCollection."""
     fills, edges = (move_home(packing, shapes) for shapes in particle_shapes(packing))
     look = merged(
         PolyCollection, {"facecolor": facecolor, "edgecolor": "white", "linewidth": 0.8, "alpha": 0.55}, style
@@ -147,10 +148,8 @@ def draw_background(axes: Axes, packing: Packing, facecolor: Any = PARTICLE) -> 
 
 
 def particle_shapes(packing: Packing) -> tuple[list[Array], list[Array]]:
-    """Rings to fill and rings to outline for each particle, at the place where it is stored.
-
-    Disks: the circle, twice. Droplets: the polygon grown by its rim of width delta/2, and the polygon itself.
-    """
+    """Rings to fill and rings to outline for each particle, at the place where it is stored. Disks: the circle, twice.
+    Droplets: the polygon grown by its rim of width delta/2, and the polygon itself."""
     if packing.diameters is not None:
         disks = circles(packing.positions, packing.diameters)
         return disks, disks

@@ -47,7 +47,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         seed: of the orientations.
         tolerance: largest force at the minimum, over eps/l; default `force` of `dp.minimum.parameters`, 1e-10.
         parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
-            alike: (nv_small + nv_large)/2 for a disk of mean diameter.
+            alike: (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, of all or (n,) of each.
 
     Returns:
         DP packing in units "eps", `onset` that of the disks. Its provenance holds `handover`: rho and z of the disks,
@@ -107,8 +107,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
     assert packing.diameters is not None
-    counts, params = droplet_params(2, **parameters)
-    nv = np.maximum(3, np.rint(counts.mean() * packing.diameters / packing.diameters.mean())).astype(np.int64)
+    nv, params = droplet_params(packing.n, 0.5, packing.diameters, **parameters)
     area = np.pi / 4 * packing.diameters**2
     scale = _scale(nv, area, params)
     params["a0"] = _rest_area(nv, scale**2 * area, params)

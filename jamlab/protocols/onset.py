@@ -12,6 +12,8 @@ from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
@@ -25,7 +27,7 @@ from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
 from jamlab.protocols.relaxation import check_tolerance, force_tolerance
-from jamlab.protocols.size_distributions import Sizes, shown_sizes, sizes_record
+from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
@@ -73,12 +75,13 @@ def jam(
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
-        sizes: SP: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3",
-            see `jamlab.protocols.size_distributions`. Any n from 2.
+        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`. Any n from 2. DP: n numbers in proportion to the roots of the rest
+            areas, whose mean is l; the number of vertices goes with them, so that edges are alike.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation with the share of the work that is done, and in words.
         parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
-            `contact="segment"` of droplets.
+            `contact="segment"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
@@ -99,7 +102,7 @@ def jam(
         (0.4, 'outline')
     """
     protocol = {name: float(value) for name, value in defaults("onset").items()}
-    _check(model, search, ensemble, start, {"ratio": ratio, "sizes": sizes}, parameters)
+    _check(model, search, ensemble, start, ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
@@ -120,8 +123,7 @@ def jam(
         "seed": seed,
         "step": first_step,
     }
-    if placed.diameters is not None:
-        entries |= sizes_record(sizes, placed.diameters)
+    entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
     return scales.from_natural(recorded)
@@ -130,9 +132,7 @@ def jam(
 _ARGUMENTS = tuple(signature(jam).parameters)
 
 
-def _check(
-    model: str, search: str, ensemble: str, start: str, of_disks: dict[str, Any], parameters: dict[str, Any]
-) -> None:
+def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
@@ -144,12 +144,11 @@ def _check(
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
-    for name, value in of_disks.items():
-        if model == "dp" and value is not None:
-            raise InputError(
-                f"{name} = {shown_sizes(value)}: droplets have the ratio of their vertices, give nv_small and "
-                "nv_large; or hand disks over by to_polygons"
-            )
+    if model == "dp" and ratio is not None:
+        raise InputError(
+            f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, such "
+            f"as 'bidisperse:{ratio:g},0.5'"
+        )
     if model == "sp":
         disk_params("eps", **parameters)
 

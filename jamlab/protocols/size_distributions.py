@@ -1,9 +1,10 @@
 """Size distributions of disks: what their diameters are before they are placed at random.
 
 A distribution is named by text, such as "lognormal:0.3" or "power-law:-3,0.5,2". By default its diameters are drawn by
-strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a straight
-line through them sets mean and width to those of the law, which n parts alone miss by a little. So a packing of few
-disks has the moments asked for, and no two seeds differ in them. ",random" draws independent diameters instead.
+strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a growing
+parabola through them sets mean, width and skewness to those of the law, which n parts alone miss by a little; a few
+disks, of which no parabola meets the skewness, have mean and width. So no two seeds differ in them. ",random" draws
+independent diameters instead.
 
 Widths are standard deviations over the mean, and the mean diameter of every named distribution is 1.
 """
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import ndtri
 
 from jamlab.arrays import Array
@@ -203,10 +205,24 @@ class SizeDistribution:
             return float((ratio - 1) * np.sqrt(share * (1 - share)) / (1 - share + share * ratio))
         if self.name != "power-law":
             return self.numbers[0]
-        exponent, smallest, largest = self.numbers
-        mean = _power_law_mean(self.numbers)
-        square = mean * _power_law_mean((exponent + 1, smallest, largest))  # mean of d^2
-        return float(np.sqrt(square / mean**2 - 1))
+        first, second, _ = self._power_law_moments
+        return float(np.sqrt(second / first**2 - 1))
+
+    @property
+    def skewness(self) -> float:
+        """Third central moment over the cube of the standard deviation."""
+        if self.name == "lognormal":
+            return self.width**3 + 3 * self.width
+        if self.name != "power-law":
+            return 0.0
+        first, second, third = self._power_law_moments
+        return float((third - 3 * first * second + 2 * first**3) / (second - first**2) ** 1.5)
+
+    @property
+    def _power_law_moments(self) -> Array:
+        """Means of d, d^2 and d^3."""
+        exponent, *ends = self.numbers
+        return np.asarray(np.cumprod([_power_law_mean((exponent + power, *ends)) for power in range(3)]), np.float64)
 
     @property
     def text(self) -> str:
@@ -222,7 +238,15 @@ class SizeDistribution:
         ends = np.linspace(0, 1, n + 1)
         shares = ends[:-1, None] + 0.5 * (nodes + 1) / n
         means = self.quantiles(shares.ravel()).reshape(n, _FINE) @ (0.5 * weights)
-        return np.asarray(1 + self.width * (means - means.mean()) / means.std())
+        straight = _standard(means)
+
+        def skewness(bend: float) -> float:
+            return float((_standard(straight + bend * straight**2) ** 3).mean())
+
+        least, most = -0.5 / straight[-1], -0.5 / straight[0]  # where the parabola begins to fall at an end
+        met = n > 2 and skewness(least) < self.skewness < skewness(most)
+        bend = brentq(lambda b: skewness(b) - self.skewness, least, most, xtol=1e-15) if met else 0.0
+        return np.asarray(1 + self.width * _standard(straight + bend * straight**2))
 
     def _two_sizes(self, n: int) -> Array:
         ratio, share = self.numbers
@@ -230,6 +254,10 @@ class SizeDistribution:
         many = round(share * n)
         diameters = np.repeat([1.0, ratio], [n - many, many])
         return np.asarray(diameters / diameters.mean())
+
+
+def _standard(values: Array) -> Array:
+    return np.asarray((values - values.mean()) / values.std())
 
 
 def disk_diameters(

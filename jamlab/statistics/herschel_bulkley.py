@@ -1,5 +1,7 @@
 """The law of Herschel and Bulkley for flow curves: a yield stress and a power law."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Numbers of the papers, and published points, read from CSV to lay them beside a simulation."""
 
+from __future__ import annotations
+
 import csv
 from pathlib import Path
 from typing import NamedTuple, TypeVar

@@ -146,7 +146,6 @@ def values_of(table: pd.DataFrame, parameter: str) -> list[float]:
 
 
 def _with(table: pd.DataFrame, law: dict[str, float]) -> pd.DataFrame:
-    """Select droplets with some parameters of the force law."""
     rows = table[table["model"] == "dp"]
     for name, value in law.items():
         rows = rows[np.isclose(rows[name], value)]
@@ -203,7 +202,6 @@ class AbsentTableError(StorageError):
 
 
 def _prepared(name: str, prepare: Callable[[pd.DataFrame], pd.DataFrame]) -> "cached_property[pd.DataFrame]":
-    """Give a table as it is drawn from."""
 
     def table(tables: "EnsembleTables") -> pd.DataFrame:
         return _require_rows(name, prepare(_require_rows(name, tables.read(name))))

@@ -25,10 +25,9 @@ from jamlab.studies.boromand import tables as coefficients
 from jamlab.studies.claims import SUMMARY, Claim, first_line, summary
 from jamlab.studies.dynamics import collapse, flow_curves, oscillation, yielding
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.page import Failure, Page, write_page
 from jamlab.studies.panels import Drawing
 from jamlab.studies.reference_data import reference_tables
-from jamlab.studies.study import CampaignStudy, Shown
+from jamlab.studies.study import CampaignStudy, Failure, Page, Shown, write_page
 
 FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-1": pictures.figure_1,
@@ -117,11 +116,9 @@ class FigureStudy(CampaignStudy):
 
     @property
     def heading(self) -> str:
-        """Name and title."""
         return f"{self.name}: {self.title}"
 
     def draw(self, folder: Path | None = None) -> Shown:
-        """Draw the figure from a folder of results, or from the reference data that ship."""
         tables = reference_tables() if folder is None else EnsembleTables(self.campaign(folder).table)
         return draw_shown(self.name, tables)
 

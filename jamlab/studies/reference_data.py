@@ -236,7 +236,6 @@ def save(
 
 
 def _round_floats(table: pd.DataFrame) -> pd.DataFrame:
-    """Round floats to significant digits."""
     out = table.copy()
     for name in out.select_dtypes("float").columns:
         digits = _EXACT.get(name, _DIGITS.get(name, 6))

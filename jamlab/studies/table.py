@@ -84,7 +84,6 @@ def read_table(path: Path) -> MeasuredTable:
 
 
 def _read(path: Path) -> MeasuredTable:
-    """Read what there is of a table."""
     return _parse(_text_of(path), str(path))
 
 
@@ -160,7 +159,6 @@ def shortest(run: Callable[[], Result], *, runs: int = 20, budget: float = 1.0) 
 
 
 def _cpu_time() -> float:
-    """Seconds of this process and of its children that have ended."""
     spent = os.times()
     return spent.user + spent.system + spent.children_user + spent.children_system
 

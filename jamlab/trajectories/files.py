@@ -1,5 +1,7 @@
 """Read packings from any file that jamlab knows: its own HDF5, LAMMPS data and dumps, GSD, files of other groups."""
 
+from __future__ import annotations
+
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
@@ -14,10 +16,9 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing import hdf5
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.foreign_law_and_sizes import Radii
-from jamlab.trajectories.lammps_data import read_data
-from jamlab.trajectories.lammps_dump import read_dump, sites
+from jamlab.trajectories.lammps_data import read_data, read_dump, sites
 from jamlab.trajectories.published_packings import is_leiden, is_netcdf, read_leiden, read_netcdf, read_xyz
+from jamlab.trajectories.sites import Radii
 
 DATA = (".data", ".lmp", ".lammps")
 DUMP = (".dump", ".lammpstrj", ".lammpsdump")
@@ -119,7 +120,6 @@ def _refuse_law(path: FilePath, *given: object) -> None:
 def _frames(
     path: FilePath, radii: Radii, units: str | None, params: Mapping[str, Any] | None, frame: int | None
 ) -> Iterator[Packing]:
-    """One frame, or all of them."""
     kind = _kind(path)
     source = Path(path).name
     if kind == "gsd":

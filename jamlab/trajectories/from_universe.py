@@ -1,5 +1,7 @@
 """Packings from the frames of a Universe of MDAnalysis, whatever it was read from."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,10 +17,8 @@ from jamlab.errors import InputError, StorageError
 from jamlab.packing.lammps_files import described
 from jamlab.packing.packing import Packing
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.foreign_law_and_sizes import Radii
 from jamlab.trajectories.relaxed import relaxed as relaxed_packing
-from jamlab.trajectories.rings import rings_of_bonds
-from jamlab.trajectories.sites import Sites
+from jamlab.trajectories.sites import Radii, Sites, rings_of_bonds
 
 # Half a unit of the last of 24 binary digits, for the coordinate, and as much for the length and angle of the box each,
 # with a margin of a third
@@ -85,7 +85,6 @@ class UniverseFrames:
         return relaxed_packing(packing) if self._relaxed else packing
 
     def _radius(self, step: Any) -> Array | None:
-        """Radii of the frame, of the topology, or none; those that the user gives take the place of both."""
         if self._rings is not None or self._given[0] is not None:
             return None
         if "radius" in step.data and len(step.data["radius"]) == len(self.group.universe.atoms):
@@ -162,7 +161,6 @@ def read_gsd(
 
 
 def _attribute(group: Any, name: str, default: Any) -> Any:
-    """An attribute of the topology, or the default where it has none."""
     try:
         return getattr(group, name)
     except (NoDataError, AttributeError):
@@ -177,7 +175,6 @@ def _types(group: Any, radii: Radii) -> NDArray[np.str_]:
 
 
 def _bonds(group: Any) -> NDArray[np.int64]:
-    """(m, 2) bonds within the group, as places in it."""
     if _attribute(group, "bonds", None) is None or not len(group.bonds):
         return np.empty((0, 2), dtype=np.int64)
     place = np.full(len(group.universe.atoms), -1)

@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
-from jamlab.packing.packing import Packing
-from jamlab.storage.atomic_file import atomic_file, check_target
 from jamlab.storage.verified_file import FilePath
-from jamlab.trajectories.lammps_text import damage_named, numbers, rounding, text_of
+from jamlab.trajectories.lammps_data import damage_named, numbers, rounding, text_of
 from jamlab.trajectories.sites import Sites
 
 _HEAD = re.compile(
@@ -169,7 +167,6 @@ def _xyz_frame(keys: dict[str, str], rows: list[list[str]]) -> Sites:
 
 
 def _columns(properties: str) -> dict[str, int]:
-    """Name of each property -> its first column."""
     fields = properties.split(":")
     if len(fields) % 3:
         raise ValueError(f"Properties={properties!r:.60}: name, kind and number of columns expected for each")
@@ -184,20 +181,3 @@ def _floats(text: str, count: int, what: str) -> Array:
     if len(values) != count or not np.isfinite(values).all():
         raise ValueError(f"{what} {text.strip()!r:.60}: {count} numbers expected")
     return values
-
-
-def write_xyz(path: FilePath, packing: Packing) -> None:
-    """Write disks as one frame of extended xyz, which OVITO, freud and ASE read: positions, radii, box, force law."""
-    if packing.diameters is None:
-        raise InputError("extended xyz holds disks; write droplets as LAMMPS data or dump: jamlab.write_dump")
-    check_target(path)
-    cell = np.zeros((3, 3))
-    cell[:2, :2], cell[2, 2] = packing.box, 1.0
-    law = " ".join(f"{name}={value:.17g}" for name, value in packing.params.items() if isinstance(value, float))
-    lattice = " ".join(f"{value:.17g}" for value in cell.ravel())
-    head = f'Lattice="{lattice}" Properties=species:S:1:pos:R:3:radius:R:1 pbc="T T F" units={packing.units} {law}'
-    rows = [
-        f"A {x:.17g} {y:.17g} 0 {0.5 * d:.17g}" for (x, y), d in zip(packing.positions, packing.diameters, strict=True)
-    ]
-    with atomic_file(path) as temporary:
-        temporary.write_text("\n".join([str(packing.n), head, *rows]) + "\n", encoding="ascii")

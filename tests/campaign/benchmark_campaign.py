@@ -43,16 +43,6 @@ def test_overhead_of_tasks_of_a_second(tmp_path):
 
 
 @pytest.mark.benchmark
-def test_two_workers_against_one(tmp_path):
-    one, whole_one, spans_one = timed(tmp_path, "one", 1, 32)
-    two, whole_two, spans_two = timed(tmp_path, "two", 2, 32)
-    row = {"ratio": one / two, "ratio_with_start": whole_one / whole_two, "busy": sum(spans_two) / two / 2}
-    row["slower_side_by_side"] = sum(spans_two) / sum(spans_one)  # 1 if the second core is free
-    print(json.dumps(row))
-    assert one / two > 1.8
-
-
-@pytest.mark.benchmark
 def test_status_of_ten_thousand_files(tmp_path):
     path = tmp_path / "many.toml"
     compression(path, "many", n=[16, 32], seeds=5000)

@@ -15,9 +15,8 @@ import jamlab
 from jamlab.campaign import states as sweep_states
 from jamlab.campaign.driver import run_task
 from jamlab.campaign.exchange import export, merge
-from jamlab.campaign.folder import CampaignFolder
+from jamlab.campaign.folder import CampaignFolder, damage, read_task_file
 from jamlab.campaign.observables import TABLES
-from jamlab.campaign.task_file import damage, read_task_file
 from jamlab.campaign.tasks import Parameters, batches, task_name
 from jamlab.errors import InputError, StorageError
 

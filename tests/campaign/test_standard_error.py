@@ -8,10 +8,10 @@ from campaigns import run_here, written
 from commands import call
 
 import jamlab
-from jamlab.campaign import status
+from jamlab.campaign import plan as status
 from jamlab.campaign.file import read_campaign_file
 from jamlab.campaign.folder import CampaignFolder
-from jamlab.campaign.status import FIRST_SEEDS, precision
+from jamlab.campaign.plan import FIRST_SEEDS, precision
 from jamlab.campaign.tasks import batches
 from jamlab.errors import InputError
 

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
 import jamlab
-from jamlab.campaign.table_plot import draw_means
-from jamlab.campaign.tables import choose_bins
+from jamlab.campaign.tables import choose_bins, draw_means
 
 
 def plotted(campaign, *args, **kwargs):

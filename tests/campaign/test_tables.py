@@ -1,6 +1,5 @@
 """Campaigns: tables, what they hold, means with intervals."""
 
-import MDAnalysis
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,7 +13,6 @@ from jamlab.campaign.tables import TABLE_COLUMNS, aggregate
 from jamlab.engine.deck_defaults import defaults
 from jamlab.errors import InputError
 from jamlab.measure import COLUMNS, measure
-from jamlab.packing.lammps_files import write_dump
 
 
 def test_tables_have_their_columns_and_one_row_for_each(full):
@@ -78,20 +76,6 @@ def test_what_is_not_converged_is_marked(tmp_path, monkeypatch):
     assert campaign.table("states")["converged"].tolist() == [False]
     assert campaign.table("onset")["converged"].tolist() == [False]
     assert campaign.aggregate(["rho"]).empty
-
-
-@pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")
-def test_mdanalysis_iterates_the_frames_of_a_task_file(full, tmp_path):
-    for task in full.finished():
-        frames, file = full.packings(task), str(full.folder.task_file(task))
-        write_dump(tmp_path / "run.dump", frames)
-        universe = MDAnalysis.Universe(
-            str(tmp_path / "run.dump"), file, topology_format="LAMMPSDUMP", format="H5MD", convert_units=False
-        )
-        assert len(universe.trajectory) == len(frames)
-        for packing, step in zip(frames, universe.trajectory, strict=True):
-            np.testing.assert_allclose(step.positions[:, :2], packing.positions, atol=1e-5)
-            np.testing.assert_allclose(step.triclinic_dimensions[:2, :2], packing.box, atol=1e-5)
 
 
 def test_packings_are_drawn_not_rows():

@@ -142,8 +142,9 @@ def test_workers_that_die_at_once_end_the_run(campaign, monkeypatch):
     assert campaign.status().left == 4
 
 
-def test_a_task_that_kills_its_workers_is_recorded(tmp_path):
+def test_a_task_that_kills_its_workers_is_recorded(tmp_path, monkeypatch):
     """Others go on: the observable ends the process at one seed only."""
+    monkeypatch.setattr(workers, "_MOST_DEATHS", 1)
     (tmp_path / "deadly.py").write_text(
         "import os\n\ndef kill(packing):\n    return os._exit(9) if packing.provenance['seed'] == 1 else 1.0\n"
     )

@@ -7,7 +7,7 @@ from commands import call
 
 import jamlab
 from jamlab.cli import interruption
-from jamlab.cli.flow import expect_files
+from jamlab.cli.flow import FlowOptions, expect_files
 from jamlab.cli.interruption import Interrupted, KeptStates
 from jamlab.cli.main import app
 
@@ -112,7 +112,7 @@ def test_a_signal_while_states_are_measured_keeps_them(tmp_path, onset, monkeypa
 def test_the_line_of_a_flow_names_the_file_as_long_as_it_is_there(tmp_path, onset, monkeypatch):
     monkeypatch.setattr(interruption, "_describe", lambda: "not told")
     out = tmp_path / "run.h5"
-    expect_files(tmp_path / "onset.h5", out, None, None)
+    expect_files(FlowOptions(tmp_path / "onset.h5", out=out))
     assert interruption._describe() == "nothing was written"
     out.write_text("of yesterday")
     assert "as it was last saved; the same command goes on" in interruption._describe()

@@ -6,8 +6,7 @@ import pytest
 from rich.console import Console
 
 from jamlab.cli import console
-from jamlab.cli.console import progress_bars
-from jamlab.cli.packing_table import print_packings
+from jamlab.cli.console import print_packings, progress_bars
 
 COLUMNS = ["rho", *(f"column_{k}" for k in range(12))]
 LINES = [[f"0.8{row}", *(f"{row}.{k:04d}" for k in range(12))] for row in range(3)]

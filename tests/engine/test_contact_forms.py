@@ -7,7 +7,6 @@ import reference
 
 import jamlab
 from jamlab.mechanics.stiffness import forces, stress
-from jamlab.packing.deformation import sheared
 from jamlab.packing.law_parameters import CONTACT_FORMS
 from jamlab.protocols.relaxation import relax
 
@@ -58,19 +57,6 @@ def test_jammed_states_equal_the_reference_to_rounding(relaxed, form):
         assert np.abs(found - wanted.forces).max() < 1e-13 * scale
     for found in (e.stress, stress(p)):
         assert differ(found, wanted.stress) < 1e-12
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_forces_and_hessian_are_slopes_on_jammed_states(relaxed, form):
-    """-dE/dx of LAMMPS energies on the sheared state, -dF/dx of LAMMPS forces on both, against the closed forms."""
-    p = relaxed[form]
-    away = sheared(p, 0.02)
-    with jamlab.Session(p) as session:
-        stiffness = -slope(lambda x: session.forces_at(x)[1], p.positions).reshape(2 * len(p.positions), -1)
-        assert differ(jamlab.hessian(p).toarray(), stiffness) < 1e-6
-        session.load(away)
-        found = -slope(lambda x: session.forces_at(x)[0], away.positions).reshape(-1, 2)
-        assert differ(found, session.evaluate().forces) < 1e-6
 
 
 def test_a_vertex_beside_a_flat_side_has_one_contact_and_beside_a_corner_two(wedge):

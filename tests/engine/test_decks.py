@@ -21,30 +21,21 @@ from jamlab.packing.lammps_files import described
     ("deck", "name", "value", "message"),
     [
         ("in.sp.jam", "gama", 7, "-var gama: this deck has no such variable; it takes out n seed to "),
-        ("in.sp.jam", "phi", 0.3, "-var phi: this deck has no such variable"),
-        ("in.sp.jam", "step_paper", 1e-3, "-var step_paper: this deck has no such variable"),
         ("in.sp.jam", "n", 7, "n = 7: must be even, >= 2"),
         ("in.sp.jam", "to", 5, "to = 5: must be > 0, <= 2"),
         ("in.sp.jam", "law", "foo", "law = foo: must be one of eps | k"),
         ("in.sp.jam", "eps", 0, "eps = 0: must be >= 1e-3, <= 100"),
-        ("in.sp.jam", "eps", 1e300, "eps = 1e+300: must be >= 1e-3, <= 100"),
         ("in.dp.jam", "eps", 1e300, "eps = 1e+300: must be > 0, <= 100"),
-        ("in.sp.pressure", "pressure", 1e300, "pressure = 1e+300: must be > 0, <= 30"),
         ("in.sp.pressure", "pressure", 10, "pressure = 10: must be at most 0.3 k"),
         ("in.sp.jam", "force", -1e-9, "force = -1e-09: must be > 0"),
-        ("in.sp.jam", "skin", "wide", "skin = wide: must be a number, > 0"),
         ("in.sp.jam", "skin", "nan", "skin = nan: must be a number, > 0"),
-        ("in.sp.jam", "minimizer", "foo", "minimizer = foo: must be one of cg | fire"),
         ("in.sp.jam", "k", 2, "k = 2: has no effect with law eps"),
         ("in.dp.jam", "contact", "foo", "contact = foo: must be one of outline | segment | segment/smooth"),
-        ("in.dp.jam", "ka", -300, "ka = -300: must be > 0"),
-        ("in.dp.jam", "n", 7, "n = 7: must be even, >= 2"),
         ("in.dp.jam", "nv_small", 13, "nv_small = 13: there is no "),
         ("in.sp.shear", "data", "absent.data", "data = absent.data: there is no such file"),
         ("in.sp.shear", "data", "dp.data", "dp.data holds dp, this deck takes sp"),
         ("in.sp.shear", "data", "sp.data -var eps 2", "eps = 2, but sp.data was made with eps = 1"),
         ("in.sp.shear", "data", "sp.data -var law k", "law = k, but sp.data was made with law = eps"),
-        ("in.sp.shear", "data", "sp.data -var ratio 2", "ratio = 2, but sp.data was made with ratio = 1.4"),
         ("in.sp.shear", "data", "sp.data -var d2 2", "d2 = 2, but sp.data was made with d2 = 1.16"),
         ("in.sp.shear", "data", "sp.data -var d3 2", "-var d3: there are only ntypes = 2 sizes"),
         ("in.sp.shear", "data", "sp.data -var ntypes 3", "ntypes = 3, but sp.data has 2 sizes"),
@@ -55,19 +46,9 @@ def test_refused_before_anything_runs(tmp_path, deck, name, value, message):
         "# jamlab model=sp units=eps eps=1 d1=0.83333333333333337 d2=1.1666666666666665\n"
     )
     (tmp_path / "dp.data").write_text("# jamlab model=dp units=eps gamma=0.4\n")
-    command = [
-        str(deck_runs.LMP),
-        "-in",
-        str(installed("lammps_inputs") / deck),
-        "-var",
-        "dir",
-        str(installed("lammps_inputs")),
-        "-log",
-        "none",
-        "-var",
-        name,
-        *str(value).split(),
-    ]
+    decks = installed("lammps_inputs")
+    given = ["-var", "dir", str(decks), "-log", "none", "-var", name, *str(value).split()]
+    command = [str(deck_runs.LMP), "-in", str(decks / deck), *given]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
     refused = [line for line in done.stdout.splitlines() if line.startswith("REFUSED: ")]

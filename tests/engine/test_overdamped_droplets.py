@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from disk_flows import first_harmonic
 from droplet_drag import drag_stress
 from droplet_flows import CONTACT, STOKES, DropletFlow
 
@@ -31,41 +30,6 @@ def test_stress_of_a_step_in_rate_is_the_fast_limit(tmp_path, packing, drag, new
     assert row["elastic"] == pytest.approx(-native.stress[0, 1], abs=1e-13)
     assert row["pressure"] == pytest.approx(native.pressure, rel=1e-9)
     assert row["energy"] * packing.area == pytest.approx(native.energy, rel=1e-12)
-
-
-def modulus(folder, packing, omega, drag, tolerance, newton="on", cycles=3, points=12):
-    amplitude = 1e-5
-    settings = f"tolerance {tolerance} solver 1e-6 stop {2 * np.pi / omega / points:.17g}"
-    with DropletFlow(folder, packing, f"oscillate {amplitude} {omega} {settings}", drag, newton) as flow:
-        rows = [flow.run() for _ in range(cycles * points)][-2 * points :]
-    time, stress = (np.array([row[name] for row in rows]) for name in ("time", "stress"))
-    return first_harmonic(time, stress, omega) / amplitude
-
-
-@pytest.mark.parametrize(("drag", "omega"), [(CONTACT, 1.0), pytest.param(STOKES, 1.0, marks=pytest.mark.slow)])
-def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, packing, drag, omega):
-    expected = jamlab.complex_modulus(packing, [omega], LAWS[drag])
-    found = modulus(tmp_path, packing, omega, drag, 1e-3, newton="off")
-    assert abs(found - complex(expected.storage[0], expected.loss[0])) < 1e-3 * abs(found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("contact", ["outline", "segment/smooth"])
-@pytest.mark.parametrize("beta", [0.0, 0.1, 1.0, None])
-@pytest.mark.parametrize("omega", [0.1, 1.0, 10.0])
-def test_modulus_at_three_frequencies(tmp_path, packing, contact, beta, omega):
-    """Contact drag with any share of sliding, and Stokes drag (None); another contact form after relaxation."""
-    if contact != packing.params["contact"]:
-        packing = next(
-            jamlab.compress(packing.with_state(params=packing.params | {"contact": contact}), to=0.925, step=1)
-        )
-    law = jamlab.StokesDrag(eta_f=0.0) if beta is None else jamlab.ContactDamping(beta=beta)
-    drag = STOKES if beta is None else f"drag 1 {beta} 1"
-    expected = jamlab.complex_modulus(packing, [omega], law)
-    exact = complex(expected.storage[0], expected.loss[0])
-    coarse, fine = (modulus(tmp_path, packing, omega, drag, tolerance, cycles=4) for tolerance in (1e-3, 1e-4))
-    assert abs(coarse - exact) < 1e-3 * abs(exact)
-    assert abs(fine - exact) < max(2e-4, 0.5 * abs(coarse - exact) / abs(exact)) * abs(exact)
 
 
 def test_drag_is_the_matrix_of_the_frequency_domain(tmp_path, packing):
@@ -155,27 +119,6 @@ def test_split_and_restarted_runs_are_one_run(tmp_path, packing):
     for name in ("time", "strain", "stress", "viscous", "energy", "work", "dissipated", "step"):
         assert split[name] == pytest.approx(whole[name], rel=1e-6), name
         assert again[name] == pytest.approx(whole[name], rel=1e-6), name
-
-
-@pytest.mark.parametrize("drag", [STOKES, pytest.param(CONTACT, marks=pytest.mark.slow)])
-def test_creep_ends_at_stress_over_modulus(tmp_path, packing, drag):
-    """A small stress is kept; the strain tends to that of the relaxed modulus."""
-    with DropletFlow(tmp_path, packing, "rate 0", drag) as flow:
-        residual = flow.run(0)["stress"]
-    added = 1e-6
-    settings = f"stress {residual + added:.17g} tolerance 1e-3 solver 1e-7 stop 5000"
-    with DropletFlow(tmp_path, packing, settings, drag) as flow:
-        last = flow.run()
-    assert last["stress"] - residual == pytest.approx(added, rel=1e-3)
-    assert added / last["strain"] == pytest.approx(jamlab.shear_modulus(packing), rel=3e-3)
-
-
-def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
-    def stress(drag):
-        with DropletFlow(tmp_path, packing, "rate 1e-2 solver 1e-9 longest 0.05", drag) as flow:
-            return flow.run(10)["viscous"]
-
-    assert stress("drag 1 1 0.999999999") == pytest.approx(stress("drag 1 1 1"), rel=1e-6)
 
 
 def test_an_edge_that_outgrows_the_cutoff_stops_the_run(tmp_path, packing):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from disk_flows import Flow, dense_flow, first_harmonic
+from disk_flows import Flow, first_harmonic
 
 import jamlab
 
@@ -61,57 +61,6 @@ def test_small_oscillations_have_the_modulus_of_the_frequency_domain(tmp_path, p
     assert abs(found - complex(expected.storage[0], expected.loss[0])) < 5e-4 * abs(found)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("n", [256, 1024])
-@pytest.mark.parametrize("beta", [1.0, 0.1])
-@pytest.mark.parametrize("pressure", [1e-2, 1e-3])
-def test_modulus_of_large_packings(tmp_path, n, beta, pressure):
-    """Slow relaxation goes on longer than the run: a drift, which `first_harmonic` takes off.
-
-    Without rattlers: those that just touch drag at any amplitude, and the frequency domain leaves them out. The
-    amplitude goes with the pressure: at 1e-3, a strain of 1e-5 opens a contact of 256 disks. The seed is one whose
-    packings have a modulus above 0, and contacts that such strains do not open.
-    """
-    packing = jamlab.pack(n=n, pressure=pressure, seed=4)
-    packing = packing.select(~jamlab.contacts(packing).rattlers)
-    frequencies = [1e-2, 3e-2, 0.1, 0.3, 1.0]
-    expected = jamlab.complex_modulus(packing, frequencies, jamlab.ContactDamping(beta=beta))
-    for k, omega in enumerate(frequencies):
-        cycles = min(2 + int(10 * expected.tau_star * omega / (2 * np.pi)), 12)
-        found = modulus(tmp_path, packing, omega, cycles, f"1 {beta}", 3e-4, 1e-3 * pressure)
-        assert abs(found - complex(expected.storage[k], expected.loss[k])) < 5e-4 * abs(found), omega
-
-
-@pytest.fixture(scope="module")
-def few():
-    return jamlab.pack(n=16, pressure=2e-2, seed=2)
-
-
-@pytest.mark.parametrize(
-    ("beta", "strain", "fine"),
-    [
-        (1.0, 0.3, 1),
-        pytest.param(1.0, 0.3, 4, marks=pytest.mark.slow),
-        pytest.param(0.0, 0.1, 16, marks=pytest.mark.slow),
-    ],
-)
-def test_large_strain_as_by_a_dense_integrator(tmp_path, few, beta, strain, fine):
-    """At rate 0.1: contacts open and close on the way, where both integrators are of first order."""
-    rate, rows = 0.1, int(50 * strain)
-    dense = dense_flow(few, rate, strain, 15 * fine * rows, beta)[:: 15 * fine]
-    settings = f"tolerance 1e-4 solver 1e-8 longest {0.002 / fine} stop {strain / rate / rows:.17g}"
-    with Flow(tmp_path, few, f"rate {rate} {settings}", f"1 {beta}") as flow:
-        found = [flow.run(0), *(flow.run() for _ in range(rows))]
-    stress = np.array([[row["elastic"], row["stress"]] for row in found])
-    assert len({row["contacts"] for row in found}) > 2
-    error = np.abs(stress - dense) / np.max(np.abs(dense), axis=0)
-    accuracy = 1e-3 / fine if beta > 0 else 1e-3  # without sliding drag, velocities jump by much more
-    assert np.max(error[:, 0]) < accuracy
-    assert np.median(error[:, 1]) < 1e-3 / min(
-        fine, 4
-    )  # it jumps at a new contact, a little sooner in one than in the other
-
-
 def test_work_is_stored_or_dissipated_and_errors_fall_as_the_cube_of_the_step(tmp_path, packing):
     """Up to a strain at which no contact has changed: there the flow is smooth."""
 
@@ -160,16 +109,6 @@ def test_what_rests_stays_at_rest_in_long_steps(tmp_path, packing):
         start, end = flow.run(0), flow.run()
         assert flow.lmp.extract_global("ntimestep") < 500
     assert end["energy"] == pytest.approx(start["energy"], rel=1e-12)
-
-
-def test_power_law_near_one_is_the_linear_law(tmp_path, packing):
-    """alpha = 1 takes another way through the solver than alpha = 1 - 1e-9."""
-
-    def stress(drag):
-        with Flow(tmp_path, packing, "rate 1e-2 solver 1e-10 longest 0.05", drag) as flow:
-            return flow.run(20)["stress"]
-
-    assert stress("1 1 alpha 0.999999999") == pytest.approx(stress("1 1"), rel=1e-7)
 
 
 def test_power_law_drag_balances_forces(tmp_path, packing):

@@ -42,8 +42,8 @@ def packing():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "on", 80),
-        pytest.param(2, "off", 80, marks=pytest.mark.slow),
+        (2, "on", 20),
+        *(pytest.param(2, newton, 80, marks=pytest.mark.slow) for newton in ("on", "off")),
         pytest.param(4, "on", 4, marks=pytest.mark.slow),
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
     ],
@@ -51,7 +51,7 @@ def packing():
 def test_the_flow_is_the_same_on_any_number_of_ranks(tmp_path, packing, ranks, newton, steps):
     alone = flow(tmp_path, packing, 1, "on", steps)
     found = flow(tmp_path, packing, ranks, newton, steps)
-    assert steps == 4 or found["strain"] > 0.1
+    assert steps < 80 or found["strain"] > 0.1
     for name in set(COLUMNS) - {"iterations", "last_iterations"}:
         assert found[name] == pytest.approx(alone[name], rel=1e-6), name
 
@@ -66,7 +66,7 @@ def droplets():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "off", 8),
+        (2, "off", 3),
         pytest.param(2, "off", 45, marks=pytest.mark.slow),
         pytest.param(2, "on", 45, marks=pytest.mark.slow),
         pytest.param(1, "off", 45, marks=pytest.mark.slow),

@@ -20,7 +20,7 @@ from jamlab.estimates.ensemble_way import default_way
 from jamlab.estimates.model_choice import errors_of, expected_error, list_records
 from jamlab.estimates.way_table import QUANTUM, read_ways
 from jamlab.statistics.confidence import between
-from jamlab.studies.least_model.estimate_table import make_table
+from jamlab.studies.least_model import make_table
 from jamlab.studies.reference_data import reference_tables
 
 FOLDER = Path(__file__).parent

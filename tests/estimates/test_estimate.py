@@ -17,7 +17,7 @@ from jamlab.estimates.estimate import Stop, sample
 from jamlab.estimates.options import Why
 from jamlab.estimates.way_table import WayRecord, difference, read_ways
 from jamlab.statistics.confidence import bend, between
-from jamlab.studies.least_model.estimate_table import make_table
+from jamlab.studies.least_model import make_table
 
 LEVELS = np.array([0.84, 0.86, 0.88, 0.90, 0.92, 0.94])
 DISKS = EnsembleWay("disks", 64)
@@ -238,7 +238,7 @@ def test_a_table_goes_on_where_it_stands(tmp_path, monkeypatch):
     """Seeds that a table has are not made again, whether its rows or only the packed file are left."""
     packed = resources.files("jamlab.estimates").joinpath("ways.csv.gz").read_bytes()
     (tmp_path / "ways.csv.gz").write_bytes(packed)
-    monkeypatch.setattr("jamlab.studies.least_model.estimate_table.find_onset", None)  # nothing is made
+    monkeypatch.setattr("jamlab.studies.least_model.find_onset", None)  # nothing is made
     for _ in range(2):
         made = make_table(tmp_path / "ways.csv.gz", range(20_001, 20_011))
         assert made.keys() == read_ways().keys()

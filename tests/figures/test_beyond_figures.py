@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from drawn_figures import drawn
 
-from jamlab.campaign.own_observables import load_function
+from jamlab.campaign.observable import load_function
 from jamlab.errors import InputError
 from jamlab.geometry.packing_fraction import shared_fraction
 from jamlab.geometry.voids.voids import PLATEAU_BORDER

@@ -11,8 +11,16 @@ import shapely
 
 import jamlab
 from jamlab.figures.explorer import write_page as page
-from jamlab.figures.explorer.observables import observe, strains
-from jamlab.figures.explorer.states import STEPS, affine_part, displacements, pack_state, shear_between, unflipped_box
+from jamlab.figures.explorer.states import (
+    STEPS,
+    affine_part,
+    displacements,
+    observe,
+    pack_state,
+    shear_between,
+    strains,
+    unflipped_box,
+)
 from jamlab.geometry.rims import rim_overlaps, rims
 from jamlab.packing.deformation import at_phi, deformed, sheared
 from jamlab.studies.reference_data import example_file

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from matplotlib.figure import Figure
 
-from jamlab.figures import geometry_pictures as geometry_figures
+from jamlab.figures import packing_pictures as geometry_figures
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.voids.voids import void_paths, voids
 from jamlab.packing.packing import Packing

@@ -16,8 +16,7 @@ from bare_pictures import HERE, bare, both, picture, state
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.figures.geometry_pictures import draw_cells, draw_overlaps, draw_voids
-from jamlab.figures.packing_pictures import draw_packing, modulus_figure
+from jamlab.figures.packing_pictures import draw_cells, draw_overlaps, draw_packing, draw_voids, modulus_figure
 from jamlab.packing.deformation import at_phi
 from jamlab.rheology.mean_spectrum import Spectra
 from jamlab.studies import gallery

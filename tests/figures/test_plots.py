@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 import jamlab
-from jamlab.campaign.table_plot import draw_means
+from jamlab.campaign.tables import draw_means
 from jamlab.flow.quasistatic_shear import QuasistaticShear
 from jamlab.packing.deformation import at_phi
 from jamlab.statistics.power_laws import FiniteSize, finite_size, power_law
@@ -31,7 +31,7 @@ assert "matplotlib" not in sys.modules
 import matplotlib
 matplotlib.use("svg")
 from matplotlib.figure import Figure
-import jamlab.figures.geometry_pictures
+import jamlab.figures.packing_pictures
 for thing in (p, network, voids):
     thing.plot(Figure().subplots())
 assert "matplotlib.pyplot" not in sys.modules and matplotlib.get_backend() == "svg"

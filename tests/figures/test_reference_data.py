@@ -17,8 +17,8 @@ from jamlab.errors import InputError, StorageError
 from jamlab.studies import gallery
 from jamlab.studies.claims import SUMMARY, Verdict, first_line
 from jamlab.studies.ensemble_tables import COUNTS, NAMES, EnsembleTables
-from jamlab.studies.page import write_files
 from jamlab.studies.reference_data import combine, pack, read_folder, read_record, reference_tables, save
+from jamlab.studies.study import write_files
 
 
 def test_reference_tables_give_the_same_figures(tmp_path):

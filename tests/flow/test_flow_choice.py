@@ -26,7 +26,7 @@ from jamlab.estimates.flow_errors import (
 from jamlab.estimates.options import Why
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from jamlab.studies.least_model import flow_errors as measurement
+from jamlab.studies import least_model as measurement
 
 FILM = jamlab.ContactDamping(alpha=0.5)
 AT = Flow("oscillation", 1.0, 1.0, 1.0)
@@ -305,5 +305,5 @@ def test_the_study_measures_rows_of_the_table(packing, monkeypatch):
     """Each part at the conditions that it names; a condition that no run reaches has no row."""
     flows = [Flow("oscillation", 1.0, 1.0, 1e-3), Flow("oscillation", 0.5, 1e-6, 1e-3)]
     monkeypatch.setitem(measurement._PARTS, CHECK, lambda seed: (packing, flows))
-    (row,) = measurement._rows(CHECK, 101)
+    (row,) = measurement._rows_of_part(CHECK, 101)
     assert row.keys() == set(COLUMNS) and row["error"] < 0.01 and row["pressure"] == pytest.approx(1e-2, rel=1e-5)

@@ -76,12 +76,6 @@ def test_area_ratio_of_half_a_disk_and_its_mean_is_rho_over_phi(sp_dense):
     assert jamlab.area_ratios(sp_dense) @ weights == pytest.approx(jamlab.packing_fraction(sp_dense) / sp_dense.phi)
 
 
-def test_disks_have_no_edges(sp_dense):
-    for function in (jamlab.contact_lengths, jamlab.edge_lengths):
-        with pytest.raises(jamlab.InputError, match="model sp"):
-            function(sp_dense)
-
-
 def test_stress_from_centroids_is_that_of_all_terms(dp_dense):
     """At equilibrium (1/A) sum F_mn (R_m - R_n) over contacts equals the virial of contacts, tension and area."""
     from jamlab.geometry.vertex_contacts import vertex_contacts

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 import jamlab
-from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers
+from jamlab.geometry.contact_network import contacts_are_certain, find_meetings, find_rattlers, without_rattlers
+from jamlab.geometry.power_cells import disk_cells
+from jamlab.geometry.rims import rims
 from jamlab.geometry.vertex_contacts import touching_disks
+from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.mechanics.energy_terms import energy_terms
 from jamlab.mechanics.force_network import force_network
 
@@ -21,8 +24,16 @@ def test_disks_that_touch_are_those_of_a_loop(random_disks, touching, tilt):
 
 
 def test_droplets_are_no_disks(dp_onset):
-    with pytest.raises(jamlab.InputError, match="model dp"):
-        touching_disks(dp_onset)
+    said = {touching_disks: "model dp", disk_cells: "model dp", jamlab.slow_shear: "use a packing of model sp"}
+    for function, message in said.items():
+        with pytest.raises(jamlab.InputError, match=message):
+            function(dp_onset)
+
+
+@pytest.mark.parametrize("function", [jamlab.contact_lengths, jamlab.edge_lengths, rims, trace_polygons])
+def test_disks_have_no_outlines(sp_jammed, function):
+    with pytest.raises(jamlab.InputError, match="model sp"):
+        function(sp_jammed)
 
 
 @pytest.mark.parametrize("make", ["disks", "polygons", "spanning"])
@@ -83,3 +94,8 @@ def test_a_contact_is_uncertain_while_rounding_may_open_or_close_it(gap, certain
     p = p.with_state(provenance={"rounding": rounding})
     assert contacts_are_certain(p) == certain
     assert np.isnan(jamlab.measure(p, ["rattlers"])["rattlers"]) != certain
+
+
+def test_a_packing_of_rattlers_leaves_nothing_without_them(random_disks):
+    with pytest.raises(jamlab.InputError, match="rattler"):
+        without_rattlers(random_disks(phi=0.01))

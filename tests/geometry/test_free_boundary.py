@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from packings_by_hand import droplets
 from random_packings import disks, polygons
 from tiled_packings import tiled
@@ -16,7 +16,6 @@ from jamlab.geometry.voids.polygon_boundary import trace_disks, trace_polygons
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.packing import Packing
 
-FEW = settings(max_examples=25, deadline=None)
 TURN = 2 * np.pi
 
 
@@ -52,7 +51,6 @@ def on_a_piece(pieces, point):
 
 
 @given(polygons())
-@FEW
 def test_free_pieces_are_a_rim_away_from_all_polygons_and_nothing_else_is(packing):
     try:
         pieces = trace_polygons(packing).pieces
@@ -73,7 +71,6 @@ def test_free_pieces_are_a_rim_away_from_all_polygons_and_nothing_else_is(packin
 
 
 @given(disks(most=8))
-@FEW
 def test_free_arcs_and_cuts_that_overlap_are_those_of_a_loop(packing):
     near, radius = touching_disks(packing), 0.5 * packing.diameters
     cells = disk_cells(packing)
@@ -101,7 +98,6 @@ def test_free_arcs_and_cuts_that_overlap_are_those_of_a_loop(packing):
 
 
 @given(disks() | polygons())
-@FEW
 def test_voids_are_sums_over_their_pieces(packing):
     try:
         found = voids(packing)

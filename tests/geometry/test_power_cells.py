@@ -5,11 +5,9 @@ import pytest
 import shapely
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from packings_by_hand import HEXAGONAL, LARGE, disks
+from packings_by_hand import HEXAGONAL, disks
 
-from jamlab.errors import InputError
 from jamlab.geometry.power_cells import disk_cells
-from jamlab.packing.packing import Packing
 
 
 def segment(radius, height):
@@ -149,13 +147,6 @@ def test_nearly_coincident_radical_lines_are_counted_once(shift):
         cells = disk_cells(disks(centres[order], diameters[order]))
         outer = disk_cells(disks(centres[::2], diameters[::2]))
         np.testing.assert_allclose(cells.area.sum(), outer.area.sum(), atol=1e-9)
-
-
-def test_polygons_are_refused():
-    ring = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    law = {"gamma": 0.1, "ka": 1.0, "eps": 1.0, "delta": 0.1, "eta": 0.0, "contact": "outline", "a0": [0.5]}
-    with pytest.raises(InputError, match="model dp"):
-        disk_cells(Packing("dp", LARGE, ring, law, offsets=[0, 3]))
 
 
 # independent checks ---------------------------------------------------------------------------------------------------

@@ -6,10 +6,8 @@ import shapely
 from packings_by_hand import ANGLE, SQUARE, capsule_unions
 from packings_by_hand import droplets as polygons
 
-from jamlab.errors import InputError
 from jamlab.geometry.rims import rim_overlaps, rims, shared_areas
 from jamlab.packing.free_droplet import regular_polygon
-from jamlab.packing.packing import Packing
 
 
 def dense_packing(seed, noise=0.03, dent=0.0, delta=0.25, side=4):
@@ -114,8 +112,3 @@ def test_shares_do_not_depend_on_origin_image_order_or_lattice_vectors():
     moved = [ring + rng.integers(-2, 3, 2) @ packing.box + [0.3, 0.7] for ring in rings]
     other = polygons([moved[k] for k in order], 0.25, packing.box + np.outer([0, 3], packing.box[0]))
     np.testing.assert_allclose(shared_areas(other), shares[order], rtol=1e-10)
-
-
-def test_disks_have_no_rims():
-    with pytest.raises(InputError, match="model sp"):
-        rims(Packing("sp", np.eye(2), np.zeros((1, 2)), {"eps": 1.0}, diameters=[0.5]))

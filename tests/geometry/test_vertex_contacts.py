@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from random_packings import polygons
 
 import jamlab
@@ -72,7 +72,6 @@ def named(packing, form):
 
 
 @given(polygons())
-@settings(max_examples=40, deadline=None)
 def test_meetings_are_those_of_a_loop(packing):
     form = packing.params["contact"]
     found, wanted = vertex_contacts(packing), named(packing, form)

@@ -7,14 +7,12 @@ from packings_by_hand import ANGLE, SQUARE, capsule_unions
 from packings_by_hand import droplets as polygons
 
 import jamlab
-from jamlab.errors import BoundaryError, InputError
+from jamlab.errors import BoundaryError
 from jamlab.geometry.contact_network import without_rattlers
 from jamlab.geometry.packing_fraction import exact_method, packing_fraction
 from jamlab.geometry.particle_shape import particle_areas
-from jamlab.geometry.voids.polygon_boundary import trace_polygons
 from jamlab.geometry.voids.voids import voids
 from jamlab.packing.free_droplet import regular_polygon
-from jamlab.packing.packing import Packing
 
 
 def uncovered(packing, steps):
@@ -143,8 +141,3 @@ def test_polygon_inside_another_is_refused():
     with pytest.raises(BoundaryError, match="particle 1 lies inside particle 0"):
         voids(packing)
     np.testing.assert_allclose(packing_fraction(packing), (16 + 16 * 0.05 + np.pi * 0.0025) / 400, rtol=1e-2)
-
-
-def test_disks_have_no_outlines():
-    with pytest.raises(InputError, match="model sp"):
-        trace_polygons(Packing("sp", np.eye(2), np.zeros((1, 2)), {"eps": 1.0}, diameters=[0.5]))

@@ -60,19 +60,6 @@ def assert_same(a, b):
 # what goes in comes out -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("make", [disks, polygons])
-def test_every_frame_comes_back_bit_for_bit(tmp_path, make):
-    frames = sweep(make)
-    write(tmp_path / "run.h5", frames)
-    assert_same(read(tmp_path / "run.h5"), frames[-1])
-    for k in (0, 1, 2, -3, -2):
-        assert_same(read(tmp_path / "run.h5", frame=k), frames[k])
-    everything = read_all(tmp_path / "run.h5")
-    assert len(everything) == 3
-    for a, b in zip(everything, frames, strict=True):
-        assert_same(a, b)
-
-
 def test_numbers_at_the_edge_of_float64_keep_their_bits(tmp_path):
     positions = np.array([[-0.0, 5e-324], [1e9, -1e-308], [np.nextafter(1, 2), 0.1 + 0.2]])
     packing = Packing("sp", [[1.0, 0.0], [-0.0, 1.0]], positions, {"eps": 0.1 + 0.2}, diameters=np.ones(3))

@@ -3,7 +3,6 @@
 import os
 from dataclasses import replace
 
-import MDAnalysis
 import numpy as np
 import pytest
 
@@ -165,38 +164,6 @@ def test_beyond_64_sizes_types_are_classes_and_files_hold_the_diameter_of_each_d
     write_dump(tmp_path / "p.dump", [given])
     for name in ("p.data", "p.dump"):
         assert (jamlab.read(tmp_path / name).diameters == given.diameters).all()
-
-
-@pytest.mark.filterwarnings("ignore:Guessed all Masses to 1.0:UserWarning")
-@pytest.mark.filterwarnings("ignore:Reader has no dt information:UserWarning")
-@pytest.mark.parametrize("make", [disks, polygons])
-def test_mdanalysis_reads_the_dump(tmp_path, make):
-    frames = [make(tilt, seed) for seed, tilt in enumerate(TILTS)]
-    write_dump(tmp_path / "run.dump", frames)
-    columns = ["mol", "type"] + (["radius"] if make is disks else [])
-    universe = MDAnalysis.Universe(
-        str(tmp_path / "run.dump"), topology_format="LAMMPSDUMP", format="LAMMPSDUMP", additional_columns=columns
-    )
-    assert len(universe.trajectory) == len(frames)
-    for packing, step in zip(frames, universe.trajectory, strict=True):
-        np.testing.assert_allclose(step.positions[:, :2], packing.positions, atol=2e-6)
-        np.testing.assert_allclose(step.triclinic_dimensions[:2, :2], packing.box, atol=1e-5)
-        assert (step.data["mol"] == packing.particle + 1).all()
-        assert (step.data["type"] == types(packing).types[packing.particle]).all()
-        if make is disks:
-            assert (step.data["radius"] == packing.diameters / 2).all()
-
-
-def test_dump_has_the_same_doubles(tmp_path):
-    packing = disks(1 / 3)
-    write_dump(tmp_path / "run.dump", [packing, packing])
-    lines = (tmp_path / "run.dump").read_text().splitlines()
-    assert len(lines) == 2 * (9 + packing.n)
-    assert [lines[1], lines[10 + packing.n]] == ["0", "1"]
-    assert lines[4] == "ITEM: BOX BOUNDS xy xz yz pp pp pp"
-    assert [float(word) for word in lines[5].split()] == [0.0, LX + 1 / 3, 1 / 3]
-    numbers = np.array([line.split()[3:5] for line in lines[9 : 9 + packing.n]], dtype=np.float64)
-    assert numbers.tobytes() == packing.positions.tobytes()
 
 
 def test_dump_frames_have_one_size(tmp_path):

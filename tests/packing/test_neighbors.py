@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import vesin
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from jamlab.errors import InputError
@@ -168,7 +168,6 @@ def test_points_too_far_away_are_refused():
 
 
 @given(scenes())
-@settings(max_examples=60, deadline=None)
 def test_pairs_are_those_of_vesin(scene):
     """Another neighbour list, that of a library: all images in small and tilted boxes, float64 vectors."""
     points, _, box, cutoff = scene

@@ -12,17 +12,16 @@ from jamlab.studies import gallery
 from jamlab.studies.cost.chart import write_charts
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.failure.map import write_maps
-from jamlab.studies.page import Page, write_page
 from jamlab.studies.reference_data import example_sections
 from jamlab.studies.registry import CHARTS, MAPS
-from jamlab.studies.study import Shown
+from jamlab.studies.study import Page, Shown, write_page
 
 
 @pytest.fixture(scope="module")
 def figures_page(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
     made_up = EnsembleTables(lambda name: paper_tables.TABLES[name]())
-    gallery.write_all(["baumgarten-5", "boromand-10", "tables"], made_up, folder, opening=example_sections())
+    gallery.write_all(["baumgarten-5", "tables"], made_up, folder, opening=example_sections())
     return folder / gallery.PAGE
 
 
@@ -64,9 +63,9 @@ def test_nothing_is_cut_and_nothing_is_loaded(browser, request, page, width):
 
 def test_pictures_come_before_verdicts_and_links_lead_to_them(browser, figures_page):
     browser.open(figures_page)
-    assert len(shown(browser, "section figure img")) == 3
+    assert len(shown(browser, "section figure img")) == 2
     links = browser.run("return [...document.querySelectorAll('nav a')].map(a => a.getAttribute('href'))")
-    assert len(links) == 2 + 3
+    assert len(links) == 2 + 2
     for link in links[2:]:
         order = browser.run("return [...document.querySelector(values[0]).children].map(e => e.tagName)", link)
         assert order == ["H2", "FIGURE", "TABLE"]
@@ -80,7 +79,7 @@ def test_rows_are_chosen_by_their_verdict(browser, figures_page):
         label.click()
         rows = shown(browser, "tr[data-mark]")
         assert len(rows) == count and all(mark in row for row in rows)
-        assert 0 < len(shown(browser, "main > section figure img")) <= 3
+        assert 0 < len(shown(browser, "main > section figure img")) <= 2
     browser.element(".filter label").click()
     assert shown(browser, "tr[data-mark]") == everything
 

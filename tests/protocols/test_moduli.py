@@ -227,10 +227,15 @@ def test_strain_is_halved_until_no_contact_changes():
 # small boxes and other lengths ----------------------------------------------------------------------------------------
 
 
+@pytest.fixture(scope="module")
+def onset():
+    return jamlab.jam(n=16, seed=1)
+
+
 @pytest.mark.parametrize("scale", [1e-6, 1e3, 1e6])
-def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length(scale):
+def test_a_packing_at_onset_is_at_rest_in_any_unit_of_length(onset, scale):
     """Forces are compared with pressure times size; what is not at rest is not at rest in any unit either."""
-    p = jamlab.jam(n=16, seed=1)
+    p = onset
 
     def scaled(q):
         return q.with_state(positions=scale * q.positions, box=scale * q.box, diameters=scale * q.diameters)

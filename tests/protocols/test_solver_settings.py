@@ -58,11 +58,9 @@ def test_newton_steps_near_a_minimum_are_those_asked_for():
         assert relax(session, near=True).newton_steps > 0
 
 
-def test_droplets_relax_without_lbfgs_steps_as_well():
-    droplets = next(jamlab.compress(jamlab.jam("dp", n=8, seed=1), 0.9, 0.1))
-    moved = droplets.with_state(
-        positions=droplets.positions + 1e-4 * np.random.default_rng(1).normal(size=droplets.positions.shape)
-    )
+def test_droplets_relax_without_lbfgs_steps_as_well(dp_dense):
+    push = 1e-4 * np.random.default_rng(1).normal(size=dp_dense.positions.shape)
+    moved = dp_dense.with_state(positions=dp_dense.positions + push)
     with Session(moved) as session:
         assert relax(session).newton_steps == 0
     with Session(moved) as session:  # Newton and FIRE steps help out

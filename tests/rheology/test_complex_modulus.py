@@ -14,7 +14,7 @@ from jamlab.rheology.complex_modulus import METHODS
 from jamlab.rheology.equation_of_motion import equation_of_motion
 from jamlab.rheology.slow_and_fast_limits import find_limits
 
-OMEGA = np.logspace(-12, 4, 17)
+OMEGA = np.logspace(-12, 4, 9)
 SOLVERS = METHODS[1:]
 LAWS = [
     ContactDamping(beta=1.0),
@@ -35,6 +35,11 @@ def packings():
 @pytest.fixture(params=[1e-2, 1e-4, 1e-6])
 def packing(packings, request):
     return packings[request.param]
+
+
+@pytest.fixture(scope="module", params=[1e-2, 1e-5])
+def large(request):
+    return jamlab.pack(n=256, pressure=request.param, seed=2)
 
 
 def relative(got, wanted):
@@ -98,8 +103,8 @@ def eliminated(motion, omega):
 @pytest.mark.parametrize(
     ("case", "beta"),
     [
-        pytest.param((n, p), beta, marks=() if n == 16 or (p == 1e-6 and beta in (1e-8, 1e8)) else pytest.mark.slow)
-        for n, p in [(16, 1e-2), (64, 1e-2), (64, 1e-6)]
+        pytest.param((n, p), beta, marks=() if n == 16 else pytest.mark.slow)
+        for n, p in [(16, 1e-2), (16, 1e-6), (64, 1e-2), (64, 1e-6)]
         for beta in [1e-8, 1e-4, 1e2, 1e4, 1e6, 1e8]
     ],
 )
@@ -136,11 +141,9 @@ def test_estimates_cover_the_error_of_uneven_drag_between_droplets(dp_dense, bet
 
 
 @pytest.mark.parametrize("law", LAWS[:1] + LAWS[4:], ids=str)
-@pytest.mark.parametrize("pressure", [1e-2, 1e-5])
-def test_reduced_equals_direct(law, pressure):
+def test_reduced_equals_direct(law, large):
     """In packings that the dense solver is not needed for; far fewer lines than modes."""
-    p = jamlab.pack(n=512, pressure=pressure, seed=2)
-    reduced, direct = (jamlab.complex_modulus(p, OMEGA[::2], law, method=m) for m in ("reduced", "direct"))
+    reduced, direct = (jamlab.complex_modulus(large, OMEGA, law, method=m) for m in ("reduced", "direct"))
     error = relative(modulus(reduced), modulus(direct))
     assert error.max() < 1e-8
     assert np.all(error < 10 * (reduced.error + direct.error))
@@ -174,8 +177,7 @@ def test_limits(packing, law, prestress):
 
 
 @pytest.mark.parametrize("method", SOLVERS)
-@pytest.mark.parametrize("tau", [1.0, 3.0])
-def test_eq_18_is_exact(packing, method, tau):
+def test_eq_18_is_exact(packing, method, tau=3.0):
     """Without damping of sliding and pre-stress: G* = G_0 (1 + i omega tau)."""
     s = jamlab.complex_modulus(packing, OMEGA, ContactDamping(beta=0.0, tau=tau), prestress=False, method=method)
     assert s.storage == pytest.approx(s.g0, rel=1e-10)

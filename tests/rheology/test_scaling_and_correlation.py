@@ -48,11 +48,6 @@ def test_sliding_grows_and_approach_fades_towards_onset():
     assert near.median_nonaffine > 1.7 * far.median_nonaffine
 
 
-def test_slow_shear_is_for_disks(dp_onset):
-    with pytest.raises(jamlab.InputError, match="use a packing of model sp"):
-        jamlab.slow_shear(dp_onset)
-
-
 # correlation ----------------------------------------------------------------------------------------------------------
 
 

@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 import jamlab
 from jamlab.figures.html_page import TextTable
-from jamlab.studies.page import Page, write_page
-from jamlab.studies.study import Shown
+from jamlab.studies.study import Page, Shown, write_page
 
 PAGE = Page("all", "Title", lambda claims: "Lead.")
 

@@ -2,6 +2,7 @@
 
 import json
 
+import campaigns
 import pytest
 from commands import call
 
@@ -80,7 +81,15 @@ def test_what_is_no_study_is_refused_and_not_listed(tmp_path, text, said):
 
 def test_all_that_ships_is_one_list(tmp_path):
     known = studies(tmp_path)
-    assert {*CHARTS, *MAPS, *gallery.FIGURES, "comparison", "size-scaling", "droplet-calibration"} == set(known)
+    assert {
+        *CHARTS,
+        *MAPS,
+        *gallery.FIGURES,
+        "comparison",
+        "size-scaling",
+        "droplet-calibration",
+        "polydispersity",
+    } == set(known)
     assert all(study.title and name == study.name for name, study in known.items())
     done = call(tmp_path, "study", "plan", "weather")
     assert done.exit_code == 1 and "weather" in done.stderr and "boromand-6" in done.stderr
@@ -97,9 +106,11 @@ def test_a_figure_is_planned_by_its_campaign_and_drawn_from_what_ships(tmp_path)
         studies()["droplet-calibration"].draw()
 
 
-def test_packings_of_a_campaign_are_added_to_tables(full, tmp_path):
+def test_packings_of_a_campaign_are_added_to_tables(tmp_path):
+    campaign = jamlab.open_campaign(campaigns.written(tmp_path / "c.toml", n=8, seeds=1, compress=None, onset=True))
+    campaigns.run_here(campaign)
     for commit in ("one", "two"):
-        done = call(tmp_path, "study", "add", full.file, "--out", "tables", "--commit", commit)
+        done = call(tmp_path, "study", "add", campaign.file, "--out", "tables", "--commit", commit)
         assert done.exit_code == 0, done.stderr
     record = json.loads((tmp_path / "tables" / "reference.json").read_text())
     assert [run["commit"] for run in record["runs"]] == ["one", "two"]

@@ -16,7 +16,7 @@ from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, default_vertices, 
 from jamlab.estimates.estimate import sample
 from jamlab.estimates.way_table import N, read_ways, scatter
 from jamlab.statistics.confidence import STANDARD_ERRORS
-from jamlab.studies.least_model.estimate_table import FEW_VERTICES
+from jamlab.studies.least_model import FEW_VERTICES
 
 POOL_LEVELS = (0.845, 0.855, 0.87, 0.88, 0.89, 0.91, 0.93, 0.95, 0.97)  # half-way between those of the table
 POOL_SEEDS = range(60_001, 60_151)

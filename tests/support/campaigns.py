@@ -7,8 +7,8 @@ import sys
 
 from jamlab.campaign.driver import remaining_tasks, run_task
 from jamlab.campaign.file import read_campaign_file
+from jamlab.campaign.plan import wanted_batches
 from jamlab.campaign.states import StoredStates
-from jamlab.campaign.status import wanted_batches
 from jamlab.campaign.tasks import batches
 from jamlab.processes.child import child_environment
 

@@ -1,4 +1,4 @@
-"""Disks in LAMMPS under the plugin's fix overdamped, and the same flow by plain loops and dense matrices."""
+"""Disks in LAMMPS under the plugin's fix overdamped, the same flow by plain loops, and the harmonics of its stress."""
 
 from typing import Any
 
@@ -81,12 +81,11 @@ def touching(x: np.ndarray, box: np.ndarray, diameters: np.ndarray) -> list[tupl
     return found
 
 
-def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> tuple:
-    """Non-affine velocities (n, 2), elastic and whole shear stress, from dense B and F; units "k" with k = tau = 1."""
+def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, rate: float, beta: float) -> np.ndarray:
+    """Velocities (n, 2) in shear without mass, from dense B and F; units "k" with k = tau = 1."""
     n, d = packing.n, packing.diameters
-    contacts = touching(x, box, d)
-    rows, push, affine, arms = [], [], [], []
-    for i, j, r in contacts:
+    rows, push, affine = [], [], []
+    for i, j, r in touching(x, box, d):
         distance = np.hypot(*r)
         for direction, drag in ((r / distance, 1.0), (np.array([-r[1], r[0]]) / distance, beta)):
             row = np.zeros(3 * n)
@@ -97,38 +96,27 @@ def dense_velocities(packing: jamlab.Packing, x: np.ndarray, box: np.ndarray, ra
             rows.append(np.sqrt(drag) * row)
             affine.append(np.sqrt(drag) * rate * r[1] * direction[0])
             push.append(0.0 if sliding else 0.5 * (d[i] + d[j]) - distance)
-            arms.append(r[1] * direction[0])
-    rows, affine, push = np.array(rows), np.array(affine), np.array(push)
     # rows^T (rows u + affine) = rows^T push, the shortest u: the drag of approach has weight 1, as the force
-    u = np.linalg.lstsq(rows.T @ rows, rows.T @ (push - affine), rcond=1e-10)[0]
-    scale = np.tile([1.0, np.sqrt(beta)], len(contacts))
-    forces = np.column_stack([-push, scale * (rows @ u + affine) - push])
-    return u[: 2 * n].reshape(n, 2), np.array(arms) @ forces / abs(np.linalg.det(box))
+    matrix = np.array(rows)
+    u = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ (np.array(push) - affine), rcond=1e-10)[0]
+    return u[: 2 * n].reshape(n, 2) + rate * np.column_stack([x[:, 1], np.zeros(n)])
 
 
-def dense_flow(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float = 1.0) -> np.ndarray:
-    """(steps + 1, 2) elastic and whole shear stress up to a strain."""
-    return dense_path(packing, rate, strain, steps, beta)[1]
-
-
-def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> tuple:
-    """Positions at the strain, and the stresses up to it: Runge and Kutta's steps of fourth order."""
+def dense_path(packing: jamlab.Packing, rate: float, strain: float, steps: int, beta: float) -> np.ndarray:
+    """Positions at the strain, by Runge and Kutta's steps of fourth order."""
     dt = strain / rate / steps
 
-    def velocity(x: np.ndarray, time: float) -> tuple:
+    def velocity(x: np.ndarray, time: float) -> np.ndarray:
         box = packing.box + np.array([[0.0, 0.0], [rate * time * packing.box[1, 1], 0.0]])
-        u, stress = dense_velocities(packing, x, box, rate, beta)
-        return u + rate * np.column_stack([x[:, 1], np.zeros(packing.n)]), stress
+        return dense_velocities(packing, x, box, rate, beta)
 
-    x, stresses = packing.positions.copy(), []
+    x = packing.positions.copy()
     for time in dt * np.arange(steps):
-        first, stress = velocity(x, time)
-        stresses.append(stress)
-        second, _ = velocity(x + 0.5 * dt * first, time + 0.5 * dt)
-        third, _ = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
-        fourth, _ = velocity(x + dt * third, time + dt)
-        x = x + dt / 6 * (first + 2 * second + 2 * third + fourth)
-    return x, np.array([*stresses, velocity(x, strain / rate)[1]])
+        first = velocity(x, time)
+        second = velocity(x + 0.5 * dt * first, time + 0.5 * dt)
+        third = velocity(x + 0.5 * dt * second, time + 0.5 * dt)
+        x = x + dt / 6 * (first + 2 * second + 2 * third + velocity(x + dt * third, time + dt))
+    return x
 
 
 def first_harmonic(time: np.ndarray, stress: np.ndarray, omega: float) -> complex:

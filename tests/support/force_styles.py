@@ -218,7 +218,7 @@ class Disks:
     def flow(self) -> State:
         """A short time of shear without mass, by steps of Runge and Kutta; without mass, LAMMPS' velocities are 0."""
         packing = jamlab.Packing("sp", self.box, self.state.x, {"k": 1.0}, "k", self.diameters)
-        x, _ = dense_path(packing, RATE, RATE * FLOWN, 2, BETA)
+        x = dense_path(packing, RATE, RATE * FLOWN, 2, BETA)
         return State(x, np.zeros_like(x), self.box)
 
     def write(self, folder: Path) -> None:

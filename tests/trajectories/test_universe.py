@@ -5,7 +5,7 @@ import pickle
 import MDAnalysis
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from wandering_packings import assert_same, disks, polygons
 
@@ -29,7 +29,6 @@ def noisy(test):
 
 @pytest.mark.parametrize("make", [disks, lambda seed, tilt: disks(seed, tilt, "k"), polygons])
 @given(seed=st.integers(0, 10**6), tilts=st.lists(st.sampled_from(TILTS), min_size=1, max_size=3))
-@settings(max_examples=25, deadline=None)
 def test_a_universe_gives_the_packings_back(make, seed, tilts):
     written = [make(seed, 0.0).with_state(box=[[10 / 3, 0.0], [tilt, 29 / 9.9]]) for tilt in tilts]
     read = jamlab.from_universe(jamlab.universe(written))

@@ -3,6 +3,8 @@
 One page holds states of the same particles, in the same units, and not too much of them.
 """
 
+from __future__ import annotations
+
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,9 +20,9 @@ from numpy.typing import ArrayLike
 
 from jamlab.checks import checked
 from jamlab.errors import InputError
-from jamlab.figures.explorer.observables import along, curves, observe, stored_columns, strains, unit_labels
-from jamlab.figures.explorer.states import pack_state
+from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
+from jamlab.packing.packing_plot import bar_colours, has_many_sizes, particle_sizes, size_colours
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import FilePath, versions
@@ -194,9 +196,8 @@ def explorer_assets() -> Markup:
 
 
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What all states share, and the numbers of each."""
     first = packings[0]
-    sizes = np.asarray(first.diameters if first.diameters is not None else first.params["a0"])
+    sizes = particle_sizes(first)
     return {
         "model": first.model,
         "n": first.n,
@@ -205,14 +206,26 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
         "radii": None if first.diameters is None else (0.5 * first.diameters).tolist(),
         "extent": _extent(packings),
         "large": (sizes > sizes.mean()).tolist(),
+        "sizes": _size_colours(first) if has_many_sizes(first) else None,
         "along": asdict(along(packings)),
         "curves": [asdict(quantity) for quantity in curves(first)],
         "rows": rows,
     }
 
 
+def _size_colours(packing: Packing) -> dict[str, Any]:
+    """Colours of more sizes than two: of every particle, and of a bar from the smallest to the largest."""
+    sizes = particle_sizes(packing)
+    return {
+        "name": "diameter" if packing.diameters is not None else "√a₀",
+        "values": sizes.tolist(),
+        "colours": size_colours(packing).tolist(),
+        "bar": bar_colours(),
+        "ends": [float(sizes.min()), float(sizes.max())],
+    }
+
+
 def _extent(packings: list[Packing]) -> list[float]:
-    """Width and height that hold the cell of every state."""
     boxes = np.array([packing.box for packing in packings])
     return [float((boxes[:, 0, 0] + np.abs(boxes[:, 1, 0])).max()), float(boxes[:, 1, 1].max())]
 
@@ -228,7 +241,6 @@ def _describe(packing: Packing) -> str:
 
 
 def _facts(first: Packing, last: Packing) -> dict[str, str]:
-    """How it was made."""
     law = {name: value for name, value in last.params.items() if name != "a0"}
     facts = {"force law": ", ".join(f"{name} = {value}" for name, value in law.items())}
     if last.onset is not None:

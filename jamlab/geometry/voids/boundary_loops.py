@@ -23,55 +23,33 @@ _chain_loops = kernel("chain_loops", INTEGER, INTEGERS, INTEGERS, INTEGERS, INTE
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of a boundary, straight (radius 0) or circular, not yet chained.
+    """Pieces of a boundary, straight (radius 0) or circular, not yet chained."""
 
-    Attributes:
-        particle: (k,) int64, particle that each piece belongs to.
-        start, end: (k, 2) end points.
-        centre: (k, 2) of the circle; of a straight piece its middle.
-        radius: (k,) of the circle; 0 for a straight piece.
-        begin: (k,) angle at which a circular piece begins; it runs counter-clockwise.
-        angle: (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece.
-    """
-
-    particle: Indices
+    particle: Indices  # (k,) int64, particle that each piece belongs to
+    # start, end: (k, 2) end points
     start: Array
     end: Array
-    centre: Array
-    radius: Array
-    begin: Array
-    angle: Array
+    centre: Array  # (k, 2) of the circle; of a straight piece its middle
+    radius: Array  # (k,) of the circle; 0 for a straight piece
+    begin: Array  # (k,) angle at which a circular piece begins; it runs counter-clockwise
+    angle: Array  # (k,) angle that a circular piece spans, up to 2 pi; 0 for a straight piece
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """Pieces chained into loops.
+    """Pieces chained into loops."""
 
-    Attributes:
-        pieces: the k pieces.
-        following: (k,) int64, piece that comes next.
-        loop: (k,) int64, loop that each piece belongs to.
-        image: (k, 2) int64, lattice translation that puts each piece in line with the first of its loop.
-        winding: (loops, 2) int64, lattice translation from the beginning of a loop to its end; zero if it closes.
-        origin: (loops,) int64, piece with which each loop begins.
-    """
-
-    pieces: Pieces
-    following: Indices
-    loop: Indices
-    image: Indices
-    winding: Indices
-    origin: Indices
+    pieces: Pieces  # the k pieces
+    following: Indices  # (k,) int64, piece that comes next
+    loop: Indices  # (k,) int64, loop that each piece belongs to
+    image: Indices  # (k, 2) int64, lattice translation that puts each piece in line with the first of its loop
+    winding: Indices  # (loops, 2) int64, lattice translation from the beginning of a loop to its end; zero if it closes
+    origin: Indices  # (loops,) int64, piece with which each loop begins
 
 
 def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary:
-    """Chain pieces into loops.
-
-    Args:
-        pieces: k pieces.
-        following: (k,) int64, a permutation: piece that comes next.
-        shift: (k, 2) int64, which periodic image of it.
-    """
+    """Chain pieces into loops. `pieces`: k pieces; `following`: (k,) int64, a permutation: piece that comes next;
+    `shift`: (k, 2) int64, which periodic image of it."""
     k = len(following)
     (loop, origin), (image, winding) = np.empty((2, k), dtype=np.int64), np.empty((2, k, 2), dtype=np.int64)
     loops = _chain_loops(k, following, shift, loop, image, winding, origin)
@@ -80,20 +58,10 @@ def chain_pieces(pieces: Pieces, following: Indices, shift: Indices) -> Boundary
 
 
 def join_loose_ends(pieces: Pieces, following: Indices, shift: Indices, box: Array, size: float) -> None:
-    """Fill in, in place, the pieces that come next where neighbours along the boundary are not known.
-
-    Where three boundaries meet in one point, rounding may end a piece at one particle and begin the next at another.
-
-    Args:
-        pieces: k pieces.
-        following: (k,) int64, piece that comes next; -1 where it is not known.
-        shift: (k, 2) int64, which periodic image of it.
-        box: (2, 2).
-        size: radius that `JOINT` refers to.
-
-    Raises:
-        BoundaryError: if some end has no start to itself (see `match_ends`).
-    """
+    """Fill in, in place, the pieces that come next where neighbours along the boundary are not known. Where three
+    boundaries meet in one point, rounding may end a piece at one particle and begin the next at another. `pieces`: k
+    pieces; `following`: (k,) int64, piece that comes next; -1 where it is not known; `shift`: (k, 2) int64, which
+    periodic image of it; `box`: (2, 2); `size`: radius that `JOINT` refers to."""
     loose = np.flatnonzero(following < 0)
     if len(loose):
         free = find_missing(following, len(following))
@@ -109,20 +77,9 @@ def find_missing(taken: Indices, count: int) -> Indices:
 
 
 def match_ends(ends: Array, starts: Array, box: Array, tolerance: float) -> tuple[Indices, Indices]:
-    """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance.
-
-    Args:
-        ends: (k, 2).
-        starts: (k, 2).
-        box: (2, 2).
-        tolerance: largest distance.
-
-    Returns:
-        (k,) int64, start that belongs to each end, and (k, 2) int64, which periodic image of it.
-
-    Raises:
-        BoundaryError: if some end has no start to itself, where boundaries meet that rounding cannot tell apart.
-    """
+    """Match ends of pieces with starts of pieces at the same place, one to one, with the least total distance. `ends`:
+    (k, 2); `starts`: (k, 2); `box`: (2, 2); `tolerance`: largest distance. Returns (k,) int64, start that belongs to
+    each end, and (k, 2) int64, which periodic image of it."""
     near = periodic_neighbors(ends, starts, box, tolerance)
     result, shift = np.full(len(ends), -1), np.zeros((len(ends), 2), dtype=np.int64)
     alone = (np.bincount(near.i, minlength=len(ends))[near.i] == 1) & (

@@ -32,11 +32,7 @@ TOUCH = 1e-12
 
 
 def trace_disks(packing: Packing) -> Boundary:
-    """Trace the boundary of the union of the disks of an SP packing.
-
-    Raises:
-        BoundaryError: where the arcs cannot be chained (see `match_ends`).
-    """
+    """Trace the boundary of the union of the disks of an SP packing."""
     assert packing.diameters is not None
     radius = 0.5 * packing.diameters
     chords = find_chords(near_disks(packing, TOUCH), radius, TOUCH)
@@ -60,12 +56,7 @@ _OUTLINES_CROSS = -3
 
 
 def trace_polygons(packing: Packing) -> Boundary:
-    """Trace the boundary of the union of the polygons of a DP packing, each grown by its rim delta/2.
-
-    Raises:
-        InputError: for an SP packing.
-        BoundaryError: if outlines of two polygons cross, or too many boundaries meet in one point.
-    """
+    """Trace the boundary of the union of the polygons of a DP packing, each grown by its rim delta/2."""
     edges, crossing = edge_rings(packing), np.zeros(2, dtype=np.int64)
 
     def fill(room: int, search: Array) -> tuple[int, tuple[Any, ...]]:

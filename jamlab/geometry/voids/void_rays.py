@@ -26,30 +26,20 @@ from jamlab.packing.neighbors import periodic_neighbors
 
 @dataclass(frozen=True)
 class Components:
-    """Connected components of a graph on a torus.
+    """Connected components of a graph on a torus."""
 
-    Attributes:
-        count: number of components.
-        label: (n,) int64, component of each node.
-        image: (n, 2) int64, translation of each node relative to the first node of its component, in lattice vectors.
-        winding: (m, 2) int64, translation around the torus that each link closes; zero for links of the tree and for
-            links that agree with it.
-    """
-
-    count: int
-    label: Indices
+    count: int  # number of components
+    label: Indices  # (n,) int64, component of each node
+    # (n, 2) int64, translation of each node relative to the first node of its component, in lattice vectors
     image: Indices
+    # (m, 2) int64, translation around the torus that each link closes; zero for links of the tree and for links that
+    # agree with it
     winding: Indices
 
 
 def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Components:
-    """Find the connected components of n nodes and their images.
-
-    Args:
-        n: nodes.
-        tail, head: (m,) int64, nodes that each link joins.
-        shift: (m, 2) int64, image of the head minus that of the tail, in lattice vectors.
-    """
+    """Find the connected components of n nodes and their images. `n`: nodes; `tail, head`: (m,) int64, nodes that each
+    link joins; `shift`: (m, 2) int64, image of the head minus that of the tail, in lattice vectors."""
     count, label = connected_components(coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n)), directed=False)
     first = np.unique(label, return_index=True)[1]
 
@@ -70,12 +60,8 @@ def find_components(n: int, tail: Indices, head: Indices, shift: Indices) -> Com
 
 
 def sum_images(before: Indices, step: Indices) -> Indices:
-    """Sum the steps from the root of a tree to each node, (n, 2).
-
-    Args:
-        before: (n,) int64, node that leads to each node; roots lead to themselves.
-        step: (n, 2) int64, step from there; zero for roots.
-    """
+    """Sum the steps from the root of a tree to each node, (n, 2). `before`: (n,) int64, node that leads to each node;
+    roots lead to themselves; `step`: (n, 2) int64, step from there; zero for roots."""
     while True:  # each node looks twice as far back every time
         further = before[before]
         if np.array_equal(further, before):
@@ -94,20 +80,9 @@ LONGEST = 1e4  # ray, in lengths of the cell; one that hits nothing in so many c
 def find_first_hits(
     boundary: Boundary, box: Array, casting: Indices, ignored: NDArray[np.bool_]
 ) -> tuple[Indices, Indices]:
-    """Find the loop that the ray of each loop hits first.
-
-    Args:
-        boundary: loops.
-        box: (2, 2).
-        casting: (c,) int64, loops that cast a ray.
-        ignored: (loops,) bool, loops that stop no ray.
-
-    Returns:
-        (c,) int64, loop that is hit, and (c, 2) int64, in which image relative to the loop that cast the ray.
-
-    Raises:
-        BoundaryError: if a ray hits nothing, or meets a polygon from inside.
-    """
+    """Find the loop that the ray of each loop hits first. `boundary`: loops; `box`: (2, 2); `casting`: (c,) int64,
+    loops that cast a ray; `ignored`: (loops,) bool, loops that stop no ray. Returns (c,) int64, loop that is hit, and
+    (c, 2) int64, in which image relative to the loop that cast the ray."""
     hit, shift = np.zeros(len(casting), dtype=np.int64), np.zeros((len(casting), 2), dtype=np.int64)
     if not len(casting):
         return hit, shift
@@ -186,14 +161,11 @@ def _is_same_curve(boundary: Boundary, loop: Indices, other: Indices, image: Ind
 
 
 def _meet_pieces(pieces: Pieces, piece: Indices, centre: Array, d: Array) -> tuple[Array, Array, Flags]:
-    """Where rays from the origin along unit vectors d meet pieces, moved to `centre`.
-
-    Returns:
-        (m,) distance, inf for a miss, and (m,) how much the piece leads away from the origin of the ray: -1 where the
-        ray meets its inside, else the component along d of its direction from the end that the ray meets. Of the voids
-        on both sides of a point where two disks touch this tells the one that the ray comes through. (m,) bool, whether
-        the ray comes from inside the particle.
-    """
+    """Where rays from the origin along unit vectors d meet pieces, moved to `centre`. Returns (m,) distance, inf for a
+    miss, and (m,) how much the piece leads away from the origin of the ray: -1 where the ray meets its inside, else the
+    component along d of its direction from the end that the ray meets. Of the voids on both sides of a point where two
+    disks touch this tells the one that the ray comes through. (m,) bool, whether the ray comes from inside the
+    particle."""
     distance, away = np.full(len(piece), np.inf), np.full(len(piece), -1.0)
     behind = np.zeros(len(piece), dtype=bool)
     ahead = np.einsum("ij,ij->i", centre, d)

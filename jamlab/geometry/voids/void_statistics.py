@@ -103,18 +103,9 @@ def void_statistics(*found: Voids) -> VoidStatistics:
 
 @checked
 def size_distribution(*found: Voids, bins: int = 20) -> tuple[Array, Array]:
-    """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio.
-
-    Args:
-        found: voids of one or several packings.
-        bins: number of bins.
-
-    Returns:
-        (bins + 1,) edges of a/<a> and (bins,) probability density, which integrates to 1.
-
-    Raises:
-        InputError: if there are fewer than two different areas or no positive number of bins.
-    """
+    """Bin the areas of voids that do not percolate, over their mean, in bins of equal ratio. `found`: voids of one or
+    several packings; `bins`: number of bins. Returns (bins + 1,) edges of a/<a> and (bins,) probability density, which
+    integrates to 1."""
     area = np.concatenate([np.zeros(0), *(v.area[v.percolating == 0] for v in found)])
     if bins < 1:
         raise InputError(f"bins is {bins}: must be a positive number")

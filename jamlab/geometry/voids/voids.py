@@ -157,29 +157,19 @@ def voids(packing: Packing) -> Voids:
 
 @dataclass(frozen=True)
 class BoundedVoids:
-    """Voids by the loops that bound them; `area`, `percolating`, `islands` and `boundary` as in `Voids`.
-
-    Attributes:
-        kind: (loops,) int64, a `LoopKind`.
-        void: (loops,) int64, void that each loop bounds; -1 for none.
-        image: (loops, 2) int64, in which image of the void the loop lies.
-    """
+    """Voids by the loops that bound them; `area`, `percolating`, `islands` and `boundary` as in `Voids`."""
 
     area: Array
     percolating: Indices
     islands: Indices
     boundary: Boundary
-    kind: Indices
-    void: Indices
-    image: Indices
+    kind: Indices  # (loops,) int64, a `LoopKind`
+    void: Indices  # (loops,) int64, void that each loop bounds; -1 for none
+    image: Indices  # (loops, 2) int64, in which image of the void the loop lies
 
 
 def bound_voids(packing: Packing) -> BoundedVoids:
-    """Find the voids of a packing and their areas alone.
-
-    Raises:
-        BoundaryError: see `voids`.
-    """
+    """Find the voids of a packing and their areas alone."""
     boundary = trace_disks(packing) if packing.model == "sp" else trace_polygons(packing)
     signed = _sign_areas(boundary, packing.box)
     kind = _classify_loops(boundary, signed, EMPTY * packing.area / packing.n)

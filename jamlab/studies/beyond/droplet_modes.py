@@ -110,7 +110,6 @@ def _static(rows: pd.DataFrame, rho: float) -> Interval | None:
 
 
 def _exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Fit the exponent of y ~ x^e; nan where a value is not positive."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0]) if min(y) > 0 else float("nan")
 
 
@@ -182,7 +181,6 @@ def group_share(rows: pd.DataFrame, limits: tuple[float, float], columns: tuple[
 
 
 def _draw_shares(out: Drawing, axes: Any, rows: pd.DataFrame, law: str) -> None:
-    """Draw shares of whole droplets' motion over packing fraction, one curve for each relaxation, and keep them."""
     for k, (name, limits) in enumerate(GROUPS[law].items()):
         found = {
             rho: group_share(rows[np.isclose(rows["rho"], rho)], limits, ("translation", "rotation"))

@@ -54,7 +54,6 @@ def droplet_sizes(tables: EnsembleTables) -> Drawing:
 
 
 def _caption(out: Drawing, compressed: list[int], n: list[int]) -> str:
-    """Write the numbers that the panels keep."""
 
     def of_sizes(name: str, measured: list[int], form: str) -> str:
         return ", ".join(f"{float(out.values[f'{name}, N = {m}'].value):{form}} of N = {m}" for m in measured)
@@ -114,7 +113,6 @@ def _of_more_packings(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame
 
 
 def _draw_limits(out: Drawing, axes: Any, states: pd.DataFrame, column: str) -> None:
-    """Draw a mean at fixed distances over 1/N, and keep its limit of many droplets."""
     scale(axes, x="linear")
     n = sizes(states, "dp")
     for k, d in enumerate(DISTANCES[column]):
@@ -180,7 +178,6 @@ def _draw_unstable(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
 
 
 def _draw_onset(out: Drawing, axes: Any, onset: pd.DataFrame, n: list[int]) -> None:
-    """Draw the mean onset over N, and keep its limit."""
     groups = groups_by(onset, "n", "rho_J", n)
     out.curve(axes, "mean", n, mean_over_packings(groups), band=False, linestyle="none", label=None, **style(1))
     axes.set_xscale("log")
@@ -194,7 +191,6 @@ def _draw_onset(out: Drawing, axes: Any, onset: pd.DataFrame, n: list[int]) -> N
 
 
 def _draw_width(out: Drawing, axes: Any, onset: pd.DataFrame, n: list[int]) -> None:
-    """Draw the width of the distribution of onsets over N, and keep its exponent."""
     groups = groups_by(onset, "n", "rho_J", n)
     scale(axes)
     width = bootstrap(groups, lambda g: [v.std(ddof=1) for v in g])

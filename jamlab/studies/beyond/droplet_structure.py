@@ -60,12 +60,10 @@ def droplet_contacts(tables: EnsembleTables) -> Drawing:
 
 
 def _of_sizes(mean: Interval, n: list[int], digits: int = 2) -> str:
-    """Write means with their intervals, size by size."""
     return ", ".join(f"{write_interval(mean[k], digits)} of N = {m}" for k, m in enumerate(n))
 
 
 def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
-    """Draw the mean number of states of self-stress beyond one against N, beside one that is proportional to N."""
     out.curve(axes, "mean", n, mean, band=False, linestyle="none", label=None, **style(1))
     ends, text = np.array([0, n[-1]]), f"as many a droplet as N = {n[-1]}"
     out.curve(axes, "as many a droplet", ends, ends * mean.value[-1] / n[-1], label=text, **FIT)
@@ -75,7 +73,6 @@ def _draw_more(out: Drawing, axes: Any, n: list[int], mean: Interval) -> None:
 
 
 def _draw_shares(out: Drawing, axes: Any, table: pd.DataFrame, n: list[int]) -> str:
-    """Draw numbers for each droplet against N, keep them, and write those of the largest size."""
     for k, (column, (legend, name)) in enumerate(SHARES.items()):
         mean = out.keep(f"{name}, a droplet", mean_over_packings(groups_by(table, "n", column, n)), N=n)
         out.curve(axes, name, n, mean, band=False, label=legend, **style(k))

@@ -79,7 +79,6 @@ def exponent_of(x: Array, y: Array) -> Interval:
 
 
 def _draw_power(out: Drawing, axes: object, name: str, x: Array, y: Array, power: float) -> None:
-    """Draw the power that is expected through the middle of the decade."""
     kept = (x >= DECADE[0]) & (x <= DECADE[1])
     ends = np.array(DECADE)
     level = np.exp(np.mean(np.log(y[kept]) - power * np.log(x[kept])))

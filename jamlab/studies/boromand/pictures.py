@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Patch
 
-from jamlab.figures.geometry_pictures import draw_overlaps
-from jamlab.figures.packing_pictures import draw_packing
+from jamlab.figures.packing_pictures import draw_overlaps, draw_packing
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.geometry.particle_shape import shape_factors
 from jamlab.geometry.voids.voids import voids

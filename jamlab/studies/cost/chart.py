@@ -20,8 +20,7 @@ from jamlab.arrays import Array
 from jamlab.figures.html_page import Section, TextTable
 from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.processes.progress import Progress, no_progress
-from jamlab.studies.page import Page, measured, source_fact, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
 from jamlab.studies.table import MeasuredTable, Task
 
 SLACK = 1.25  # costs within this ratio are the same: what repeated runs on a busy machine differ by
@@ -280,7 +279,6 @@ def _label(axes: Axes, labels: list[_Label], curves: list[Array]) -> None:
 
 
 def _beside(mark: Array, side: tuple[int, int], size: tuple[float, float]) -> Bbox:
-    """Box of a label right or left of a mark and above or below it, in parts of the axes."""
     left, foot = (m + s * gap - (s < 0) * length for m, s, gap, length in zip(mark, side, _GAP, size, strict=True))
     return Bbox.from_bounds(float(left), float(foot), *size)
 
@@ -385,7 +383,6 @@ class Chart(TableStudy):
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Title, error and reference."""
         return {"title": self.title, "error": self.error, "reference": self.reference}
 
     def tasks(self) -> Mapping[str, Task]:
@@ -406,7 +403,6 @@ class Chart(TableStudy):
         return self.average(self.table(folder).rows)
 
     def show(self, table: MeasuredTable) -> Shown:
-        """Draw the curves."""
         return self._show_points(self.average(table.rows), table.made)
 
     def _show_points(self, points: Sequence[Point], made: str) -> Shown:
@@ -470,7 +466,6 @@ def _error(point: Point) -> str:
 
 
 def _table(error: str, points: Sequence[Point], beaten: Iterable[bool]) -> TextTable:
-    """Points as text, in their order."""
     columns = ["panel", "method", "setting", "time [s]", error, "10 to 90 %", "packings", "on the front", "note"]
     marks = [
         ("beaten" if b else "on the front") if p.ranked else "not ranked" for p, b in zip(points, beaten, strict=True)

@@ -42,7 +42,6 @@ def measure_moduli(seed: int) -> Iterator[Trial]:
 
 
 def _measure_packing(panel: str, packing: Packing, moves: float, seed: int) -> Iterator[Trial]:
-    """Every method relaxes the same packing, whose sites were moved a little, and finds G, mean over directions."""
     start = packing.with_state(
         positions=packing.positions + moves * np.random.default_rng(seed).standard_normal(packing.positions.shape)
     )

@@ -71,7 +71,6 @@ def measure(seed: int) -> Iterator[Trial]:
 
 
 def _runs_of_all(start: Packing) -> dict[str, list[Run]]:
-    """Runs of every code by its name."""
     apart = [peer for peer in PEERS if peer.apart]
     found = {"jamlab": _runs(jamlab_descent, start)}
     found |= {peer.name: _runs(peer.descent, start) for peer in PEERS if not peer.apart}

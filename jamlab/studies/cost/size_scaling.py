@@ -69,7 +69,6 @@ def _measure_part(part_and_size: tuple[str, int], report: Report) -> dict[str, A
 
 
 def _peak() -> int:
-    """Largest resident memory of this process, in bytes."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) * _KILO
 
@@ -168,7 +167,6 @@ class SizeScaling(TableStudy):
     columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for each part and size."""
         sizes = {part: _PACKED if "packings" in part else _SIZES[part.partition(":")[0]] for part in PARTS}
         return {f"{part}, N = {n}": partial(measure_part, part, n) for part in PARTS for n in sizes[part]}
 

@@ -107,7 +107,6 @@ def flow_curves(tables: EnsembleTables) -> Drawing:
 
 
 def _draw_fit(out: Drawing, axes: Any, table: pd.DataFrame, everything: pd.DataFrame, phi: float) -> None:
-    """Draw the law with a yield stress through the curve above onset, and keep it with and without rate 0."""
     moving = table[table["phi"] == phi]
     rates, stress = of_packings(moving, "rate", "stress")
     if (rates <= HIGHEST).sum() < 3:

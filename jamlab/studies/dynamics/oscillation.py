@@ -53,7 +53,6 @@ def _sweeps(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _draw_limits(out: Drawing, axes: Any, table: pd.DataFrame, pressures: list[float]) -> None:
-    """Draw the amplitudes of softening and of yielding over pressure, and claim the exponent of softening."""
     scale(axes)
     groups = []
     for pressure in pressures:

@@ -76,7 +76,6 @@ def yield_stress(tables: EnsembleTables) -> Drawing:
 
 
 def _write_stress(found: Interval) -> str:
-    """Write a stress in 1e-4 k."""
     return f"{1e4 * found.value:.1f} [{1e4 * found.low:.1f}, {1e4 * found.high:.1f}]"
 
 
@@ -133,7 +132,8 @@ def overshoot(tables: EnsembleTables) -> Drawing:
         scale(axes, y="log" if axes is height else "linear")
     fractions = sorted(table["phi"].unique())
     for k, phi in enumerate(fractions):
-        rows = _peaks(table[table["phi"] == phi])
+        rows = table[table["phi"] == phi]
+        rows = rows.assign(excess=(rows["peak_stress"] / rows["stress"]).fillna(1.0))  # 1 without a peak
         look = sequence(k, len(fractions))
         for axes, column in ((height, "peak_stress"), (excess, "excess"), (strain, "peak_strain")):
             draw_mean(out, axes, f"$\\phi$ = {phi:.2f}", rows, "rate", column, **look)
@@ -148,8 +148,3 @@ def overshoot(tables: EnsembleTables) -> Drawing:
         "too: where steady flow fluctuates most, at low rates near onset, most of the excess is of that kind."
     )
     return out
-
-
-def _peaks(rows: pd.DataFrame) -> pd.DataFrame:
-    """Add to rows the excess of the peak over the steady stress; without a peak it is 1, at no strain."""
-    return rows.assign(excess=(rows["peak_stress"] / rows["stress"]).fillna(1.0))

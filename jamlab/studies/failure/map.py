@@ -20,8 +20,7 @@ from jamlab.plotting.drawable import LABEL, LEGEND, TICK
 from jamlab.plotting.palette import GREEN, GREY, ORANGE, PINK, RED, SKY
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.studies.failure.verdict import SILENT, VERDICTS, Trial, attempt
-from jamlab.studies.page import Page, measured, source_fact, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, measured, source_fact, write_page
 from jamlab.studies.table import MeasuredTable, Task
 
 COLUMNS = ("x", "y", "runs", *VERDICTS, "worst", "limit", "note")
@@ -98,15 +97,10 @@ class Map(TableStudy):
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Name, number of seeds and both conditions."""
         return {"map": self.name, "seeds": self.seeds, "x": self.x.label, "y": self.y.label}
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for every y."""
-        return {self.y.text(y): partial(self._rows_of, y) for y in self.y.values}
-
-    def _rows_of(self, y: Any) -> list[dict[str, Any]]:
-        return list(self.rows(y))
+        return {self.y.text(y): partial(self.rows, y) for y in self.y.values}
 
     def show(self, table: MeasuredTable) -> Shown:
         """Draw the map, with the distance of the default from where runs fail."""
@@ -389,7 +383,6 @@ def _fill_cells(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Patch]:
 
 
 def _draw_limit(axes: Axes, chart: Map, table: pd.DataFrame) -> list[Line2D]:
-    """The limit of theory, one place in every row."""
     if chart.limit is None:
         return []
     limits = limits_of_rows(chart, table)

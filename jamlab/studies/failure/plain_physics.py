@@ -185,7 +185,6 @@ def droplet_contacts(packing: Packing, positions: Array, box: Array) -> tuple[An
 
 
 def _bare_droplets(packing: Packing, positions: Array) -> tuple[Any, Array]:
-    """Energy and forces of line tension and area elasticity."""
     assert packing.offsets is not None
     forces = np.zeros_like(positions)
     gamma, ka, eta = (float(packing.params[name]) for name in ("gamma", "ka", "eta"))

@@ -52,7 +52,6 @@ def try_spectrum(start: Spectrum, omega: float, beta: float) -> Trial:
 
 
 def _plain(key: bytes, start: Spectrum, omega: float, beta: float) -> complex:
-    """The reference, which is the same for all methods."""
     if (key, omega, beta) not in _KNOWN:
         _KNOWN[key, omega, beta] = plain_complex_modulus(start.packing, omega, beta)
     return _KNOWN[key, omega, beta]

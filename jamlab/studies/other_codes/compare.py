@@ -30,8 +30,7 @@ from jamlab.studies.other_codes.analysis import AnalysisRow, compare_analysis
 from jamlab.studies.other_codes.jax_peers import JaxDEM, JaxMD
 from jamlab.studies.other_codes.peer import MOST_STEPS, Descent, Peer, Point, mean_diameters, plain_point
 from jamlab.studies.other_codes.peers import ASE, Lammps, OpenMM
-from jamlab.studies.page import Page, write_page
-from jamlab.studies.study import Shown, TableStudy
+from jamlab.studies.study import Page, Shown, TableStudy, write_page
 from jamlab.studies.table import MeasuredTable, Task, one_core, shortest
 
 PEERS: tuple[Peer, ...] = (JaxMD(), JaxDEM(), OpenMM(), ASE(), Lammps("cg"), Lammps("fire"), Lammps("hftn"))
@@ -216,10 +215,6 @@ _LEAD = (
 )
 
 
-def _columns() -> list[str]:
-    return list(dict.fromkeys(field.name for kind in (Row, AnalysisRow) for field in fields(kind)))
-
-
 def comparison_tables(rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> list[TextTable]:
     """Tables for the reader: same coordinates, same basin, speed, analysis."""
 
@@ -261,15 +256,17 @@ class Comparison(TableStudy):
     seed: int = 1
     phi: float = 0.88
     kind: ClassVar[str] = "comparison"
-    columns: ClassVar[Sequence[str]] = ("n", "part", *_columns())
+    columns: ClassVar[Sequence[str]] = (
+        "n",
+        "part",
+        *dict.fromkeys(f.name for kind in (Row, AnalysisRow) for f in fields(kind)),
+    )
 
     @property
     def facts(self) -> Mapping[str, Any]:
-        """Seed and packing fraction."""
         return {"title": self.title, "seed": self.seed, "phi": self.phi}
 
     def tasks(self) -> Mapping[str, Task]:
-        """One task for each size."""
         return {f"N = {n}": partial(self._measure, n) for n in self.sizes}
 
     def measure(self, n: int, progress: Progress = no_progress) -> tuple[list[Row], list[AnalysisRow]]:
@@ -282,7 +279,6 @@ class Comparison(TableStudy):
         return [{"n": n, "part": part, **row} for part, each in summary(rows, analysis).items() for row in each]
 
     def show(self, table: MeasuredTable) -> Shown:
-        """Show four tables for each size."""
         tables = []
         for n, part in table.rows.groupby("n"):
             rows, analysis = _as(Row, part[part["part"] == "rows"]), _as(AnalysisRow, part[part["part"] == "analysis"])
@@ -291,7 +287,6 @@ class Comparison(TableStudy):
 
 
 def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
-    """Rows of a table as objects; what is missing is None, or "" of words."""
     found = []
     for row in rows.astype(str).to_dict("records"):
         held = {field.name: (row[field.name], field.type) for field in fields(kind) if row.get(field.name)}

@@ -78,7 +78,6 @@ def double_precision() -> Any:
 
 
 def _law(packing: Packing) -> tuple[Any, Any, Any]:
-    """Function that finds neighbours, energy over them, and function that moves particles."""
     from jax import numpy as jnp
     from jax_md import energy, space
 
@@ -110,7 +109,6 @@ class JaxDEM(Peer):
     install = "see https://github.com/cdelv/JaxDEM"  # in no package index
 
     def evaluate(self, packing: Packing) -> Point:
-        """Energy, forces and stress of its contacts."""
         state, system = _disks(packing)
         from jaxdem.utils import compute_contact_stress_tensor
 
@@ -139,7 +137,6 @@ class JaxDEM(Peer):
 
 
 def _disks(packing: Packing) -> tuple[Any, Any]:
-    """Its state and its system."""
     jax = double_precision()
     import jaxdem
 

@@ -71,7 +71,6 @@ class OpenMM(Peer):
         return Point(energy, forces, None, -0.5 * float(stretch) / packing.area)
 
     def descent(self, packing: Packing) -> Descent:
-        """Prepare `LocalEnergyMinimizer`."""
         import openmm
 
         context = _context(packing)
@@ -195,7 +194,6 @@ class ASE(Peer):
     method = "FIRE"
 
     def evaluate(self, packing: Packing) -> Point:
-        """Energy, forces and stress of the calculator."""
         atoms = disks_in_ase(packing)
         stress = -HEIGHT * atoms.get_stress(voigt=False)[:2, :2]  # ASE: positive in tension, per volume
         return Point(

@@ -1,24 +1,36 @@
-"""Measure how far simpler models of flow are off: linear spectrum, equivalent damping, linear drag at another rate.
+"""Measure the tables behind `choose`, `scene`, `estimate` and `choose_flow`: ways to make packings, simpler flows.
 
-Five kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone, say how often one
-rearranges early, which a few cannot; others, at random conditions, check what is promised; others say how much worse
-errors are where sliding is damped less or more than approach, and others again check that.
+Of flow there are five kinds of packings: a few on a grid of conditions make the table; many, with linear drag alone,
+say how often one rearranges early, which a few cannot; others, at random conditions, check what is promised; others say
+how much worse errors are where sliding is damped less or more than approach, and others again check that.
 """
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jamlab.errors import ConvergenceError, InputError
+from jamlab.engine.deck_defaults import defaults
+from jamlab.errors import ConvergenceError, InputError, JamlabError
+from jamlab.estimates import flow_errors, way_table
+from jamlab.estimates.ensemble_way import (
+    ONSET,
+    STEP,
+    EnsembleWay,
+    bring_on,
+    default_vertices,
+    find_onset,
+    hand_over,
+    values_at,
+)
 from jamlab.estimates.flow_errors import (
     BACKGROUND,
     CALIBRATE,
     CHECK,
-    COLUMNS,
     MANY,
     SIZE,
     SLIDING,
@@ -30,23 +42,120 @@ from jamlab.estimates.flow_errors import (
     mean_overlap,
     read_errors,
 )
+from jamlab.estimates.way_table import QUANTITIES, N, Ways, read_ways
 from jamlab.flow.flow_curve import flow_curve
 from jamlab.flow.oscillate import oscillate
+from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
 from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.statistics.published_numbers import MODELS_PART
 from jamlab.studies.table import measure_table
 
-N = SIZE
+LEVELS = (0.84, 0.85, 0.86, 0.88, 0.90, 0.92, 0.94, 0.96, 0.98)  # rho: from the onsets to confluence
+FEW_VERTICES = (8, 11)
+OTHER_FORM = "segment/smooth"  # the third, "segment", has no minima to end in
+LOOSE = 1e-6  # largest force: 1e-8 saves a third of what it saves, 1e-5 no more
+SEEDS = range(20_001, 20_201)  # none that a test, a campaign or `jamlab.estimate` uses
+_RARE = 4  # one in so many seeds has fewer vertices, another form, looser minima and fewer particles: these save less
+
+Groups = Callable[[int], Sequence[Sequence[EnsembleWay]]]
+
+
+def groups(seed: int) -> list[tuple[EnsembleWay, ...]]:
+    """Ways to make packings of one seed: the first of a group is made by itself, and carries the others. Droplets from
+    the start take most of the time, and stand for one seed in two."""
+    nv, rare = default_vertices(), seed % _RARE == 1
+    carried = [EnsembleWay("carried", N, nv)]
+    if rare:
+        carried += [EnsembleWay("carried", N, FEW_VERTICES), EnsembleWay("carried", N, nv, OTHER_FORM)]
+    found: list[tuple[EnsembleWay, ...]] = [(EnsembleWay("disks", N), *carried)]
+    if seed % 2:
+        found.append((EnsembleWay("droplets", N, nv),))
+    if rare:
+        found.append((EnsembleWay("disks", N, tolerance=LOOSE), EnsembleWay("carried", N, nv, tolerance=LOOSE)))
+        found += [(EnsembleWay("disks", 32), EnsembleWay("carried", 32, nv)), (EnsembleWay("droplets", 32, nv),)]
+    return found
+
+
+def make_table(
+    out: Path, seeds: range = SEEDS, *, groups: Groups = groups, levels: Sequence[float] = LEVELS, **how: Any
+) -> Ways:
+    """Measure the table seed by seed, and write it; a run goes on where it stopped. Levels of rho ascend; those of
+    droplets carried beyond 0.88 must hold 0.88. `how`: see `measure_table`."""
+    law = {k: v for k, v in defaults("dp").items() if k != "longest_edge"}
+    facts = {"seconds": "CPU time of one core from the random start to rho", "step": STEP, "parameters": law}
+    tasks = {f"seed {seed}": partial(_rows, seed, groups(seed), levels) for seed in seeds}
+    measure_table(out, way_table.COLUMNS, tasks, facts, **how)
+    return read_ways(out)
+
+
+def _rows(seed: int, groups: Sequence[Sequence[EnsembleWay]], levels: Sequence[float]) -> Iterator[dict[str, Any]]:
+    """Rows of a seed: droplets are handed over to at every level up to 0.88, and compressed from there on."""
+    for group in groups:
+        first = _Chain(group[0], seed)
+        carried: dict[EnsembleWay, _Chain] = {}
+        for rho in levels:
+            first.advance(rho)
+            yield first.row(rho)
+            for way in group[1:]:
+                if rho <= MODELS_PART.value:
+                    carried[way] = first.hand_over(way)
+                else:
+                    carried[way].advance(rho)
+                yield carried[way].row(rho)
+
+
+class _Chain:
+    """A packing on its way up, with the CPU time that it took; without one after a failure."""
+
+    def __init__(self, way: EnsembleWay, seed: int, disks: "_Chain | None" = None) -> None:
+        """Jam a packing, or hand over from disks above their onset."""
+        self.way, self.seed = way, seed
+        self.seconds: float = disks.seconds if disks else 0.0
+        self.packing: Packing | None = None
+        if disks is None:
+            self._timed(lambda: find_onset(way, seed))
+            self.onset = packing_fraction(self.packing) if self.packing else float("nan")
+            return
+        self.onset, state = disks.onset, disks.packing
+        if state is not None and packing_fraction(state) > self.onset + 1e-9:
+            self._timed(lambda: hand_over(way, state))
+
+    def advance(self, rho: float) -> None:
+        packing = self.packing
+        if packing is not None and not (rho <= self.onset):
+            self._timed(lambda: bring_on(self.way, packing, rho))
+
+    def hand_over(self, way: EnsembleWay) -> "_Chain":
+        return _Chain(way, self.seed, self)
+
+    def row(self, rho: float) -> dict[str, Any]:
+        found = dict.fromkeys(QUANTITIES, float("nan"))
+        if self.packing is not None and rho > self.onset:
+            found = values_at(self.packing, QUANTITIES)
+        way = asdict(self.way) | {"nv": None if self.way.nv is None else f"{self.way.nv[0]}/{self.way.nv[1]}"}
+        onset = float(self.onset) if self.way.start != "carried" else None
+        return {**way, "seed": self.seed, "rho": rho, **found, ONSET: onset, "seconds": self.seconds}
+
+    def _timed(self, make: Callable[[], Packing]) -> None:
+        began = time.process_time()
+        try:
+            self.packing = make()
+        except JamlabError:
+            self.packing = None
+        self.seconds += time.process_time() - began
+
+
 PRESSURES = (1e-2, 3e-3)
 LAWS = (STOKES, 0.5, 0.66667, 1.0)  # in the digits of the table, so that more packings add to its conditions
 DRAGS = (3e-3, 3e-2, 0.3, 3.0)
 LEAST_DRAG = 3e-2  # of power laws: below, equivalent damping is no use, and runs take minutes
 AMPLITUDES = (1e-3, 0.03, 0.3, 3.0)  # over the mean overlap
 RATES = (1e-2, 1e-1)
-SEEDS = {  # of packings, by part; of many, the second largest error is the one that 95 % stay below
+FLOW_SEEDS = {  # of packings, by part; of many, the second largest error is the one that 95 % stay below
     CALIBRATE: tuple(range(1, 6)),
     MANY: tuple(range(201, 240)),
     CHECK: tuple(range(101, 131)),
@@ -67,16 +176,16 @@ def damping(alpha: float, beta: float = 1.0) -> Damping:
 def measure_errors(out: Path, parts: dict[str, tuple[int, ...]] | None = None, **how: Any) -> FlowErrors:
     """Measure the table and save it after every packing; goes on from a file with a part. `how`: of `measure_table`."""
     tasks = {
-        f"{part}, seed {seed}": partial(_rows, part, seed)
-        for part, seeds in (SEEDS if parts is None else parts).items()
+        f"{part}, seed {seed}": partial(_rows_of_part, part, seed)
+        for part, seeds in (FLOW_SEEDS if parts is None else parts).items()
         for seed in seeds
     }
     facts = {"background": BACKGROUND, "strain": _STRAIN, "tolerance": TOLERANCE, "cycles": CYCLES}
-    measure_table(out, COLUMNS, tasks, facts, **how)
+    measure_table(out, flow_errors.COLUMNS, tasks, facts, **how)
     return read_errors(out)
 
 
-def _rows(part: str, seed: int) -> Iterator[dict[str, Any]]:
+def _rows_of_part(part: str, seed: int) -> Iterator[dict[str, Any]]:
     """Rows of a packing, one for every condition that has an answer."""
     packing, flows = _PARTS[part](seed)
     linear: dict[float, float] = {}  # stress at a rate, which every alpha is compared with
@@ -91,7 +200,7 @@ def _rows(part: str, seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _grid(seed: int) -> tuple[Packing, list[Flow]]:
-    packing = pack(N, PRESSURES[seed % len(PRESSURES)], seed)
+    packing = pack(SIZE, PRESSURES[seed % len(PRESSURES)], seed)
     small = [Flow("oscillation", a, w, x) for a in LAWS for w in _drags(a) for x in AMPLITUDES]
     return packing, small + [Flow("flow", a, r, 1.0) for a in LAWS[1:] for r in RATES]
 
@@ -102,7 +211,7 @@ def _drags(alpha: float) -> tuple[float, ...]:
 
 def _small(seed: int) -> tuple[Packing, list[Flow]]:
     """One of many packings, at strains at which few rearrange; of linear drag, whose error else is small there."""
-    packing = pack(N * (1 + seed % 2), _between(PRESSURES, np.random.default_rng(seed)), seed)
+    packing = pack(SIZE * (1 + seed % 2), _between(PRESSURES, np.random.default_rng(seed)), seed)
     return packing, [Flow("oscillation", 1.0, w, x) for w in DRAGS for x in SMALL_AMPLITUDES]
 
 
@@ -122,7 +231,7 @@ def _random(seed: int) -> tuple[Packing, list[Flow]]:
     for k in range(_CASES):
         alpha = float(chance.choice([STOKES, 1.0, chance.uniform(0.5, 1.0), chance.uniform(0.5, 1.0)]))
         found.append(Flow("oscillation", alpha, between(_drags(alpha)), between(AMPLITUDES)))
-        if k == 0 and packing.n == N:
+        if k == 0 and packing.n == SIZE:
             found.append(Flow("flow", chance.uniform(0.5, 0.9), between(RATES), 1.0))
     return packing, found
 
@@ -130,7 +239,7 @@ def _random(seed: int) -> tuple[Packing, list[Flow]]:
 def _sliding(seed: int) -> tuple[Packing, list[Flow]]:
     """Another packing, whose contacts damp sliding less or more than approach, at conditions anywhere in the grid."""
     chance = np.random.default_rng(seed)
-    packing, beta = pack(N, _between(PRESSURES, chance), seed), SLIDING_BETAS[seed % len(SLIDING_BETAS)]
+    packing, beta = pack(SIZE, _between(PRESSURES, chance), seed), SLIDING_BETAS[seed % len(SLIDING_BETAS)]
     found = [Flow("flow", chance.uniform(0.5, 0.9), _between(RATES, chance), 1.0, beta)]
     for _ in range(_CASES):
         alpha = float(chance.choice([1.0, chance.uniform(0.5, 1.0)]))

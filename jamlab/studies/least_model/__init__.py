@@ -1,1 +1,0 @@
-"""Measurements behind estimate, choose and choose_flow."""
