@@ -216,6 +216,7 @@ def _run(
 ) -> tuple[Sample, list[int], Stop]:
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
+    found: list[tuple[float, float]] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
     expected = round(plan.packings / plan.scatter.share)
 
@@ -226,19 +227,24 @@ def _run(
 
         def done(made: int) -> None:
             tried = before + made
-            progress(tried / max(expected, len(seeds)), f"{tried} packings")
+            progress(tried / max(expected, len(seeds)), f"{tried} packings{_mean_so_far(found, plan.correction)}")
 
         if processes > 1:
-            return run_side_by_side(one, batch, processes, done=done)
-        made = []
-        with threadpool_limits(1):
-            for number in batch:
-                made.append(one(number))
-                done(len(made))
-        return made
+            found.extend(run_side_by_side(one, batch, processes, done=done))
+        else:
+            with threadpool_limits(1):
+                for made, number in enumerate(batch, 1):
+                    found.append(one(number))
+                    done(made)
+        return found[before:]
 
-    found, stopped = sample(plan, error, make)
-    return found, seeds, stopped
+    made, stopped = sample(plan, error, make)
+    return made, seeds, stopped
+
+
+def _mean_so_far(found: Sequence[tuple[float, float]], correction: float) -> str:
+    good = np.array([value for value, _ in found if math.isfinite(value)])
+    return f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}" if len(good) > 1 else ""
 
 
 def make_one(

@@ -16,8 +16,9 @@ from jamlab.arrays import Array
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.force_network import LARGEST_IMBALANCE, mean_size
+from jamlab.mechanics.force_network import LARGEST_IMBALANCE
 from jamlab.mechanics.stiffness import forces, stress
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
 from jamlab.plotting.drawable import LEGEND, label_axes, merged_line, positive
@@ -54,7 +55,7 @@ def check_at_rest(packing: Packing) -> None:
         )
 
 
-LIMIT = 0.02  # imbalance from which on a result is doubtful: that of the averages of a flow
+LIMIT = 0.02  # imbalance from which on a quasi-static result is doubtful; that of a flow, from its tolerance on
 LEAST_SHOWN = 1e-4
 FINER = 0.1  # tolerance to try next, over the present one; steps go as its root, errors as steps squared
 
@@ -82,18 +83,19 @@ def describe_balance(imbalance: float) -> str:
     return f"energy balance to {_percent(imbalance)}"
 
 
-def warn_of_imbalance(imbalance: float, remedy: str, where: Sequence[str] = ()) -> str:
+def warn_of_imbalance(imbalance: float, limit: float, remedy: str, where: Sequence[str] = ()) -> str:
     """Say that a result is doubtful and what to do; nothing if energy is balanced.
 
     Args:
         imbalance: largest one.
+        limit: above which it is doubtful.
         remedy: what makes it smaller.
         where: names of the parts that are off, where there are several.
     """
-    if not imbalance > LIMIT:
+    if not imbalance > limit:
         return ""
     place = f" at {', '.join(where)}" if where else ""
-    return f"ENERGY BALANCE OFF by {_percent(imbalance)}{place}, above {LIMIT:.0%}: {remedy}"
+    return f"ENERGY BALANCE OFF by {_percent(imbalance)}{place}, above {100 * limit:g} %: {remedy}"
 
 
 def finer_steps(tolerance: float) -> str:
@@ -170,14 +172,25 @@ class FlowRun:
         return energy_imbalance(self.energy_gap, self.work, self.dissipated)
 
     @property
+    def allowed_imbalance(self) -> float:
+        """From which on the result is doubtful: the tolerance."""
+        return self.tolerance
+
+    @property
+    def balanced(self) -> bool:
+        """Whether energy is balanced as well as was asked for."""
+        return self.imbalance <= self.allowed_imbalance
+
+    @property
     def reached(self) -> str:
         """What the run has reached, in words; each kind of flow says it in its own."""
         raise NotImplementedError
 
     @property
     def verdict(self) -> str:
-        """What the run has reached, in words, and a warning if energy is not balanced to 2 %."""
-        return "; ".join(filter(None, (self.reached, warn_of_imbalance(self.imbalance, self._remedy()))))
+        """What the run has reached, in words, and a warning if energy is not balanced to the tolerance."""
+        warning = warn_of_imbalance(self.imbalance, self.allowed_imbalance, self._remedy())
+        return "; ".join(filter(None, (self.reached, warning)))
 
     def _remedy(self) -> str:
         return finer_steps(self.tolerance)
@@ -194,9 +207,9 @@ def describe_drag(damping: Damping | None, background: float, tolerance: float) 
     return f"{damping}{beside}, tolerance {tolerance:g}"
 
 
-def say_balance(axes: Any, imbalance: float) -> None:
+def say_balance(axes: Any, imbalance: float, limit: float) -> None:
     """Title axes with how well energy is balanced; of several runs, with the worst that is doubtful."""
-    doubtful = imbalance > LIMIT
+    doubtful = imbalance > limit
     if doubtful or not axes.get_title("right"):
         words = f"{describe_balance(imbalance)}: DOUBTFUL" if doubtful else describe_balance(imbalance)
         axes.set_title(words, fontsize=LEGEND, loc="right", color=RED if doubtful else BLACK)
@@ -209,11 +222,11 @@ def draw_in_time(axes: Any, time: Array, values: Array, name: str, **style: Any)
     axes.loglog(time, shown, **merged_line(look, style))
 
 
-def finish_in_time(axes: Any, y: str, imbalance: float) -> None:
+def finish_in_time(axes: Any, y: str, run: FlowRun) -> None:
     """Name the axes of a response in time, and say how well energy is balanced."""
     label_axes(axes, r"time $t/\tau_1$", y)
     axes.legend(fontsize=LEGEND)
-    say_balance(axes, imbalance)
+    say_balance(axes, run.imbalance, run.allowed_imbalance)
 
 
 def shortly(reached: str) -> str:

@@ -18,8 +18,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.mechanics.force_network import mean_size
-from jamlab.packing.natural_units import Scales
+from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -27,7 +26,6 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
 # contacts there, with errors far below it
-_SAME = 1e-12  # by which rounding moves a mean size of 1
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
@@ -105,7 +103,7 @@ class OverdampedSession:
         settings |= {"background": background, "fluid": 0.0}
         settings |= damping.lammps_variables()
         self._outlines = damping.outline_words() if packing.model == "dp" else ""
-        self._session = Session(packing, scales=flow_scales(packing))
+        self._session = Session(packing, scales=unit_scales(packing))
         try:
             self._session.set_variables(settings)
             if packing.model == "sp":
@@ -260,16 +258,3 @@ def _flow_errors() -> Iterator[None]:
         if coded is None and not any(words in text for words in _OF_LAMMPS):
             raise
         raise ConvergenceError("".join(coded.groups()) if coded else text) from error
-
-
-def flow_scales(packing: Packing) -> Scales:
-    """Units in which a packing flows: its mean size is 1, and so is its stiffness.
-
-    Drag laws with a power below 1 and the background know no other length, and tolerances, steps and what counts as
-    rest are numbers in these units.
-    """
-    length = mean_size(packing)
-    if abs(length - 1.0) < _SAME:
-        length = 1.0
-    stiffness = packing.params["k"] * length**2 if packing.units == "k" else packing.params["eps"]
-    return Scales(length, float(stiffness))

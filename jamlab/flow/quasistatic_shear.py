@@ -103,6 +103,11 @@ class QuasistaticShear(ShearRun):
         released[self.strain.searchsorted(self.event_strain)] = self.event_released
         return energy_gap(self.work, np.cumsum(released), self.energy)
 
+    @property
+    def allowed_imbalance(self) -> float:
+        """From which on steps are too long."""
+        return LIMIT
+
     def _remedy(self) -> str:
         return "steps are too long to tell what events release; give half the step"
 
@@ -134,7 +139,7 @@ class QuasistaticShear(ShearRun):
             *axes.get_legend_handles_labels(), title=describe_balance(self.imbalance), fontsize=LEGEND, ncols=3,
             title_fontsize=LEGEND, loc="lower center", bbox_to_anchor=(0.5, 1.0),
         )  # fmt: skip  # above: curves fill the axes
-        legend.get_title().set_color(RED if self.imbalance > LIMIT else BLACK)
+        legend.get_title().set_color(BLACK if self.balanced else RED)
 
 
 LEAN = 0.55  # tilt over width at which the box flips; above 1/2, so as not to flip back

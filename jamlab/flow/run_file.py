@@ -33,6 +33,10 @@ _NO_DRAG = {"law": "none"}  # of runs without time
 _APART = ("frames", "damping")  # fields of a result that have a place of their own
 
 
+class OtherRunError(StorageError):
+    """The file of a run holds something else."""
+
+
 class RunFile(Generic[R]):
     """Where a run is kept, or nowhere.
 
@@ -47,7 +51,8 @@ class RunFile(Generic[R]):
         before: what the file holds of the same run, or None.
 
     Raises:
-        StorageError: the file cannot be written, or holds anything but a part of this run.
+        OtherRunError: the file holds anything but a part of this run.
+        StorageError: the file cannot be written.
     """
 
     def __init__(
@@ -63,7 +68,7 @@ class RunFile(Generic[R]):
         if self._path.exists():
             self.before = self._read_same(self._path, kind, packing)
             if self.before is None:
-                raise StorageError(
+                raise OtherRunError(
                     f"{path} exists and holds no part of this run: choose another name, or remove it (--force)"
                 )
 

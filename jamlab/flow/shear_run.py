@@ -179,4 +179,4 @@ class ShearRun(FlowRun):
             axes.plot(self.strain, stress, **merged_line(look, style))
         label_axes(axes, r"strain $\gamma$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self.imbalance)
+        say_balance(axes, self.imbalance, self.allowed_imbalance)

@@ -11,6 +11,7 @@ from jamlab.geometry.vertex_contacts import VertexContacts
 from jamlab.mechanics.energy_terms import Terms, energy_terms
 from jamlab.mechanics.stiffness import forces, stress
 from jamlab.packing.force_laws import rim_law
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
@@ -55,11 +56,6 @@ class ForceNetwork:
                 f"the packing is not at an energy minimum: a force of {imbalance:.2g} is left at pressure "
                 f"{pressure:.2g} on particles of size {size:.2g}; relax it first"
             )
-
-
-def mean_size(packing: Packing) -> float:
-    """Mean diameter of disks, or mean square root of the rest areas of droplets: 1 in packings that jamlab makes."""
-    return float(np.mean(np.sqrt(packing.params["a0"]) if packing.diameters is None else packing.diameters))
 
 
 def force_network(packing: Packing, *, prestress: bool = True, network: Contacts | None = None) -> ForceNetwork:

@@ -13,9 +13,9 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import ElasticTensor, compression_modulus, elastic_tensor, follow_shear
-from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax

@@ -26,7 +26,7 @@ from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.provenance import record
-from jamlab.protocols.relaxation import Relaxed, check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import Relaxed, check_tolerance, first_order_method, force_tolerance
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import SweepWork
 
@@ -222,6 +222,7 @@ def _sweep(
                 by=by,
                 target=float(target),
                 on_target=bool(abs(reached - target) <= tolerance),
+                minimizer=first_order_method(session, settings.relaxation),
                 wall_time=time.perf_counter() - began,
                 **entries,
             )

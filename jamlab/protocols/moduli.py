@@ -18,11 +18,10 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.force_laws import disk_law, has_springs
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import mean_size, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 

@@ -19,14 +19,14 @@ from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance
+from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
 from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -34,6 +34,7 @@ from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
+_ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
@@ -110,23 +111,27 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
-    scales = natural_scales(placed)
-    loose = scales.to_natural(placed)
+    scales = unit_scales(placed)
+    loose = _without_last_digits(scales.to_natural(placed))
     force = force_tolerance(model) if tolerance is None else tolerance
+    _check_rounding(loose, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
+        method = first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
         "search": search,
         "start": start,
         "seed": seed,
         "step": first_step,
+        "minimizer": method,
     }
     entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
-    return scales.from_natural(recorded)
+    found = scales.from_natural(recorded)
+    return found._trusted(params=placed.params, max_force=found.max_force, converged=found.converged)
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)
@@ -151,6 +156,21 @@ def _check(model: str, search: str, ensemble: str, start: str, ratio: float | No
         )
     if model == "sp":
         disk_params("eps", **parameters)
+
+
+def _without_last_digits(packing: Packing) -> Packing:
+    """The packing with strengths to 14 digits: the same in whichever units they were given."""
+    names = {"eps", "gamma", "ka"} & packing.params.keys()
+    return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
+
+
+def _check_rounding(packing: Packing, tolerance: float) -> None:
+    """Refuse droplets so stiff beside their contacts that rounding of their own forces exceeds those of contacts."""
+    if packing.model == "dp" and (left := _ROUNDING * packing.params["ka"] / packing.params["eps"]) > tolerance:
+        raise InputError(
+            f"ka = {packing.params['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
+            f"{tolerance:g}: give ka up to {tolerance / _ROUNDING:.1g} eps"
+        )
 
 
 def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:

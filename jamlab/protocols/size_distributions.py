@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtri
 
 from jamlab.arrays import Array
 from jamlab.checks import check_bidisperse, check_count, check_positive, check_seed, finite_array, is_number
@@ -58,10 +56,14 @@ def _uniform(u: Array, numbers: tuple[float, ...]) -> Array:
 
 
 def _gaussian(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri  # only who asks for such sizes waits for it
+
     return np.asarray(1 + numbers[0] * ndtri(u))
 
 
 def _lognormal(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri
+
     variance = np.log1p(numbers[0] ** 2)
     return np.asarray(np.exp(np.sqrt(variance) * ndtri(u) - 0.5 * variance))
 
@@ -232,6 +234,8 @@ class SizeDistribution:
         return self.name + (mark + ",".join(words) if words else "")
 
     def _strata(self, n: int) -> Array:
+        from scipy.optimize import brentq
+
         if self.width == 0.0:
             return np.ones(n)
         nodes, weights = np.polynomial.legendre.leggauss(_FINE)

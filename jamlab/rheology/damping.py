@@ -9,18 +9,21 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.mechanics.static_response import FLOPPY
 from jamlab.packing.force_laws import disk_law, drag_stiffness, reach, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
+_GEARS = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
 LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
 
 
@@ -84,7 +87,7 @@ class ContactDamping(DragLaw):
     interpolate, and both arms are d/2: the rims meet half way. A rigid rotation dissipates nothing.
 
     alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
-    same bracket, lengths in the unit of length. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
+    same bracket, lengths in mean sizes. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
     `complex_modulus` do not.
 
     Attributes:
@@ -146,6 +149,28 @@ class ContactDamping(DragLaw):
             return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
         return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
 
+    def gears(self, packing: Packing, touching: Pairs) -> list[int]:
+        """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
+
+        Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
+        """
+        levers, free = _levers(packing, touching, self.arms), []
+        turn, ratio = np.zeros(packing.n), {}
+        for i, j, (a, b) in zip(touching.i.tolist(), touching.j.tolist(), levers.tolist(), strict=True):
+            ratio[i, j], ratio[j, i] = a / b, b / a
+        network = sparse.csr_array((np.ones(len(touching.i)), (touching.i, touching.j)), shape=(packing.n, packing.n))
+        for first in range(packing.n):
+            if turn[first] == 0:
+                order, before = breadth_first_order(network, first, directed=False)
+                turn[first] = 1.0
+                for j in order[1:].tolist():
+                    turn[j] = -ratio[int(before[j]), j] * turn[before[j]]
+                own = np.isin(touching.i, order)
+                sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
+                if np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
+                    free.append(first)
+        return free
+
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
         return asdict(self)
@@ -164,7 +189,7 @@ class StokesDrag(DragLaw):
 
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.
-        tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps" (lengths there are 1).
+        tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps", lengths in mean sizes.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -200,8 +225,9 @@ class StokesDrag(DragLaw):
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(_size(packing))
-        diagonal[: 2 * sites] = np.repeat(drag_stiffness(packing) * self.tau * share, 2)
-        diagonal[-1] = self.eta_f * packing.area
+        stiffness = drag_stiffness(packing)
+        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share, 2)
+        diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
 
     def lammps_variables(self) -> dict[str, float | str]:
@@ -275,21 +301,26 @@ class _ContactJacobian:
     rolling: sparse.csr_array
 
 
-def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
+def _levers(packing: Packing, touching: Pairs, arms: str) -> Array:
+    """(m, 2) lever arms of two disks that touch."""
     assert packing.diameters is not None
+    levers = 0.5 * packing.diameters[np.column_stack([touching.i, touching.j])]
+    if arms == "contact":  # in the middle of the overlap
+        levers = levers - 0.5 * (levers.sum(axis=1) - np.hypot(*touching.r.T))[:, None]
+    return np.asarray(levers)
+
+
+def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
     _, _, stiffness = disk_law(packing)(reach(packing, pairs), distance)
-    levers = 0.5 * packing.diameters[pairs]
-    if arms == "contact":  # in the middle of the overlap
-        levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]
     return _ContactJacobian(
         normal=r / distance[:, None],
         flow=r[:, 1],
         stiffness=stiffness,
         sites=pairs,
         weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
-        rolling=_spread(levers, 2 * packing.n + pairs, _size(packing)),
+        rolling=_spread(_levers(packing, touching, arms), 2 * packing.n + pairs, _size(packing)),
     )
 
 

@@ -4,18 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError
-from jamlab.mechanics.elasticity import LARGEST_RESIDUAL
 from jamlab.mechanics.positive_solver import positive_solver
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.static_response import static_response
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.rheology.shifted_solver import ShiftedSolver
-
-_NAMED = 6  # negative eigenvalues that Lanczos iteration finds for the message: the lowest of a few next to zero
 
 
 @dataclass(frozen=True)
@@ -60,7 +55,7 @@ def find_limits(motion: EquationOfMotion) -> Limits:
     """Find the slow and the fast limit of the response, and the moduli that follow from them.
 
     Raises:
-        ConvergenceError: K has a negative eigenvalue, which is named, or another zero mode than translations.
+        UnstableError: K has a negative eigenvalue, which is named, or a floppy mode that strain pushes.
     """
     slow = _solve_slow(motion)
     fast = _solve_fast(motion)
@@ -86,23 +81,12 @@ def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
 
 def _solve_slow(motion: EquationOfMotion) -> Array:
     matrix, held = _fix_one_site(motion)
-    solver = positive_solver()
-    try:
-        solver.factorise(matrix)
-    except ConvergenceError as error:
-        raise _describe_instability(matrix) from error
-    right = -motion.k_qg[held : motion.moving]
-    response = solver.solve(right)
-    response += solver.solve(right - matrix @ response)
-    scale = np.abs(right).max()
-    residual = np.abs(right - matrix @ response).max()
-    if not residual <= LARGEST_RESIDUAL * scale:
-        raise ConvergenceError(f"the packing has a floppy mode: its static response leaves {residual / scale:.2g}")
     q = np.zeros(motion.size)
-    q[held : motion.moving] = response
+    q[held : motion.moving] = static_response(matrix, -motion.k_qg[held : motion.moving, None])[:, 0]
     q = motion.without_drift(q)
     if motion.size > motion.moving:
         torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
+        solver = positive_solver()
         solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
         q[motion.moving :] = -solver.solve(torque)
     return q
@@ -128,25 +112,3 @@ def _solve_fast(motion: EquationOfMotion) -> Array:
         q = q - step
         last = size
     return q
-
-
-def _describe_instability(matrix: sparse.csc_array) -> ConvergenceError:
-    """The error for a matrix that is not positive definite, with its negative eigenvalues."""
-    factors = SymmetricFactors(matrix)
-    if not factors.negative:
-        return ConvergenceError("the packing has a floppy mode: its Hessian is singular")
-    return ConvergenceError(
-        f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), an eigenvalue is "
-        f"{_find_negative_eigenvalue(matrix, factors):.3g}; it is not at a minimum of its energy"
-    )
-
-
-def _find_negative_eigenvalue(matrix: sparse.csc_array, factors: SymmetricFactors) -> float:
-    """The lowest of the negative eigenvalues next to zero, by Lanczos iteration on the inverse."""
-    size = matrix.shape[0]
-    if size <= 4 * _NAMED:  # Lanczos iteration needs more vectors than it finds
-        return float(np.linalg.eigvalsh(matrix.toarray())[0])
-    inverse = linalg.LinearOperator((size, size), matvec=factors.solve, dtype=np.float64)
-    wanted = min(_NAMED, factors.negative)
-    found = linalg.eigsh(matrix, k=wanted, sigma=0.0, which="SA", OPinv=inverse, return_eigenvectors=False)
-    return float(found.min())

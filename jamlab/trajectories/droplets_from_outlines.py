@@ -11,7 +11,7 @@ from jamlab.checks import checked, finite_array
 from jamlab.errors import InputError
 from jamlab.packing.packing import Packing
 from jamlab.protocols.random_start import droplet_params
-from jamlab.trajectories.rings import Rings
+from jamlab.trajectories.sites import Rings
 
 
 @checked

@@ -33,6 +33,7 @@ from jamlab.packing.lammps_files import described
         ("in.dp.jam", "contact", "foo", "contact = foo: must be one of outline | segment | segment/smooth"),
         ("in.dp.jam", "nv_small", 13, "nv_small = 13: there is no "),
         ("in.sp.shear", "data", "absent.data", "data = absent.data: there is no such file"),
+        ("in.sp.shear", "data", "sp.dump", "data = sp.dump: is no data file of LAMMPS"),
         ("in.sp.shear", "data", "dp.data", "dp.data holds dp, this deck takes sp"),
         ("in.sp.shear", "data", "sp.data -var eps 2", "eps = 2, but sp.data was made with eps = 1"),
         ("in.sp.shear", "data", "sp.data -var law k", "law = k, but sp.data was made with law = eps"),
@@ -46,6 +47,7 @@ def test_refused_before_anything_runs(tmp_path, deck, name, value, message):
         "# jamlab model=sp units=eps eps=1 d1=0.83333333333333337 d2=1.1666666666666665\n"
     )
     (tmp_path / "dp.data").write_text("# jamlab model=dp units=eps gamma=0.4\n")
+    (tmp_path / "sp.dump").write_text("ITEM: TIMESTEP\n0\n")
     decks = installed("lammps_inputs")
     given = ["-var", "dir", str(decks), "-log", "none", "-var", name, *str(value).split()]
     command = [str(deck_runs.LMP), "-in", str(decks / deck), *given]
@@ -53,7 +55,7 @@ def test_refused_before_anything_runs(tmp_path, deck, name, value, message):
     assert done.returncode == 1
     refused = [line for line in done.stdout.splitlines() if line.startswith("REFUSED: ")]
     assert refused[0].startswith(f"REFUSED: {message}"), done.stdout
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["dp.data", "sp.data"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dp.data", "sp.data", "sp.dump"]
 
 
 def test_a_file_that_does_not_say_its_law_is_said_to_be_so(tmp_path, dense):

@@ -133,19 +133,17 @@ def by_frequency(part: pd.DataFrame) -> Array:
     return np.stack([correlations(rows) for _, rows in part.groupby("omega", sort=True)], axis=1)
 
 
-def find_first_zero(cube: Array) -> float:
-    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
-    x, c = average(cube[..., 0]), average(cube[..., 1])
-    below = np.flatnonzero(c <= 0)
-    if not len(below) or below[0] == 0:
-        return float("nan")
-    k = below[0]
-    return float(x[k - 1] + (x[k] - x[k - 1]) * c[k - 1] / (c[k - 1] - c[k]))
-
-
 def first_zeros(whole: Array) -> Array:
-    """Find the (frequencies,) first zeros of the mean C of some packings, (packings, frequencies, bins, 2)."""
-    return np.array([find_first_zero(whole[:, k]) for k in range(whole.shape[1])])
+    """Find the (frequencies,) distances at which the mean C of some packings, (packings, frequencies, bins, 2), first
+    falls through zero, by linear interpolation; nan without one."""
+    x, c = average(whole[..., 0]), average(whole[..., 1])
+    k = (c <= 0).argmax(axis=1)  # 0 where none is, too
+    rows = np.flatnonzero(k > 0)
+    k = k[rows]
+    left, right, above = x[rows, k - 1], x[rows, k], c[rows, k - 1]
+    zeros = np.full(len(x), np.nan)
+    zeros[rows] = left + (right - left) * above / (above - c[rows, k])
+    return zeros
 
 
 def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:

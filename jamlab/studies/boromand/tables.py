@@ -1,5 +1,6 @@
 """Draw the coefficients of tables 1 and 2 of Boromand et al. from our packings, over those of the paper."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -188,6 +189,11 @@ def _window(series: str) -> str:
     return f"{conventions.LOWEST[model]:g} < d < {conventions.HIGHEST[by]:g}"
 
 
+def _symbols(quantity: str) -> str:
+    """Set z_J, phi_J and their like as symbols."""
+    return re.sub(r"\b(phi|rho)_(\w)", r"$\\\1_\2$", re.sub(r"\b(z|G)_(\w)", r"$\1_\2$", quantity))
+
+
 def _draw_ratios(out: Drawing, axes: Any) -> None:
     """Draw measured over paper, one row per claim."""
     used = set()
@@ -201,11 +207,11 @@ def _draw_ratios(out: Drawing, axes: Any) -> None:
         out.curve(axes, c.quantity, [ratio[0]], [row], label=name, **look)
         axes.plot(ratio[1:], [row, row], color=color, linewidth=1.6)
     axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
-    axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
-    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8.5, "va": "center"}
+    axes.set_yticks(range(len(out.claims)), [_symbols(c.quantity) for c in reversed(out.claims)])
+    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8, "va": "center"}
     for row, c in enumerate(reversed(out.claims)):
         axes.text(1.02, row, f"{c.value:.4g}", **beside)
-        axes.text(1.19, row, c.paper_text, **beside)
+        axes.text(1.16, row, c.paper_text, **beside)
     axes.text(1.02, len(out.claims), "measured", weight="bold", **beside)
-    axes.text(1.19, len(out.claims), "paper", weight="bold", **beside)
+    axes.text(1.16, len(out.claims), "paper", weight="bold", **beside)
     label(axes, "measured / paper", "", loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5)
