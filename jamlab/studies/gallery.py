@@ -39,7 +39,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-7": confluence.figure_7,
     "boromand-8": voids.figure_8,
     "boromand-8-voids": pictures.figure_8_snapshots,
-    "boromand-9": geometry.figure_9,
+    "boromand-9": confluence.figure_9,
     "boromand-10": onset.figure_10,
     "boromand-11": geometry.figure_11,
     "tables": coefficients.tables_1_2,
@@ -167,7 +167,7 @@ def write_all(
     claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
-        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
+        temporary.write_text("\n".join(summary(claims, every=True)) + "\n", encoding="utf-8")
     return drawn, failures
 
 
