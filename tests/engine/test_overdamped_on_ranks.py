@@ -42,7 +42,7 @@ def packing():
 @pytest.mark.parametrize(
     ("ranks", "newton", "steps"),
     [
-        (2, "on", 20),
+        (2, "on", 8),
         *(pytest.param(2, newton, 80, marks=pytest.mark.slow) for newton in ("on", "off")),
         pytest.param(4, "on", 4, marks=pytest.mark.slow),
         pytest.param(4, "off", 4, marks=pytest.mark.slow),
