@@ -102,7 +102,7 @@ def _read_rois(path: Path) -> list[Array]:
     except ImportError:
         raise InputError("ROI of ImageJ need roifile: install it with pip install 'jamlab[imagej]'") from None
     found = roifile.roiread(path)
-    return [roi.coordinates() for roi in (found if isinstance(found, list) else [found])]
+    return [np.asarray(roi.coordinates(), dtype=np.float64) for roi in (found if isinstance(found, list) else [found])]
 
 
 def _fill_outlines(content: Any, shape: tuple[int, ...] | None) -> Indices:
