@@ -1,6 +1,6 @@
 """jamlab: jammed 2D packings, from disks to deformable droplets, from onset to viscoelastic spectrum, on LAMMPS.
 
-States       jam, pack, compress, relaxed, scene, to_polygons -> Packing; evaluate, Session: LAMMPS holding one
+States       jam, pack, compress, relaxed, scene, to_polygons, from_outlines -> Packing; evaluate; Session: LAMMPS
 All at once  measure, measure_all: rho, z, pressure, G, B, shapes, voids ... as numbers
 Structure    contacts, packing_fraction, shape_factors, voids, void_statistics, tessellation, orientational_order,
              particle_areas, area_ratios, edge_lengths, contact_lengths, local_packing_fraction, without_rattlers,

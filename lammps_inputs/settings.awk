@@ -101,9 +101,18 @@ function differ(a, b) {   # texts as they are, numbers but for the digits that L
   return (a - b) ^ 2 > (1e-12 * a) ^ 2
 }
 
-function data_file(file,    line, status, found, word, n, k, at, name, value, sizes, list) {
-  while ((status = (getline line < file)) > 0) if (line ~ /^# jamlab /) found = line
+function data_file(file,    atoms, line, status, found, own, word, n, k, at, name, value, sizes, list) {
+  while ((status = (getline line < file)) > 0) {
+    if (line ~ /^# jamlab /) found = line
+    if (line ~ /^d_diameter/) own = 1
+    if (line ~ /^ *[0-9]+ +atoms/) atoms = 1
+  }
+  if (own) refuse(file " has a diameter for each disk, as there are more than 64: decks take one for each type; use jamlab")
   if (status < 0) { refuse("data = " file ": there is no such file"); return }
+  if (!found && !atoms && file !~ /[.](gz|bz2|zst|xz|lzma|lz4)$/) {
+    refuse("data = " file ": is no data file of LAMMPS (no line `N atoms`): give one of jamlab.write_data or of another deck")
+    return
+  }
   if (!found) {
     print "print \"" file " does not say its law (no line `# jamlab ...`): the values of this run are taken\""
     return

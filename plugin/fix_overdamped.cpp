@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 using namespace LAMMPS_NS;
 
@@ -145,11 +146,28 @@ void FixOverdamped::lean(double strain)
 }
 
 /* ----------------------------------------------------------------------
+   image flags of LAMMPS begin anew after IMGMAX boxes, and positions without them would jump
+------------------------------------------------------------------------- */
+
+void FixOverdamped::check_images() const
+{
+  for (int i = 0; i < atom->nlocal; i++) {
+    const imageint image = atom->image[i];
+    const int x = (image & IMGMASK) - IMGMAX, y = (image >> IMGBITS & IMGMASK) - IMGMAX;
+    if (std::max(std::abs(x), std::abs(y)) < IMGMAX - 2) continue;
+    error->one(FLERR, "{}: at strain {:.6g} atom {} has moved on by {} boxes, and LAMMPS counts no more than {}: end the "
+               "run before, and start another from its last packing with particles moved back by whole lattice vectors",
+               WHO, state.strain, atom->tag[i], std::max(std::abs(x), std::abs(y)), IMGMAX - 1);
+  }
+}
+
+/* ----------------------------------------------------------------------
    the same lattice with another vector along y
 ------------------------------------------------------------------------- */
 
 void FixOverdamped::pre_exchange()
 {
+  check_images();
   if (!flip) return;
   domain->xy += flip * domain->xprd;
   domain->set_global_box();
@@ -167,14 +185,24 @@ void FixOverdamped::final_integrate()
   if (droplets) {
     const Motions predicted(now.begin(), now.begin() + atom->nlocal);
     const double stress = state.stress, dissipation = state.dissipation, rate = state.rate;
+    const FlowSums last = sums;
+    const double allowed = droplet_gap();
     solver->take(atom->nlocal, atom->nghost, ahead);
     if (!correct_droplets(predicted, rate, find_velocities())) {
       step_back();
       return;
     }
     add_up();
-    state.work += 0.5 * state.strain_step * (stress + state.stress);
-    state.dissipated += 0.5 * state.last_step * (dissipation + state.dissipation);
+    const double work = 0.5 * state.strain_step * (stress + state.stress);
+    const double dissipated = 0.5 * state.last_step * (dissipation + state.dissipation);
+    if (fabs(work - dissipated - (sums.energy - last.energy) / area()) > allowed &&
+        state.last_step > shortest_droplet_step()) {
+      step_back();
+      sums = last;
+      return;
+    }
+    state.work += work;
+    state.dissipated += dissipated;
     adapt_step();
     set_time_step(up_to_end(std::min(state.step, longest_step())));
   } else {

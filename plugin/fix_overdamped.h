@@ -136,6 +136,8 @@ class FixOverdamped : public Fix, private GhostExchange {
   bool correct_droplets(const Motions &predicted, double predicted_rate, const DragSolver::Result &);
   void step_back();
   double droplet_error() const;
+  double droplet_gap() const;
+  double shortest_droplet_step() const;
   double farthest_correction(const Motions &predicted) const;
   static double repeated(double ratio);
   double droplet_strain_step(double dt) const;
@@ -144,6 +146,7 @@ class FixOverdamped : public Fix, private GhostExchange {
   void add_up();
   void lean(double strain);
   double driven_rate() const;
+  void check_images() const;
   double typical_rate() const;
   double time_unit() const;    // of droplets
   double next_strain_step(double dt) const;

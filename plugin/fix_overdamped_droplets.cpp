@@ -25,6 +25,7 @@ using namespace LAMMPS_NS;
 static constexpr double FARTHEST = 0.005;   // that forces may take a vertex beside its prediction, units of length
 static constexpr double RETRY = 0.25;       // step over one that was too long
 static constexpr double SHORTEST = 1e-7;    // step over tau at which a run is given up
+static constexpr double STRAIN = 0.02, BALANCE = 0.05, ROUNDING = 1e-13;    // see `droplet_gap`
 
 /* ----------------------------------------------------------------------
    A run that goes on has its velocities. A flow begins with those that the drag alone allows: forces,
@@ -101,6 +102,25 @@ double FixOverdamped::droplet_error() const
 }
 
 /* ----------------------------------------------------------------------
+   energy per area that a step may lose: a part of the tolerance of what goes into a box that leans by STRAIN,
+   and what the sum of all energies rounds off
+------------------------------------------------------------------------- */
+
+double FixOverdamped::droplet_gap() const
+{
+  const double time = typical_rate() > 0.0 ? STRAIN / typical_rate() : time_unit();
+  const double power = std::max(fabs(state.stress * state.rate), state.dissipation);
+  return BALANCE * tolerance * time * power + ROUNDING * fabs(sums.energy) / area();
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixOverdamped::shortest_droplet_step() const
+{
+  return SHORTEST * time_unit();
+}
+
+/* ----------------------------------------------------------------------
    from where the prediction went to where the velocities lead; the box too, if its rate was free.
    false: the step was too long
 ------------------------------------------------------------------------- */
@@ -109,7 +129,7 @@ bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_
                                      const DragSolver::Result &result)
 {
   if (!result.converged || farthest_correction(predicted) > FARTHEST) {
-    if (state.last_step < SHORTEST * time_unit()) refuse(result);
+    if (state.last_step < shortest_droplet_step()) refuse(result);
     return false;
   }
   const double extra = ahead * (state.rate - predicted_rate), ylo = domain->boxlo[1];
@@ -120,7 +140,9 @@ bool FixOverdamped::correct_droplets(const Motions &predicted, double predicted_
     moved[i].y += dy;
     x[i][1] += dy;
     x[i][0] += dx;
-    if (drive == STRESS) x[i][0] += extra * (x[i][1] - ylo);
+    if (drive != STRESS) continue;
+    moved[i].x += extra * moved[i].y;
+    x[i][0] += extra * (x[i][1] - ylo);
   }
   if (drive == STRESS) {
     state.strain_step += extra;

@@ -15,12 +15,6 @@ import jamlab
 from jamlab.packing.natural_units import Scales, natural_scales
 
 RUNS = [(name, model) for name, case in CASES.items() for model in case.models]
-DONE = [(name, model) for name, model in RUNS if not CASES[name].pending]
-LEFT = [
-    pytest.param(name, model, marks=pytest.mark.xfail(reason=CASES[name].pending, strict=True))
-    for name, model in RUNS
-    if CASES[name].pending
-]
 
 
 def test_no_public_function_of_a_packing_is_forgotten():
@@ -28,16 +22,11 @@ def test_no_public_function_of_a_packing_is_forgotten():
     assert public_functions_of_packings() == CASES.keys() | NOT_COMPARED.keys()
 
 
-@pytest.mark.parametrize("name, model", DONE)
+@pytest.mark.parametrize("name, model", RUNS)
 @settings(max_examples=max(2, settings.default.max_examples // 12))
 @given(length=st.floats(-6, 6), stiffness=st.floats(-9, 9))
 def test_any_units(name, model, length, stiffness):
     assert deviation(name, model, 10.0**length, 10.0**stiffness) < CASES[name].tolerance
-
-
-@pytest.mark.parametrize("name, model", LEFT)
-def test_units_that_are_left(name, model):
-    assert deviation(name, model, 1e6, 1e9) < CASES[name].tolerance
 
 
 @pytest.mark.parametrize("model", ["sp", "dp"])
@@ -68,15 +57,15 @@ def onset(eps):
     return jamlab.jam("dp", 6, 1, eps=eps, ka=300 * eps, gamma=0.4 * eps)
 
 
-@pytest.mark.parametrize("eps", [2.0**-30, 2.0**20])
+@pytest.mark.parametrize("eps", [1e-9, 3.0, 7e5])
 def test_droplets_jam_alike_at_any_energy(eps):
-    """All energies of the law times one number, whose digits do not change: the same onset, bit for bit."""
+    """All energies of the law times one number: the same onset, bit for bit."""
     one, other = onset(1.0), onset(eps)
-    assert other.converged and np.array_equal(other.positions, one.positions) and other.max_force == eps * one.max_force
-    assert other.provenance["force_tolerance"] == 1e-10 * eps
+    assert other.converged and np.array_equal(other.positions, one.positions) and other.params["gamma"] == 0.4 * eps
+    assert other.max_force == pytest.approx(eps * one.max_force, rel=1e-12)
+    assert other.provenance["force_tolerance"] == pytest.approx(1e-10 * eps, rel=1e-12)
 
 
-def test_an_onset_of_soft_droplets_is_one():
-    """By contact energies over eps, whatever eps is: not at a hundred times the pressure, nor nowhere."""
-    onset = jamlab.jam("dp", 8, 1, eps=1e-6, ka=3e-4, gamma=4e-7)
-    assert onset.converged and 1e-16 < jamlab.measure(onset, ["contact_energy"])["contact_energy"] / 1e-6 < 2e-13
+def test_droplets_whose_own_forces_drown_those_of_contacts_are_refused():
+    with pytest.raises(jamlab.InputError, match=r"ka = 3e\+08 eps: rounding .* give ka up to 1e\+06 eps"):
+        jamlab.jam("dp", 6, 1, eps=1e-6)

@@ -163,7 +163,7 @@ class Sweep(FileTable):
     )
     # parameters that replace the defaults; `exponent` of disks, any of droplets
     force_law: dict[str, Any] = Field(default={})
-    # of disks, a distribution by name such as "lognormal:0.3", or a list of n diameters; see
+    # a distribution by name such as "lognormal:0.3", or a list of n diameters; see
     # `jamlab.protocols.size_distributions`. By default half of the disks are large.
     sizes: str | list[float] | None = None
     tolerances: Tolerances = Tolerances()  # see `Tolerances`
@@ -244,8 +244,6 @@ class Sweep(FileTable):
     def _check_sizes(self) -> None:
         from jamlab.protocols.size_distributions import FROM_FILE, disk_diameters
 
-        if self.sizes is not None:
-            self._only("sp", "sizes are")
         if isinstance(self.sizes, str) and self.sizes.startswith(FROM_FILE):
             raise ValueError(f"sizes = {self.sizes!r}: write the diameters as a list, since files may change")
         for n in self.n:
@@ -277,11 +275,11 @@ class Sweep(FileTable):
 
 
 def site_count(model: str, n: int, force_law: dict[str, Any]) -> float:
-    """Count the disks, or the vertices of n droplets, half of which are small."""
+    """Count the disks, or the vertices of n droplets, whose mean is that of the two sizes."""
     if model == "sp":
         return n
     law = defaults("dp") | force_law
-    return n // 2 * (int(law["nv_small"]) + int(law["nv_large"]))
+    return n / 2 * (int(law["nv_small"]) + int(law["nv_large"]))
 
 
 def _sweep_table() -> type[Sweep]:

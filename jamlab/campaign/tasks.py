@@ -51,7 +51,7 @@ class Parameters:
     compress: Compression | None = None
     pressures: tuple[float, ...] | None = None
     phi: tuple[float, ...] | None = None
-    # of disks: a distribution by name, or diameters; None: half of the particles are large
+    # a distribution by name, or diameters; None: half of the particles are large
     sizes: str | tuple[float, ...] | None = None
 
     @property

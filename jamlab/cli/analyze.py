@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from jamlab.cli.console import err_console, print_json, print_note, print_packings, print_table
@@ -178,6 +177,8 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
 
 def _balance(found: "Micrograph") -> str:
     """How far forces by shape balance on a droplet, or why there are none."""
+    import numpy as np
+
     try:
         residual = found.forces.residual
     except InputError as refused:

@@ -121,17 +121,17 @@ def _time_left(share: float, elapsed: float) -> str:
 
 # name in files -> heading and format of a table; files and --json hold all of jamlab.measure.COLUMNS
 SHOWN = {
-    "rho": ("rho", ".6g"),
-    "phi": ("phi", ".6g"),
+    "rho": ("ρ", ".6g"),
+    "phi": ("φ", ".6g"),
     "z": ("z", ".4f"),
     "rattlers": ("rattlers", ".0f"),
     "pressure": ("pressure", ".5g"),
     "g": ("G", ".5g"),
     "g_x": ("G_xy", ".5g"),
     "b": ("B", ".5g"),
-    "shape": ("shape", ".5g"),
-    "void_sides": ("void_sides", ".4f"),
-    "max_force": ("max_force", ".1e"),
+    "shape": ("A", ".5g"),
+    "void_sides": ("void sides", ".4f"),
+    "max_force": ("max force", ".1e"),
 }
 G_NOTE = "G: relaxed shear modulus, mean over directions; G_xy: for shear along x of the box"
 _MARKS = {True: "yes", False: "NO", None: "-"}
@@ -164,7 +164,7 @@ def print_packings(packings: "list[Packing]", out: Path | None, as_json: bool) -
     if None in marks:
         print_note(
             "converged -: the file does not say whether these states are minima, where alone G and B hold; "
-            "max_force is what is left"
+            "max force is what is left"
         )
     if any(measured["g"] < 0) or any(measured["g_x"] < 0):
         print_note(f"G {NEGATIVE_G}")

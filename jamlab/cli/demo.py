@@ -42,7 +42,7 @@ def demo(
     else:
         for model, sweep in sweeps.items():
             label, onset_rho = MODEL_STYLE[model]["label"], sweep.packings[0].onset
-            title = f"{label}: onset at rho_J = {onset_rho:.5f}, {sweep.seconds:.0f} s"
+            title = f"{label}: onset at ρ_J = {onset_rho:.5f}, {sweep.seconds:.0f} s"
             print_table(title, HEADINGS, table_rows(sweep))
             print_not_stable(unstable(sweep))
         print_note(G_NOTE)

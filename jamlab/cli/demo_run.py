@@ -30,7 +30,7 @@ from jamlab.processes.side_by_side import run_side_by_side
 from jamlab.protocols.compression import compress
 from jamlab.protocols.onset import jam
 from jamlab.rheology.mean_spectrum import Spectra, mean_spectra
-from jamlab.storage.atomic_file import check_target
+from jamlab.storage.atomic_file import check_targets
 from jamlab.storage.verified_file import versions
 
 _ONSET = {"sp": 0.9, "dp": 0.5}  # share of a run to rho = 0.95 until onset; measured with 64 particles
@@ -42,6 +42,7 @@ G_NOTE = (
     "G: relaxed shear modulus, mean over directions, in a box sheared until no shear stress is left "
     f"({ENSEMBLE}); units ε/σ² (SP), ε/l² (DP)"
 )
+_FILES = ("index.html", "sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png")
 FORMATS = {"rho": ".4f", "phi": ".4f", "z": ".3f", "rattlers": ".0f", "pressure": ".2e", "g": ".4f", "shape": ".4f"}
 
 
@@ -65,8 +66,7 @@ def run_demo(
     missing = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for name in ("index.html", "sp.h5", "dp.h5"):
-            check_target(out / name, replace=force)
+        check_targets(out, _FILES, replace=force)
         return _run_into(out, n, seed, to, progress)
     except FileExistsError:
         raise InputError(f"{out} is a file: name a folder") from None

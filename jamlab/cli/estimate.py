@@ -5,6 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_table, progress_bar
+from jamlab.cli.interruption import describe_kept
 from jamlab.cli.options import Json, Seed
 
 
@@ -22,9 +23,17 @@ def estimate(
     from jamlab.estimates.estimate import estimate as run
     from jamlab.estimates.options import Why
 
+    said = ""
+
+    def show(share: float, text: str) -> None:
+        nonlocal said
+        said = text
+        progress(share, text)
+
+    describe_kept(lambda: f"so far {said or 'no packing'}; nothing was written")
     with progress_bar("estimate") as progress:
         how: dict[str, Any] = {"seed": seed, "model": model, "processes": processes, "dry_run": dry_run}
-        made = run(quantity, rho, error, progress=progress, **how)
+        made = run(quantity, rho, error, progress=show, **how)
     found: dict[str, Any] = {"packings": made.packings, "error": made.error}
     if not dry_run:
         found = {"value": made.value} | found | {"met": made.met, "left_out": made.left_out, "seconds": made.seconds}

@@ -10,7 +10,6 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from jamlab.cli.console import print_json, print_note, print_stage, print_table, progress_bar
@@ -93,10 +92,16 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
         @wraps(run)
         def command(**values: Any) -> None:
             options = FlowOptions(**{each.name: values.pop(each.name) for each in (file, *shared)})
+            from jamlab.flow.run_file import OtherRunError
+
             expect_files(options)
-            if options.force:
-                options.out.unlink(missing_ok=True)
-            found, notes = run(options, **values)
+            try:
+                found, notes = run(options, **values)
+            except OtherRunError:
+                if not options.force:
+                    raise
+                options.out.unlink()
+                found, notes = run(options, **values)
             give(found, columns, notes, options)
 
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -106,6 +111,7 @@ def flow_command(columns: Mapping[str, str], **other: Any) -> Callable[[Run], Ca
     return decorate
 
 
+_HEADINGS = {"rates": "rate", "normal_stress_difference": "N₁"}
 _LINES = 15  # of a table on the screen
 _PICTURES = (".png", ".pdf", ".svg")
 
@@ -118,7 +124,7 @@ def expect_files(options: FlowOptions) -> None:
         raise InputError(f"cannot draw {plot}: end its name in {', '.join(_PICTURES)}")
     for path in (plot, options.csv):
         if path is not None:
-            check_target(path, options.file, out)
+            check_target(path, options.file, out, replace=options.force)
     kept = f"kept {out} as it was last saved; the same command goes on from there"
     describe_kept(lambda: kept if out.exists() else "nothing was written")
 
@@ -133,9 +139,9 @@ def give(found: "Flow", columns: Mapping[str, str], notes: Sequence[str], option
         print_json(_plain(found) | {"verdict": found.verdict, "out": str(options.out), "drag": found.describe()})
         return
     count = len(getattr(found, next(iter(columns))))
-    shown = np.unique(np.linspace(0, count - 1, min(count, _LINES)).round().astype(int))
+    shown = sorted({round(k * (count - 1) / (_LINES - 1)) for k in range(_LINES)})
     lines = [[f"{getattr(found, name)[k]:{form}}" for name, form in columns.items()] for k in shown]
-    print_table(found.describe(), list(columns), lines)
+    print_table(found.describe(), [_HEADINGS.get(name, name.replace("_", " ")) for name in columns], lines)
     for note in (*notes, found.verdict, f"unit of stress {found.unit}, of time tau_1; wrote {options.out}"):
         print_note(note)
 
@@ -145,7 +151,7 @@ def _rows(found: "Flow") -> dict[str, Any]:
     arrays = {f.name: getattr(found, f.name) for f in fields(found)}
     derived = ("compliance", "modulus", "steady", "energy_gap")
     arrays |= {name: getattr(found, name) for name in derived if hasattr(found, name)}
-    arrays = {name: value for name, value in arrays.items() if isinstance(value, np.ndarray) and value.ndim == 1}
+    arrays = {name: value for name, value in arrays.items() if getattr(value, "ndim", 0) == 1}
     count = len(next(iter(arrays.values())))
     return {name: value for name, value in arrays.items() if len(value) == count}
 
@@ -170,7 +176,7 @@ def _draw(found: "Flow", path: Path) -> None:
 
 def _plain(found: "Flow") -> dict[str, Any]:
     content: dict[str, Any] = {name: values.tolist() for name, values in _rows(found).items()}
-    content["imbalance"] = np.asarray(found.imbalance).tolist()
+    content["imbalance"] = getattr(found.imbalance, "tolist", lambda: found.imbalance)()
     for f in fields(found):
         value = getattr(found, f.name)
         if isinstance(value, bool | int | float | str):

@@ -9,7 +9,6 @@ from jamlab.cli.console import out_console, print_json, print_note, print_table
 from jamlab.cli.interruption import expect_output
 from jamlab.cli.options import Alpha, Beta, Ensemble, EtaF, Force, Frame, Json, Seed, Stokes, Tau, drag_law
 from jamlab.errors import InputError
-from jamlab.packing.hdf5 import NEGATIVE_G
 
 if TYPE_CHECKING:
     from jamlab.rheology.mean_spectrum import Spectra
@@ -88,6 +87,8 @@ def gstar(
 
 def print_spectra(name: str, spectra: "Spectra", every: int = 1) -> None:
     """Print G*_xy(omega) at every `every`-th frequency, below its limits and the static G averaged over directions."""
+    from jamlab.packing.hdf5 import NEGATIVE_G
+
     names, rows = spectra.rows()
     print_table(name, names, rows[::every])
     print_note(

@@ -9,8 +9,9 @@ from rich.text import Text
 
 from jamlab.cli.console import err_console, out_console, print_json, print_stage, print_table
 from jamlab.cli.interruption import expect_output
-from jamlab.cli.options import Json, Seed
+from jamlab.cli.options import Force, Json, Seed
 from jamlab.errors import InputError
+from jamlab.storage.atomic_file import atomic_file, check_targets, make_folder
 
 if TYPE_CHECKING:
     from jamlab.studies.study import Study
@@ -27,12 +28,17 @@ Measure = Annotated[bool, typer.Option("--measure", help="Measure anew into --ou
 Plan = Annotated[bool, typer.Option("--plan", help="Only say what --measure would do, and how long it takes.")]
 
 
-@chart.command("speed-accuracy", epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts")
+@chart.command(
+    "speed-accuracy",
+    short_help="Draw cost against error of every method.",
+    epilog="Example: jamlab chart speed-accuracy --topic spectrum --out charts",
+)
 def speed_accuracy(
     topic: Annotated[list[str] | None, typer.Option(help="One topic; can be repeated; default: all.")] = None,
     measure: Measure = False,
     plan: Plan = False,
     out: Out = Path("jamlab-charts"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw cost against error of every method along its dial, over many packings: curves, CSV, one HTML page."""
@@ -40,11 +46,13 @@ def speed_accuracy(
 
     from jamlab.studies.cost.chart import OFF_COLUMNS, defaults_off_the_front, write_charts
     from jamlab.studies.registry import CHARTS, chosen
+    from jamlab.studies.study import file_names
 
     charts = chosen(CHARTS, topic or ())
     if plan:
         print_plan(charts.values(), out, as_json)
         return
+    check_targets(out, file_names(charts, "speed-accuracy", each=False), replace=force)
     expect_output(out)
     found = write_charts(out, charts, measure=measure, progress=tell)
     beaten = defaults_off_the_front(charts, found)
@@ -77,22 +85,29 @@ def print_plan(studies: "Iterable[Study]", out: Path, as_json: bool) -> None:
     out_console.print(f"{long}; an interrupted run goes on where it stopped", highlight=False)
 
 
-@chart.command("stability", epilog="Example: jamlab chart stability --map fire-timestep --out charts")
+@chart.command(
+    "stability",
+    short_help="Draw where methods fail, as shares of seeds.",
+    epilog="Example: jamlab chart stability --map fire-timestep --out charts",
+)
 def stability(
     maps: Annotated[list[str] | None, typer.Option("--map", help="One map; can be repeated; default: all.")] = None,
     measure: Measure = False,
     plan: Plan = False,
     out: Out = Path("jamlab-charts"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw where methods fail, as shares of seeds, every number checked: maps, CSV, one HTML page."""
     from jamlab.studies.failure.map import COUNTED, counts, write_maps
     from jamlab.studies.registry import MAPS, chosen
+    from jamlab.studies.study import file_names
 
     named = chosen(MAPS, maps or ())
     if plan:
         print_plan(named.values(), out, as_json)
         return
+    check_targets(out, file_names(named, "stability", each=False), replace=force)
     expect_output(out)
     found = write_maps(out, named, measure=measure, progress=tell)
     if as_json:
@@ -103,19 +118,31 @@ def stability(
     out_console.print(f"Open {out / 'stability.html'}", soft_wrap=True)
 
 
-@chart.command("all", epilog="Example: jamlab chart all --measure --out charts")
-def all_charts(measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts")) -> None:
+@chart.command(
+    "all", short_help="Draw both, into one folder.", epilog="Example: jamlab chart all --measure --out charts"
+)
+def all_charts(
+    measure: Measure = False, plan: Plan = False, out: Out = Path("jamlab-charts"), force: Force = False
+) -> None:
     """Draw, or measure anew, all curves of speed-accuracy and all maps of stability, into one folder."""
     if plan:
         from jamlab.studies.registry import CHARTS, MAPS
 
         print_plan([*CHARTS.values(), *MAPS.values()], out, as_json=False)
         return
-    speed_accuracy(measure=measure, out=out)
-    stability(measure=measure, out=out)
+    from jamlab.studies.registry import MAPS
+    from jamlab.studies.study import file_names
+
+    check_targets(out, file_names(MAPS, "stability", each=False), replace=force)
+    speed_accuracy(measure=measure, out=out, force=force)
+    stability(measure=measure, out=out, force=force)
 
 
-@chart.command("flow-table", epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz")
+@chart.command(
+    "flow-table",
+    short_help="Measure the errors behind choose_flow.",
+    epilog="Example: jamlab chart flow-table --out flow_errors.csv.gz",
+)
 def flow_table(
     out: Annotated[
         Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/flow_errors.csv.gz.")
@@ -134,7 +161,11 @@ def flow_table(
     out_console.print(f"wrote {out}: {len(made.rows)} runs; {held}", soft_wrap=True)
 
 
-@chart.command("estimates", epilog="Example: jamlab chart estimates --out ways.csv.gz")
+@chart.command(
+    "estimates",
+    short_help="Measure the table behind estimate.",
+    epilog="Example: jamlab chart estimates --out ways.csv.gz",
+)
 def estimates(
     out: Annotated[Path, typer.Option(help="File to write; in a checkout, jamlab/estimates/ways.csv.gz.")] = Path(
         "ways.csv.gz"
@@ -159,16 +190,19 @@ def calibrate(
     n: Annotated[int, typer.Option("--n", help="Number of droplets, even.")] = 32,
     seeds: Annotated[int, typer.Option(help="Number of packings for each set of parameters.")] = 8,
     workers: Annotated[int | None, typer.Option(help="Number of processes; default: all cores.")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Fit gamma, ka and delta of droplets to tables 1 and 2 of Boromand et al., and show how much each matters."""
     from jamlab.studies.droplet_calibration import DropletCalibration, targets_as_text
 
     study = DropletCalibration(n=n, seeds=seeds)
+    check_targets(out, ["sensitivity.csv"], replace=force)
     expect_output(out)
     study.run(out, tell, workers=workers)
     changes, found = study.fit(out)
-    changes.to_csv(out / "sensitivity.csv", index=False)
+    with atomic_file(out / "sensitivity.csv") as temporary:
+        changes.to_csv(temporary, index=False)
     if as_json:
         print_json({"sensitivity": changes.to_dict("records"), **vars(found)})
         return
@@ -186,11 +220,12 @@ def compare(
     phi: Annotated[float, typer.Option(help="Nominal packing fraction, above onset.")] = 0.88,
     recipe: Annotated[str | None, typer.Option(help="Write a recipe instead: hoomd.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for CSV and HTML, or for the recipe.")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Compare energy, minimum, time on one core with jax-md, JaxDEM, OpenMM, ASE, LAMMPS; analysis: freud, matscipy."""
-    from jamlab.storage.atomic_file import make_folder
     from jamlab.studies.other_codes.compare import (
+        FILES,
         Comparison,
         comparison_tables,
         jolted_minimum,
@@ -202,10 +237,12 @@ def compare(
 
     if recipe is not None:
         folder = out or Path(f"jamlab-{recipe}")
+        check_targets(folder, ["packing.npz", f"{recipe}_check.py"], replace=force)
         out_console.print(write_recipe(recipe, folder, jolted_minimum(n, seed, phi)[0]), soft_wrap=True)
         return
     if out is not None:
         make_folder(out)
+        check_targets(out, FILES, replace=force)
         expect_output(out)
     rows, analysis = Comparison(sizes=(n,), seed=seed, phi=phi).measure(n, tell)
     if out is not None:
@@ -246,13 +283,21 @@ def list_studies(
     print_table("studies", ["name", "kind", "shows"], [[name, s.kind, s.title] for name, s in chosen.items()])
 
 
-@study.command("plan", epilog="Example: jamlab study plan spectrum boromand-6 --out results")
+@study.command(
+    "plan",
+    short_help="Count tasks that are left, and their time.",
+    epilog="Example: jamlab study plan spectrum boromand-6 --out results",
+)
 def plan(names: Names, out: Results = Path("jamlab-results"), as_json: Json = False) -> None:
     """Say how many tasks are left and how long they take, without running anything."""
     print_plan(_chosen(names), out, as_json)
 
 
-@study.command("run", epilog="Example: jamlab study run spectrum --out results")
+@study.command(
+    "run",
+    short_help="Measure what a folder of results lacks.",
+    epilog="Example: jamlab study run spectrum --out results",
+)
 def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     """Measure what a folder of results does not hold; saved task by task, so that it goes on where it stopped."""
     chosen = _chosen(names)
@@ -262,19 +307,25 @@ def run(names: Names, out: Results = Path("jamlab-results")) -> None:
     out_console.print(f"Draw it: jamlab study draw {' '.join(names)} --from {out}", soft_wrap=True, highlight=False)
 
 
-@study.command("draw", epilog="Example: jamlab study draw spectrum moved boromand-6 --out drawn")
+@study.command(
+    "draw",
+    short_help="Draw pictures, numbers and one page.",
+    epilog="Example: jamlab study draw spectrum moved boromand-6 --out drawn",
+)
 def draw(
     names: Names,
     source: Annotated[Path | None, typer.Option("--from", help="Folder of results; default: what ships.")] = None,
     out: Annotated[Path, typer.Option(help="Folder for PNG, PDF, CSV and HTML.")] = Path("jamlab-studies"),
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw studies from a folder of results, or from the data that ship: pictures, numbers, one HTML page."""
-    from jamlab.studies.study import Page, source_fact, write_page
+    from jamlab.studies.study import Page, file_names, source_fact, write_page
 
     chosen = {each.name: each for each in _chosen(names)}
     if source is not None and source.resolve() == out.resolve():
         raise InputError(f"--out {out}: pictures must not lie among results: name another folder")
+    check_targets(out, file_names(chosen, "studies"), replace=force)
     expect_output(out)
     drawn, failures = write_page(
         out,
@@ -294,7 +345,9 @@ def draw(
     out_console.print(f"Open {out / 'studies.html'}", soft_wrap=True)
 
 
-@study.command("add", epilog="Example: jamlab study add my_study.py")
+@study.command(
+    "add", short_help="Add a study of your own, or packings.", epilog="Example: jamlab study add my_study.py"
+)
 def add(
     source: Annotated[Path, typer.Argument(help="Python file with a study, or a campaign whose packings to add.")],
     out: Annotated[Path, typer.Option(help="Of a campaign: folder of tables to add to.")] = Path("jamlab-tables"),
@@ -313,10 +366,13 @@ def add(
         names = ", ".join(each.name for each in add_studies(source))
         out_console.print(f"added {names} to {OWN}", soft_wrap=True, highlight=False)
         return
-    from jamlab.studies.reference_data import RECORD, save_reference
+    from jamlab.studies.ensemble_tables import NAMES
+    from jamlab.studies.reference_data import RECORD, TABLE_FILE, save_reference
 
     expect_output(out)
-    written = save_reference(source, out, commit, (out / RECORD).exists(), only or [])
+    known = (out / RECORD).exists()
+    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=known)
+    written = save_reference(source, out, commit, known, only or [])
     print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
 
 
@@ -351,6 +407,7 @@ def figure(
     only: Annotated[
         list[str] | None, typer.Option("--only", help="With the name reference: a table to write; default: all.")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Draw figures of both papers from our own packings, and compare each of their numbers with ours."""
@@ -358,9 +415,9 @@ def figure(
     if names == ["list"]:
         _list_figures(as_json)
     elif names == ["reference"]:
-        _write_reference(source, out, commit, add, only or [], as_json)
+        _write_reference(source, out, commit, add, only or [], force, as_json)
     else:
-        _draw_figures(names, source, out, as_json)
+        _draw_figures(names, source, out, force, as_json)
 
 
 def _list_figures(as_json: bool) -> None:
@@ -373,11 +430,15 @@ def _list_figures(as_json: bool) -> None:
         print_table("figures", ["name", "shows"], [[name, title] for name, title in titles.items()])
 
 
-def _write_reference(source: Path | None, out: Path, commit: str, add: bool, only: list[str], as_json: bool) -> None:
-    from jamlab.studies.reference_data import save_reference
+def _write_reference(
+    source: Path | None, out: Path, commit: str, add: bool, only: list[str], force: bool, as_json: bool
+) -> None:
+    from jamlab.studies.ensemble_tables import NAMES
+    from jamlab.studies.reference_data import RECORD, TABLE_FILE, save_reference
 
     if source is None:
         raise InputError("reference needs a campaign: name its file or folder with --from")
+    check_targets(out, [RECORD, *map(TABLE_FILE.format, only or NAMES)], replace=force or add)
     written = save_reference(source, out, commit, add, only)
     if as_json:
         print_json({"out": str(out), "bytes": written})
@@ -385,7 +446,7 @@ def _write_reference(source: Path | None, out: Path, commit: str, add: bool, onl
         print_table(f"wrote {out}", ["table", "bytes"], [[name, str(size)] for name, size in written.items()])
 
 
-def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: bool) -> None:
+def _draw_figures(names: list[str], source: Path | None, out: Path, force: bool, as_json: bool) -> None:
     from jamlab.processes.cores import available_cores
     from jamlab.studies import gallery
     from jamlab.studies.claims import summary
@@ -394,6 +455,7 @@ def _draw_figures(names: list[str], source: Path | None, out: Path, as_json: boo
 
     chosen, tables = gallery.check_names(names), open_tables(source)
     whole = len(chosen) == len(gallery.FIGURES)
+    check_targets(out, gallery.file_names(chosen, whole=whole), replace=force)
     with err_console.status("drawing") as status:
         if whole:
             opening = example_sections() if source is None else ()

@@ -17,12 +17,13 @@ from jamlab.arrays import Array
 from jamlab.checks import check_seed, checked
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.estimates.ensemble_plan import EnsemblePlan, interval, plan_mean
-from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, value_at
+from jamlab.estimates.ensemble_way import ONSET, EnsembleWay, bring_on, find_onset, refuse_sizes, value_at
 from jamlab.estimates.model_choice import Choice
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.short_repr import short_repr
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.processes.side_by_side import run_side_by_side
+from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import room
 
 Make = Callable[[int], Sequence[tuple[float, float]]]  # number of seeds -> value (nan: none) and seconds of each
@@ -142,6 +143,7 @@ def estimate(
     processes: int = 1,
     progress: Progress = no_progress,
     dry_run: bool = False,
+    sizes: Sizes | None = None,
 ) -> Estimate:
     """Estimate a mean over packings of droplets to a given error, at the least cost that the table promises.
 
@@ -163,6 +165,7 @@ def estimate(
         processes: packings made at once.
         progress: called with the share of the seeds expected in all that were tried, and their number in words.
         dry_run: plan alone: nothing is made, `value` is nan, and `error`, `packings` and `seconds` are those expected.
+        sizes: refused: the table is of two sizes, half and half.
 
     Raises:
         InputError: an unknown quantity, rho missing or outside the table, an error that is not positive and finite or
@@ -178,6 +181,7 @@ def estimate(
         >>> loose.seconds < tight.seconds, tight.choice.way.start
         (True, 'droplets')
     """
+    refuse_sizes(sizes)
     check_seed(seed)
     if processes < 1:
         raise InputError(f"processes = {processes}: must be 1 or more")
@@ -212,6 +216,7 @@ def _run(
 ) -> tuple[Sample, list[int], Stop]:
     numbers = _packing_seeds(seed)
     seeds: list[int] = []
+    found: list[tuple[float, float]] = []
     one = partial(make_one, way=plan.way, quantity=plan.quantity, rho=plan.rho)
     expected = round(plan.packings / plan.scatter.share)
 
@@ -222,19 +227,24 @@ def _run(
 
         def done(made: int) -> None:
             tried = before + made
-            progress(tried / max(expected, len(seeds)), f"{tried} packings")
+            progress(tried / max(expected, len(seeds)), f"{tried} packings{_mean_so_far(found, plan.correction)}")
 
         if processes > 1:
-            return run_side_by_side(one, batch, processes, done=done)
-        made = []
-        with threadpool_limits(1):
-            for number in batch:
-                made.append(one(number))
-                done(len(made))
-        return made
+            found.extend(run_side_by_side(one, batch, processes, done=done))
+        else:
+            with threadpool_limits(1):
+                for made, number in enumerate(batch, 1):
+                    found.append(one(number))
+                    done(made)
+        return found[before:]
 
-    found, stopped = sample(plan, error, make)
-    return found, seeds, stopped
+    made, stopped = sample(plan, error, make)
+    return made, seeds, stopped
+
+
+def _mean_so_far(found: Sequence[tuple[float, float]], correction: float) -> str:
+    good = np.array([value for value, _ in found if math.isfinite(value)])
+    return f", mean {good.mean() + correction:.5g} ± {good.std(ddof=1) / len(good) ** 0.5:.1g}" if len(good) > 1 else ""
 
 
 def make_one(

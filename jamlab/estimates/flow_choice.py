@@ -38,7 +38,7 @@ from jamlab.packing.packing import Packing
 from jamlab.protocols.moduli import shear_modulus
 from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
-from jamlab.rheology.nonlinear_drag import equivalent_time, modulus_at_strain
+from jamlab.rheology.nonlinear_drag import equivalent_time, nonlinear_modulus
 from jamlab.statistics.confidence import STANDARD_ERRORS, room
 
 RUN_ERROR = 0.01  # of `oscillate` at its default tolerance, with room for cycles that still drift; taken for flow too,
@@ -191,7 +191,8 @@ def _for_oscillation(
         error = np.inf if outside else table.promise(flow)
         kept = _kept("oscillation", flow.beta) if np.isfinite(error) else kept
         if law.alpha < 1:
-            best = modulus_at_strain(packing, omega, amplitude, law)
+            found = nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
+            best = complex(found.storage[0], found.loss[0])
     static = complex(spectrum.g0)
     values: dict[str, complex | None] = {"static modulus": static, "linear spectrum": plain}
     errors = {
@@ -280,8 +281,7 @@ def _average(noise: float, tolerance: float, model_error: float) -> float:
 
 def _equivalent_law(packing: Packing, law: Damping, omega: float, stress: float) -> Damping:
     """Linear drag that dissipates as much as a power law at a frequency and a stress amplitude."""
-    length = 1.0 if packing.diameters is None else float(np.mean(packing.diameters))
-    time = equivalent_time(omega * law.tau, stress * length, law.alpha, stiffness=drag_stiffness(packing))[0]
+    time = equivalent_time(omega * law.tau, stress, law.alpha, stiffness=drag_stiffness(packing))[0]
     return replace(law.linear(), tau=law.tau * float(time))
 
 

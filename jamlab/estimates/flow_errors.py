@@ -37,6 +37,7 @@ _CONDITION = ["alpha", "drag", "amplitude"]
 _SHORT_BLOCKS = 1.5  # of standard errors: runs over a strain of 60 say 1.1 to 1.8 times those of the table, over 3
 _FLOOR = 1e-3  # errors below are rounding of the runs, and no measure of how they vary
 _SPRINGS = 2.0  # exponent of the repulsion of all disks of the table
+_RATIO = 1.4  # of their two sizes, half and half
 _DIGITS = 1e-4  # relative: the table has five digits
 
 
@@ -127,7 +128,11 @@ class FlowErrors:
         found = [] if packing.model == "sp" else [Outside("model", packing.model, "sp", "sp")]
         if (exponent := float(packing.params.get("exponent", _SPRINGS))) != _SPRINGS:
             found += [Outside("exponent", exponent, _SPRINGS, _SPRINGS)]
-        given: list[tuple[str, float, float, float]] = [("particles", packing.n, rows["n"].min(), np.inf)]
+        given: list[tuple[str, float, float, float]] = []
+        if (d := packing.diameters) is not None:
+            given += [("large over small diameter", d.max() / d.min(), _RATIO, _RATIO)]
+            given += [("width of the diameters", d.std() / d.mean(), *2 * [(_RATIO - 1) / (_RATIO + 1)])]
+        given += [("particles", packing.n, rows["n"].min(), np.inf)]
         given += [("pressure over stiffness", mean_overlap(packing), rows["pressure"].min(), rows["pressure"].max())]
         given += [("beta", flow.beta, *SLIDING_BETAS)]
         if flow.alpha != STOKES:

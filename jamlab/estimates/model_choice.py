@@ -19,12 +19,13 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, check_count, check_number, checked
 from jamlab.errors import InputError
-from jamlab.estimates.ensemble_way import STEP, EnsembleWay, bring_on, default_way, find_onset, values_at
+from jamlab.estimates.ensemble_way import STEP, EnsembleWay, bring_on, default_way, find_onset, refuse_sizes, values_at
 from jamlab.estimates.options import OldWords, Why, judge, taken
 from jamlab.estimates.way_table import QUANTUM, N, WayRecord, Ways, read_ways
 from jamlab.packing.law_parameters import MODELS
 from jamlab.packing.packing import Packing
 from jamlab.packing.short_repr import short_repr
+from jamlab.protocols.size_distributions import Sizes
 from jamlab.statistics.confidence import between, exceeded_by_few, neighbours
 
 QUANTITIES = {
@@ -236,6 +237,7 @@ def scene(
     model: str = "auto",
     step: float = STEP,
     exponent: float | None = None,
+    sizes: Sizes | None = None,
 ) -> Scene:
     """Make particles at rho by the cheapest model expected to keep every tolerance.
 
@@ -251,6 +253,7 @@ def scene(
         step: of rho in the sweeps.
         exponent: of the energy of disks, see `jam`; above 2 with model = "sp" alone. Errors and corrections of the
             choice are those of harmonic disks.
+        sizes: refused: the errors are those of two sizes, half and half.
 
     Raises:
         InputError: see `jamlab.estimates.model_choice.choose`.
@@ -262,6 +265,7 @@ def scene(
         ('sp', 16)
     """
     began = time.perf_counter()
+    refuse_sizes(sizes)
     if exponent not in (None, 2) and model != "sp":
         raise InputError(
             f"exponent = {exponent!r} with model = {model!r}: errors were measured of harmonic disks, and droplets "

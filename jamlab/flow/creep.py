@@ -97,7 +97,7 @@ class CreepRun(FlowRun):
         per_unit = f"1/({self.unit})" if "/" in self.unit or " " in self.unit else f"1/{self.unit}"
         name = label or rf"$\sigma$ = {self.applied:g}: {shortly(self.reached)}"
         draw_in_time(axes, self.time[1:], self.compliance[1:], name, **style)
-        finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self.imbalance)
+        finish_in_time(axes, in_unit(r"compliance $J(t)$", per_unit if self.unit else ""), self)
 
 
 TOLERANCE = 1e-3

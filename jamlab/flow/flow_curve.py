@@ -15,7 +15,6 @@ from jamlab.checks import check_number, checked
 from jamlab.errors import InputError
 from jamlab.flow.flow_cost import cost_of_flow
 from jamlab.flow.flow_run import (
-    LIMIT,
     describe_balance,
     describe_drag,
     energy_gap,
@@ -99,11 +98,12 @@ class FlowCurve:
 
     @property
     def verdict(self) -> str:
-        """What the curve has reached, in words, and a warning if energy is not balanced to 2 %."""
+        """What the curve has reached, in words, and a warning if energy is not balanced to the tolerance."""
         drifting = ", ".join(f"{rate:g}" for rate in self.rates[~self.steady])
         reached = f"NOT STEADY at rate {drifting}" if drifting else "steady at every rate"
-        off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > LIMIT]]
-        return "; ".join(filter(None, (reached, warn_of_imbalance(self._worst, finer_steps(self.tolerance), off))))
+        off = [f"rate {rate:g}" for rate in self.rates[self.imbalance > self.tolerance]]
+        warning = warn_of_imbalance(self._worst, self.tolerance, finer_steps(self.tolerance), off)
+        return "; ".join(filter(None, (reached, warning)))
 
     @property
     def _worst(self) -> float:
@@ -161,7 +161,7 @@ class FlowCurve:
         axes.set_yscale("log")
         label_axes(axes, r"rate of shear $\dot\gamma\,\tau_1$", in_unit(r"shear stress $\sigma$", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self.imbalance.max(initial=0.0))
+        say_balance(axes, self._worst, self.tolerance)
 
 
 ROWS = 50  # per unit of strain: stresses forget each other within 0.1

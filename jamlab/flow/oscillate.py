@@ -124,7 +124,7 @@ class Oscillation(FlowRun):
         axes.locator_params(axis="x", nbins=5)
         label_axes(axes, across, in_unit(r"shear stress $\sigma$, less its mean", self.unit))
         axes.legend(fontsize=LEGEND)
-        say_balance(axes, self.imbalance)
+        say_balance(axes, self.imbalance, self.allowed_imbalance)
 
 
 def fit_harmonics(time: Array, stress: Array, omega: float, amplitude: float) -> Complex:

@@ -18,8 +18,7 @@ from jamlab.checks import is_number
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, EngineError, InputError
-from jamlab.mechanics.force_network import mean_size
-from jamlab.packing.natural_units import Scales
+from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.rheology.damping import Damping
 
@@ -27,7 +26,6 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-9, 0.1
 _SOFTEST, _STIFFEST = 1e-4, 1e-2  # residual over tolerance: below, steps get no longer; above, they get shorter
 _COARSE = 1e-3, 10.0  # tolerance above which the residual grows faster than it, and by how much at most: steps end at
 # contacts there, with errors far below it
-_SAME = 1e-12  # by which rounding moves a mean size of 1
 _LEAST_RESIDUAL = 1e-13  # that rounding leaves
 _LOOK = 20_000  # steps between two looks at how long they are
 _CRAWL = 1e-3  # mean step over that of a smooth flow, below which no run would ever end, and at most
@@ -38,11 +36,9 @@ _OF_LAMMPS = ("Lost atoms", "Non-numeric")  # its own words for the same, which 
 
 
 class FlowState(NamedTuple):
-    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain.
-
-    `energy` is elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate,
-    are per area. `iterations` are those of all solutions so far.
-    """
+    """Numbers of `fix overdamped` at one instant, in its order; stresses are conjugate to the strain. `energy` is
+    elastic, `work` and `dissipated` have gone in and out since the start; these and `dissipation`, a rate, are per
+    area. `iterations` are those of all solutions so far."""
 
     time: float
     strain: float
@@ -71,19 +67,10 @@ _COUNTED = ("time", "strain", "work", "dissipated", "iterations")  # from the st
 
 
 class OverdampedSession:
-    """A LAMMPS instance that holds one packing and shears it.
-
-    Args:
-        packing: SP or DP.
-        damping: `ContactDamping` or `StokesDrag`.
-        tolerance: relative error of velocities that a step may make; the residual of the solver follows.
-        background: drag of every particle against the affine flow beside contact damping, over k tau_1.
-        residual: of the solver of velocities, over the driving force; by default `solver_residual`.
-
-    Raises:
-        InputError: a value out of range.
-        EngineError: see `Session`.
-    """
+    """A LAMMPS instance that holds one packing and shears it. `damping`: `ContactDamping` or `StokesDrag`; `tolerance`:
+    relative error of velocities that a step may make; the residual of the solver follows; `background`: drag of every
+    particle against the affine flow beside contact damping, over k tau_1; `residual`: of the solver of velocities, over
+    the driving force; by default `solver_residual`."""
 
     def __init__(
         self,
@@ -105,7 +92,7 @@ class OverdampedSession:
         settings |= {"background": background, "fluid": 0.0}
         settings |= damping.lammps_variables()
         self._outlines = damping.outline_words() if packing.model == "dp" else ""
-        self._session = Session(packing, scales=flow_scales(packing))
+        self._session = Session(packing, scales=unit_scales(packing))
         try:
             self._session.set_variables(settings)
             if packing.model == "sp":
@@ -133,18 +120,11 @@ class OverdampedSession:
         self._session.close()
 
     def drive(self, drive: str, interval: float, *, longest: float = 0.0, before: FlowState | None = None) -> FlowState:
-        """Drive the packing from its present state; time and strain count from here.
-
-        Args:
-            drive: "rate value", "oscillate amplitude omega" or "stress value", as of `fix overdamped`; a stress as
-                `stress_drive` says it.
-            interval: of time, after which `advance` returns.
-            longest: step, by default no limit but that of the tolerance.
-            before: last state of an earlier flow, from which time, strain, work and iterations go on instead.
-
-        Returns:
-            The state before the first step.
-        """
+        """Drive the packing from its present state; time and strain count from here. `drive`: "rate value", "oscillate
+        amplitude omega" or "stress value", as of `fix overdamped`; a stress as `stress_drive` says it; `interval`: of
+        time, after which `advance` returns; `longest`: step, by default no limit but that of the tolerance; `before`:
+        last state of an earlier flow, from which time, strain, work and iterations go on instead. Returns the state
+        before the first step."""
         if self._driven:
             self._session.command("unfix flow")
         words = drive + self._outlines + (f" longest {longest:.17g}" if longest else "")
@@ -161,11 +141,7 @@ class OverdampedSession:
         return f"stress {stress / self._session.scales.stress:.17g}"
 
     def advance(self, steps: int | None = None) -> FlowState:
-        """Go on to the end of the interval, or by so many steps if that comes first.
-
-        Raises:
-            ConvergenceError: velocities that no solver finds or no step resolves: strain, rate and remedy are named.
-        """
+        """Go on to the end of the interval, or by so many steps if that comes first."""
         state = self.state()
         end = (np.floor((state.time - self._start) / self._interval + 1e-9) + 1.0) * self._interval + self._start
         while state.time < end * (1 - 1e-12) and (steps is None or steps > 0):
@@ -219,11 +195,7 @@ class OverdampedSession:
 
 
 def check_flowing(damping: Damping, tolerance: float, background: float) -> None:
-    """Refuse what cannot flow in time.
-
-    Raises:
-        InputError: naming tolerance or background.
-    """
+    """Refuse what cannot flow in time."""
     if not (is_number(tolerance) and LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
         raise InputError(f"tolerance = {tolerance!r}: must lie between {LEAST_TOLERANCE:g} and {LARGEST_TOLERANCE:g}")
     if not (is_number(background) and background >= 0):
@@ -240,10 +212,8 @@ def background_drag(packing: Packing, damping: Damping, background: float | None
 
 
 def solver_residual(damping: Damping, tolerance: float, background: float) -> float:
-    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step.
-
-    A residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background.
-    """
+    """Residual of the velocities over the driving force, so small that its noise stays below the error of a step. A
+    residual r leaves errors up to r over the least eigenvalue of B, which is about that of the background."""
     softest = background if damping.at_contacts else 1.0
     least, most = _COARSE
     looser = min(max(tolerance / least, 1.0), most)
@@ -260,16 +230,3 @@ def _flow_errors() -> Iterator[None]:
         if coded is None and not any(words in text for words in _OF_LAMMPS):
             raise
         raise ConvergenceError("".join(coded.groups()) if coded else text) from error
-
-
-def flow_scales(packing: Packing) -> Scales:
-    """Units in which a packing flows: its mean size is 1, and so is its stiffness.
-
-    Drag laws with a power below 1 and the background know no other length, and tolerances, steps and what counts as
-    rest are numbers in these units.
-    """
-    length = mean_size(packing)
-    if abs(length - 1.0) < _SAME:
-        length = 1.0
-    stiffness = packing.params["k"] * length**2 if packing.units == "k" else packing.params["eps"]
-    return Scales(length, float(stiffness))

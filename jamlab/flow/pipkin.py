@@ -91,7 +91,7 @@ class Pipkin:
         label_axes(axes, r"angular frequency $\omega\,\tau_1$", r"amplitude $\gamma_0$")
         scale = axes.figure.colorbar(colours, ax=axes)
         scale.set_label(r"third harmonic over first, $|G^*_3|/|G^*_1|$", fontsize=LABEL)
-        say_balance(axes, self.imbalance)
+        say_balance(axes, self.imbalance, min(each.tolerance for each in self.oscillations))
 
 
 @checked

@@ -78,7 +78,7 @@ class StressRelaxation(FlowRun):
         name = label or rf"$\gamma$ = {self.step_strain:g}: {shortly(self.reached)}"
         values, what = (self.modulus, r"relaxation modulus $G(t)$") if self.step_strain else (self.stress, r"$\sigma$")
         draw_in_time(axes, self.time, values, name, **style)
-        finish_in_time(axes, in_unit(what, self.unit), self.imbalance)
+        finish_in_time(axes, in_unit(what, self.unit), self)
 
 
 TOLERANCE = 1e-3

@@ -15,8 +15,8 @@ from jamlab.arrays import Array
 from jamlab.checks import checked
 from jamlab.errors import ConvergenceError
 from jamlab.mechanics.force_network import ForceNetwork, force_network
-from jamlab.mechanics.stiffness import Stiffness, stiffness
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.static_response import UnstableError, static_response
+from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.deformation import at_phi, deformed, shear_gradient
 from jamlab.packing.law_parameters import UNIT_OF_STRESS
 from jamlab.packing.packing import Packing
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     pass
 
 
-# Of a static solution, relative: stable packings leave 1e-13 and less, onset included; a floppy network leaves more.
-LARGEST_RESIDUAL = 1e-6
 # G(angle) holds harmonics up to 4 angle, so three equally spaced angles average exactly
 AVERAGING_ANGLES = np.pi * np.arange(3) / 3
 
@@ -86,7 +84,8 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNe
         network: the `force_network` of the packing, if it is known already; `prestress` is then that of the network.
 
     Raises:
-        ConvergenceError: no backbone, or a negative mode: the state is not a minimum.
+        ConvergenceError: no backbone; not at a minimum; or a mode of the backbone is negative, or floppy and pushed by
+            strain (`UnstableError`, with the mode).
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -98,7 +97,13 @@ def elastic_tensor(packing: Packing, *, prestress: bool = True, network: ForceNe
     network.check_at_rest()
     k = stiffness(network.packing, network.terms)
     right = k.ue.reshape(-1, 4)
-    solution = solve_with_one_site_fixed(k, right)
+    solution = np.zeros_like(right)
+    if len(right) > 2:  # one particle that presses on its own images moves with the box alone
+        try:
+            solution[2:] = static_response(k.uu[2:, 2:].tocsc(), right[2:])
+        except UnstableError as error:
+            error.mode = np.concatenate([np.zeros(2), error.mode])
+            raise
     response = (solution.T @ right).reshape(2, 2, 2, 2)
     displacements = np.zeros((len(packing.positions), 2, 2, 2))
     displacements[network.held] = -solution.reshape(-1, 2, 2, 2)
@@ -114,19 +119,15 @@ def modulus_along(c: Array, angles: Array) -> Array:
 
 
 def compression_modulus(c: Array, pressure: float) -> float:
-    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4.
-
-    C is the curvature of U in the displacement gradient; the area is quadratic in it, which brings in the pressure.
-    """
+    """Bulk modulus B = -A dp/dA of an elastic tensor c at a pressure: (C_iikk + 2 p)/4. C is the curvature of U in the
+    displacement gradient; the area is quadratic in it, which brings in the pressure."""
     return float(0.25 * np.einsum("iikk->", c) + 0.5 * pressure)
 
 
 def follow(packing: Packing, phi: float) -> Packing:
-    """Predict the packing at another nominal packing fraction by linear response.
-
-    Near onset a prediction keeps all overlaps in proportion, so that no contact opens or closes; an affine guess would
-    change most of them. Rattlers move with the box; so does all of a packing that has no stable response.
-    """
+    """Predict the packing at another nominal packing fraction by linear response. Near onset a prediction keeps all
+    overlaps in proportion, so that no contact opens or closes; an affine guess would change most of them. Rattlers move
+    with the box; so does all of a packing that has no stable response."""
     moved = at_phi(packing, phi)
     try:
         network = force_network(packing)
@@ -142,34 +143,9 @@ def follow(packing: Packing, phi: float) -> Packing:
 
 
 def follow_shear(packing: Packing, strain: Array, tensor: ElasticTensor) -> Packing:
-    """Predict the packing after a small shear at constant area by linear response.
-
-    Args:
-        packing: at an energy minimum.
-        strain: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays.
-        tensor: `elastic_tensor(packing)`.
-    """
+    """Predict the packing after a small shear at constant area by linear response. `packing`: at an energy minimum;
+    `strain`: (2, 2) symmetric, traceless; the box is mapped by its matrix exponential, so its area stays; `tensor`:
+    `elastic_tensor(packing)`."""
     moved, rotation = deformed(packing, shear_gradient(strain))
     response = np.einsum("nkij,ij->nk", tensor.displacements, strain)
     return moved.with_state(positions=moved.positions + response @ rotation.T)
-
-
-def solve_with_one_site_fixed(k: Stiffness, right: Array) -> Array:
-    """Solve K_uu x = right with the first site fixed, which removes the two translations.
-
-    Raises:
-        ConvergenceError: K_uu has a negative or another zero mode.
-    """
-    solution = np.zeros_like(right)
-    if len(right) == 2:  # one particle that presses on its own images moves with the box alone
-        return solution
-    factors = SymmetricFactors(k.uu[2:, 2:])
-    if factors.negative:
-        raise ConvergenceError(
-            f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), it is not at a minimum"
-        )
-    solution[2:] = factors.solve(right[2:])
-    residual = np.abs(k.uu @ solution - right)[2:].max() / max(np.abs(right).max(), np.finfo(float).tiny)
-    if not residual <= LARGEST_RESIDUAL:
-        raise ConvergenceError(f"the Hessian is too close to singular for a modulus: relative residual {residual:.2g}")
-    return solution

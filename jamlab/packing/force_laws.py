@@ -11,6 +11,7 @@ import numpy as np
 
 from jamlab.arrays import Array, Indices
 from jamlab.packing.law_parameters import FORCE_LAW, OPTIONAL
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 
 
@@ -115,8 +116,8 @@ def lammps_variables(packing: Packing) -> dict[str, object]:
 
 
 def drag_stiffness(packing: Packing) -> float:
-    """Stiffness in drag coefficients: k, or eps over the squared unit of length."""
-    return disk_law(packing).strength if packing.model == "sp" else float(packing.params["eps"])
+    """Stiffness in drag coefficients: k, or eps over the square of the mean size of particles."""
+    return float(packing.params["k"] if packing.units == "k" else packing.params["eps"] / mean_size(packing) ** 2)
 
 
 def root_energy(packing: Packing, energy: float) -> float:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import newton
 
 from jamlab.arrays import Array
 from jamlab.errors import InputError
@@ -17,6 +16,8 @@ from jamlab.errors import InputError
 def free_polygon_area(nv: ArrayLike, params: dict[str, Any]) -> Array:
     """(n,) area without rim at which line tension and area elasticity balance: ka (a - a0) + gamma dp/da = 0. `nv`:
     (n,) vertices of each droplet; `params`: `gamma`, `ka`, and `a0` of shape (n,)."""
+    from scipy.optimize import newton  # a tenth of a second to load, and disks do not need it
+
     nv = np.asarray(nv)
     c = nv * np.tan(np.pi / nv)
     gamma, ka, a0 = params["gamma"], params["ka"], np.asarray(params["a0"], dtype=np.float64)

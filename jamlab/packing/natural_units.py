@@ -14,6 +14,7 @@ import numpy as np
 
 from jamlab.packing.packing import Packing
 
+_SAME = 1e-12  # by which rounding moves a mean size of 1
 # powers of energy and of length that a parameter of a force law, or an entry of the provenance, is measured in
 _PARAMETERS = {
     "eps": (1, 0),
@@ -66,14 +67,30 @@ class Scales:
         return _in_units(packing, self)
 
 
+def mean_size(packing: Packing) -> float:
+    """Mean diameter of disks, or mean square root of the rest areas of droplets: 1 in packings that jamlab makes."""
+    return float(np.mean(np.sqrt(packing.params["a0"]) if packing.diameters is None else packing.diameters))
+
+
 def natural_scales(packing: Packing) -> Scales:
     """Scales of a packing, of either model, in any units."""
     params = packing.params
-    sizes = np.sqrt(params["a0"]) if packing.diameters is None else packing.diameters
-    length = _power_of_two(float(np.mean(sizes)))
+    length = _power_of_two(mean_size(packing))
     if packing.units == "k":
         return Scales(length, _power_of_two(float(params["k"])) * length**2)
     return Scales(length, _power_of_two(float(params["eps"])))
+
+
+def unit_scales(packing: Packing) -> Scales:
+    """Units in which the mean size of particles is 1, and so is the stiffness: exactly, at the cost of a digit.
+
+    Drag laws with a power below 1 and the background know no other length; searches and flows compare energies, steps
+    and forces with numbers, and take one path in all units.
+    """
+    length = mean_size(packing)
+    if abs(length - 1.0) < _SAME:
+        length = 1.0
+    return Scales(length, float(packing.params["k"] * length**2 if packing.units == "k" else packing.params["eps"]))
 
 
 def _power_of_two(value: float) -> float:

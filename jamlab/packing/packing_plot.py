@@ -88,6 +88,7 @@ def _points(ring: np.ndarray, scale: float, left: float, height: float) -> str:
 
 
 _QUARTER_ARC = 16  # steps of a right angle around the corners of a rim
+_SCALE = "viridis"  # of many sizes; nothing in it looks like the grey of rattlers
 
 
 def size_colours(packing: Packing) -> NDArray[np.str_]:
@@ -95,7 +96,16 @@ def size_colours(packing: Packing) -> NDArray[np.str_]:
     sizes = particle_sizes(packing)
     if not has_many_sizes(packing):
         return np.where(sizes > sizes.mean(), LARGE, SMALL)
-    return np.array([to_hex(colour) for colour in matplotlib.colormaps["cividis"](_size_scale(sizes)(sizes))])
+    return _scale_colours(_size_scale(sizes)(sizes))
+
+
+def bar_colours() -> list[str]:
+    """Colours of a bar from the smallest to the largest of many sizes."""
+    return list(_scale_colours(np.linspace(0, 1, 9)))
+
+
+def _scale_colours(places: Array) -> NDArray[np.str_]:
+    return np.array([to_hex(colour) for colour in matplotlib.colormaps[_SCALE](places)])
 
 
 def particle_sizes(packing: Packing) -> Array:
@@ -112,7 +122,7 @@ def add_size_bar(axes: Axes, packing: Packing) -> None:
     """Say beside the axes what the colours of `size_colours` mean, where there are more than two."""
     if has_many_sizes(packing):
         label = "diameter" if packing.model == "sp" else r"$\sqrt{a_0}$"
-        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), "cividis")
+        scale = matplotlib.cm.ScalarMappable(_size_scale(particle_sizes(packing)), _SCALE)
         axes.figure.colorbar(scale, ax=axes, label=label, shrink=0.8)
 
 

@@ -22,10 +22,10 @@ from jamlab.engine.box_border import Border
 from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.mechanics.energy_terms import energy_terms
-from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.positive_solver import PositiveSolver, positive_solver
 from jamlab.mechanics.stiffness import stiffness
 from jamlab.packing.force_laws import disk_law
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.newton import factorise
 from jamlab.protocols.solver_settings import SOLVERS, BorderSettings, SolverSettings

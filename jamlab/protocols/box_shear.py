@@ -13,9 +13,9 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import ElasticTensor, compression_modulus, elastic_tensor, follow_shear
-from jamlab.mechanics.force_network import mean_size
 from jamlab.packing.deformation import deformed, shear_gradient
 from jamlab.packing.law_parameters import ENSEMBLES
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
 from jamlab.protocols.box_relaxation import relax_disks_and_box, shear_curvature
 from jamlab.protocols.relaxation import Minimizer, Relaxed, force_tolerance, relax
@@ -23,15 +23,9 @@ from jamlab.protocols.solver_settings import SOLVERS, BoxShearSettings, SolverSe
 
 
 def minimizer(ensemble: str) -> Minimizer:
-    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`.
-
-    Args:
-        ensemble: "fixed-box", compressed without shear, or "shear-stabilized", the box sheared until no shear stress
-            is left (Dagois-Bohy et al., Phys. Rev. Lett. 109, 095703 (2012)).
-
-    Raises:
-        InputError: for another name.
-    """
+    """Choose how states of an ensemble are relaxed: `relax` or `relax_with_box_shear`. `ensemble`: "fixed-box",
+    compressed without shear, or "shear-stabilized", the box sheared until no shear stress is left (Dagois-Bohy et al.,
+    Phys. Rev. Lett. 109, 095703 (2012))."""
     check_choice("ensemble", ensemble, ENSEMBLES)
     return relax if ensemble == "fixed-box" else relax_with_box_shear
 

@@ -47,7 +47,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
         seed: of the orientations.
         tolerance: largest force at the minimum, over eps/l; default `force` of `dp.minimum.parameters`, 1e-10.
         parameters: replace those of `dp.parameters`. The number of vertices goes with the diameter, so that edges are
-            alike: (nv_small + nv_large)/2 for a disk of mean diameter.
+            alike: (nv_small + nv_large)/2 for a disk of mean diameter; or give `vertices`, of all or (n,) of each.
 
     Returns:
         DP packing in units "eps", `onset` that of the disks. Its provenance holds `handover`: rho and z of the disks,
@@ -107,8 +107,7 @@ def to_polygons(packing: Packing, *, seed: int = 1, tolerance: float | None = No
 def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
     """Inscribe polygons in disks cut by their power cells, not relaxed; arguments as in `to_polygons`."""
     assert packing.diameters is not None
-    counts, params = droplet_params(2, **parameters)
-    nv = np.maximum(3, np.rint(counts.mean() * packing.diameters / packing.diameters.mean())).astype(np.int64)
+    nv, params = droplet_params(packing.n, 0.5, packing.diameters, **parameters)
     area = np.pi / 4 * packing.diameters**2
     scale = _scale(nv, area, params)
     params["a0"] = _rest_area(nv, scale**2 * area, params)
@@ -141,11 +140,9 @@ def inscribe(packing: Packing, *, seed: int = 1, **parameters: Any) -> Packing:
 
 
 def _rest_area(nv: NDArray[np.int64], grown: Array, params: dict[str, Any]) -> Array:
-    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`.
-
-    With p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of
-    line tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a).
-    """
+    """(n,) rest area a0 of droplets whose free area with rim is `grown` (n,), the inverse of `droplet.free_area`. With
+    p = sqrt(4 c a) the rim makes a + p delta/2 + pi delta^2/4 = grown, a square equation for sqrt(a); balance of line
+    tension and area elasticity gives a0 = a + (gamma/ka) sqrt(c/a)."""
     c, half = nv * np.tan(np.pi / nv), 0.5 * float(params["delta"])
     root = np.sqrt(np.maximum(c * half**2 + grown - np.pi * half**2, 0.0)) - np.sqrt(c) * half
     if root.min() <= 0:

@@ -18,11 +18,10 @@ from jamlab.engine.session import Evaluation, Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
 from jamlab.mechanics.elasticity import AVERAGING_ANGLES, compression_modulus, elastic_tensor, modulus_along
-from jamlab.mechanics.force_network import mean_size
 from jamlab.mechanics.stiffness import stress
 from jamlab.packing.deformation import at_phi, deformed, simple_shear
 from jamlab.packing.force_laws import disk_law, has_springs
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import mean_size, natural_scales
 from jamlab.packing.packing import Packing
 from jamlab.protocols.relaxation import relax
 
@@ -161,11 +160,9 @@ def _compressed(session: Session, packing: Packing, strain: float) -> float:
 
 
 def _at_small_strain(name: str, packing: Packing, strain: float, measure: Callable[[float], float | None]) -> float:
-    """Modulus at the first strain, halved again and again, at which no contact changes.
-
-    Where contacts are no springs, weak ones stiffen within the strain: the error, which falls with its square, is
-    extrapolated away by half the strain (Richardson).
-    """
+    """Modulus at the first strain, halved again and again, at which no contact changes. Where contacts are no springs,
+    weak ones stiffen within the strain: the error, which falls with its square, is extrapolated away by half the strain
+    (Richardson)."""
     for step in strain * 0.5 ** np.arange(int(defaults("strain")["halvings"])):
         found = measure(step)
         if found is None:
@@ -199,10 +196,8 @@ def _typical_force(packing: Packing) -> float:
 
 def _same_contacts(one: Packing, two: Packing) -> bool:
     """Whether the same images touch: in a box of two disks, a pair that parts may be replaced by another of its images.
-
     Images are told apart by the vectors between particles, which differ by the box; their numbers change where a
-    particle is wrapped.
-    """
+    particle is wrapped."""
     (pairs, r), (others, s) = (_sort_contacts(packing) for packing in (one, two))
     return np.array_equal(pairs, others) and bool(np.all(np.hypot(*(r - s).T) < 0.5 * np.hypot(*r.T)))
 

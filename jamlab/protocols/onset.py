@@ -12,26 +12,29 @@ from difflib import get_close_matches
 from inspect import signature
 from typing import Any
 
+import numpy as np
+
 from jamlab.checks import check_bidisperse, check_choice, check_number, checked
 from jamlab.engine.deck_defaults import defaults
 from jamlab.engine.session import Session
 from jamlab.errors import InputError
 from jamlab.packing.law_parameters import ENSEMBLES, MODELS
-from jamlab.packing.natural_units import natural_scales
+from jamlab.packing.natural_units import unit_scales
 from jamlab.packing.packing import Packing
 from jamlab.processes.progress import Progress
 from jamlab.protocols.box_shear import minimizer
 from jamlab.protocols.onset_search import OnsetSearch
 from jamlab.protocols.provenance import record
 from jamlab.protocols.random_start import disk_params, place_loose
-from jamlab.protocols.relaxation import check_tolerance, force_tolerance
-from jamlab.protocols.size_distributions import Sizes, shown_sizes, sizes_record
+from jamlab.protocols.relaxation import check_tolerance, first_order_method, force_tolerance
+from jamlab.protocols.size_distributions import Sizes, sizes_record
 from jamlab.protocols.solver_settings import SOLVERS, SolverSettings
 from jamlab.protocols.work_done import OnsetWork
 from jamlab.storage.verified_file import versions
 
 SEARCHES = ("bisection", "paper")
 STARTS = ("carried", "scratch")
+_ROUNDING = 1e-16  # of a force of the area elasticity, over ka: 1.6e-16 and 3.6e-16 at most for N = 8 and 64
 LARGEST_TOLERANCE = 1e-9  # contact forces at onset, sqrt(2 u) eps/s, are 1e-8 to 4e-7: the rest must stay far below
 
 
@@ -73,12 +76,13 @@ def jam(
         ratio: SP: large over small diameter, 1 to 10; default that of `sp.parameters`, 1.4. Droplets have the ratio of
             their vertices, `nv_large` over `nv_small`.
         large: number share of the large particles, rounded to whole ones; the mean of the two sizes stays 1.
-        sizes: SP: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3",
-            see `jamlab.protocols.size_distributions`. Any n from 2.
+        sizes: n diameters, in any unit of length; or a distribution of mean 1 by name, such as "lognormal:0.3", see
+            `jamlab.protocols.size_distributions`. Any n from 2. DP: n numbers in proportion to the roots of the rest
+            areas, whose mean is l; the number of vertices goes with them, so that edges are alike.
         settings: numbers of the solvers and of the search.
         progress: called after each minimisation with the share of the work that is done, and in words.
         parameters: of the force law, values that replace those of `sp.parameters` or `dp.parameters`, e.g.
-            `contact="segment"` of droplets.
+            `contact="segment"` of droplets; DP: `vertices`, of all droplets or (n,) of each.
 
     Returns:
         Packing with `onset` = its own phi, contact energy per site from `u_contact` to `u_jammed`, `converged`.
@@ -99,7 +103,7 @@ def jam(
         (0.4, 'outline')
     """
     protocol = {name: float(value) for name, value in defaults("onset").items()}
-    _check(model, search, ensemble, start, {"ratio": ratio, "sizes": sizes}, parameters)
+    _check(model, search, ensemble, start, ratio, parameters)
     first_step = _first_step(step, search, protocol)
     check_tolerance(tolerance, LARGEST_TOLERANCE)
     if sizes is None:
@@ -107,32 +111,33 @@ def jam(
     began = time.perf_counter()
     highest = protocol["phi_carried" if start == "carried" else "phi_start"]
     placed = place_loose(model, n, seed, protocol, highest, parameters, ratio, large, sizes)
-    scales = natural_scales(placed)
-    loose = scales.to_natural(placed)
+    scales = unit_scales(placed)
+    loose = _without_last_digits(scales.to_natural(placed))
     force = force_tolerance(model) if tolerance is None else tolerance
+    _check_rounding(loose, force)
     with Session(loose, ranks=ranks) as session:
         searched = OnsetSearch(session, protocol, minimizer(ensemble), force, OnsetWork(model, progress), settings)
         onset = searched.by_paper(loose, first_step) if search == "paper" else searched.by_bisection(loose, first_step)
+        method = first_order_method(session, settings.relaxation)
     entries: dict[str, Any] = {
         "protocol": "boromand-2.3",
         "search": search,
         "start": start,
         "seed": seed,
         "step": first_step,
+        "minimizer": method,
     }
-    if placed.diameters is not None:
-        entries |= sizes_record(sizes, placed.diameters)
+    entries |= sizes_record(sizes, np.sqrt(placed.params["a0"]) if placed.diameters is None else placed.diameters)
     packing = onset.packing.with_state(onset=onset.phi, ensemble=ensemble)
     recorded = record(packing, onset.found, **entries, wall_time=time.perf_counter() - began, **versions())
-    return scales.from_natural(recorded)
+    found = scales.from_natural(recorded)
+    return found._trusted(params=placed.params, max_force=found.max_force, converged=found.converged)
 
 
 _ARGUMENTS = tuple(signature(jam).parameters)
 
 
-def _check(
-    model: str, search: str, ensemble: str, start: str, of_disks: dict[str, Any], parameters: dict[str, Any]
-) -> None:
+def _check(model: str, search: str, ensemble: str, start: str, ratio: float | None, parameters: dict[str, Any]) -> None:
     check_choice("model", model, MODELS)
     check_choice("search", search, SEARCHES)
     check_choice("ensemble", ensemble, ENSEMBLES)
@@ -144,14 +149,28 @@ def _check(
         raise InputError(f"ensemble = {ensemble!r}: the paper's search has a fixed box, use search='bisection'")
     if model == "sp" and start != "carried":
         raise InputError(f"start = {start!r}: disks have one start, leave it out")
-    for name, value in of_disks.items():
-        if model == "dp" and value is not None:
-            raise InputError(
-                f"{name} = {shown_sizes(value)}: droplets have the ratio of their vertices, give nv_small and "
-                "nv_large; or hand disks over by to_polygons"
-            )
+    if model == "dp" and ratio is not None:
+        raise InputError(
+            f"ratio = {ratio!r}: droplets have the ratio of their vertices, give nv_small and nv_large; or sizes, such "
+            f"as 'bidisperse:{ratio:g},0.5'"
+        )
     if model == "sp":
         disk_params("eps", **parameters)
+
+
+def _without_last_digits(packing: Packing) -> Packing:
+    """The packing with strengths to 14 digits: the same in whichever units they were given."""
+    names = {"eps", "gamma", "ka"} & packing.params.keys()
+    return packing.with_state(params=packing.params | {name: float(f"{packing.params[name]:.14g}") for name in names})
+
+
+def _check_rounding(packing: Packing, tolerance: float) -> None:
+    """Refuse droplets so stiff beside their contacts that rounding of their own forces exceeds those of contacts."""
+    if packing.model == "dp" and (left := _ROUNDING * packing.params["ka"] / packing.params["eps"]) > tolerance:
+        raise InputError(
+            f"ka = {packing.params['ka']:g} eps: rounding of area forces is {left:.1g}, above the tolerance on forces, "
+            f"{tolerance:g}: give ka up to {tolerance / _ROUNDING:.1g} eps"
+        )
 
 
 def _first_step(step: float | None, search: str, protocol: dict[str, float]) -> float:

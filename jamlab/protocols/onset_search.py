@@ -1,17 +1,22 @@
 """Search for jamming onset in one LAMMPS session, by the steps of Boromand et al. or by bisection."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import bisect
 
+from jamlab.arrays import Array
 from jamlab.engine.session import Session
 from jamlab.errors import ConvergenceError, InputError
 from jamlab.geometry.contact_network import contacts
-from jamlab.mechanics.elasticity import follow
-from jamlab.mechanics.force_network import mean_size
+from jamlab.mechanics.elasticity import elastic_tensor, follow
+from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.static_response import UnstableError
 from jamlab.packing.deformation import at_phi
 from jamlab.packing.force_laws import disk_law, root_energy
+from jamlab.packing.natural_units import mean_size
 from jamlab.packing.packing import Packing
+from jamlab.protocols.newton import descend_by_newton
 from jamlab.protocols.relaxation import Minimizer, Relaxed, relax, settle
 from jamlab.protocols.solver_settings import SolverSettings
 from jamlab.protocols.work_done import OnsetWork
@@ -59,7 +64,7 @@ class OnsetSearch:
         direction = 1.0
         while True:
             self.session.load(at_phi(packing, packing.phi + direction * increment))
-            state = self._measure(relax(self.session, self.tolerance, settings=self.settings))
+            state = self._leave_saddles(self._measure(relax(self.session, self.tolerance, settings=self.settings)))
             if self._at_onset(state):
                 return state
             turn = -1.0 if state.energy > self.protocol["u_contact"] else 1.0
@@ -91,7 +96,7 @@ class OnsetSearch:
             if jammed is not None and jammed.phi - packing.phi <= self.protocol["step_fine"]:
                 end = self._stabilize(jammed)
                 if self._jammed(end):
-                    end = self._decompress(packing.phi, end)
+                    end = self._leave_saddles(self._decompress(packing.phi, end))
                 if self._at_onset(end):
                     return end
                 # it fell apart in one go and found a denser basin: compress that one
@@ -153,6 +158,42 @@ class OnsetSearch:
             f"come down to {self.protocol['u_contact']:g} .. {self.protocol['u_jammed']:g}; try another seed or a "
             "smaller step"
         )
+
+    def _leave_saddles(self, state: SearchState) -> SearchState:
+        """The minimum beside a state at onset, which does not count as converged where none is found. A droplet between
+        two opposite flats slides along them at next to no cost: forces hide it below the tolerance, the Hessian shows
+        it. It slides until a third contact holds it, whose force is as small."""
+        numbers = self.settings.onset
+        for _ in range(numbers.slides):
+            if not self._at_onset(state):
+                return state
+            network = force_network(state.packing)
+            try:
+                elastic_tensor(state.packing, network=network)
+                return state
+            except UnstableError as error:
+                direction = np.zeros_like(state.packing.positions)
+                direction[network.held] = error.mode.reshape(-1, 2)
+            self._slide(state.packing, direction / np.abs(direction).max())
+            descend_by_newton(self.session, min(numbers.finest, self.tolerance), settings=self.settings.newton)
+            state = self._relax(state.packing, near=True)
+        return replace(state, found=replace(state.found, converged=False))
+
+    def _slide(self, packing: Packing, direction: Array) -> None:
+        """Move a packing downhill along a mode until the next contact bears as much as others, found by bisection."""
+        start, usual = packing.positions, self.session.evaluate().pressure * mean_size(packing)
+        forces = self.session.forces_at(start)[1]
+        if np.vdot(forces, direction) < 0:
+            direction = -direction
+
+        def excess(length: float) -> float:
+            largest = np.hypot(*self.session.forces_at(start + length * direction)[1].T).max()
+            return float(largest - usual)
+
+        length = self.settings.onset.slide
+        if excess(length) > 0:
+            length = bisect(excess, 0.0, length, xtol=1e-9)
+        self.session.set_positions(start + length * direction)
 
     def _settle(self, start: Packing, phi: float) -> SearchState:
         self.session.load(at_phi(start, phi))

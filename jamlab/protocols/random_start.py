@@ -39,9 +39,10 @@ def place_loose(
     phi = protocol["phi_start"]
     if model == "sp":
         return random_disks(n, seed, phi=phi, ratio=ratio, large=large, sizes=sizes, **parameters)
-    nv, params = droplet_params(n, large, **parameters)
+    drawn = None if sizes is None else disk_diameters(n, seed, large=large, sizes=sizes)
+    nv, params = droplet_params(n, large, drawn, **parameters)
     side = droplet_cell(nv, params, phi)
-    disks = random_disks(n, seed, phi=phi, large=large)
+    disks = random_disks(n, seed, phi=phi, large=large, sizes=drawn)
     scale = side / disks.box[0, 0]
     holders = disks.with_state(
         box=disks.box * scale, positions=disks.positions * scale, diameters=free_diameters(nv, params)
@@ -86,9 +87,6 @@ def random_disks(
         large: number share of the large disks, rounded to whole disks.
         sizes: a distribution by name, or n diameters, see `jamlab.protocols.size_distributions`.
         parameters: of the force law, those of `OPTIONAL`.
-
-    Raises:
-        InputError: a value out of range, or a parameter that the law of disks does not have.
     """
     check_number("phi", phi, 2.0)
     check_choice("units", units, UNITS)
@@ -100,15 +98,8 @@ def random_disks(
 
 
 def disk_params(units: str, **changes: float) -> dict[str, Any]:
-    """Give force-law parameters of disks.
-
-    Args:
-        units: "eps" or "k".
-        changes: optional parameters of the law, see `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`.
-
-    Raises:
-        InputError: for a parameter that the law does not have, or a value out of range.
-    """
+    """Give force-law parameters of disks. `units`: "eps" or "k"; `changes`: optional parameters of the law, see
+    `OPTIONAL`; its strength is that of `lammps_inputs/sp.parameters`."""
     unknown = sorted(changes.keys() - OPTIONAL["sp"].keys())
     if unknown:
         known = f"use {', '.join(OPTIONAL['sp'])}; " if OPTIONAL["sp"] else ""
@@ -119,13 +110,11 @@ def disk_params(units: str, **changes: float) -> dict[str, Any]:
 
 
 def check_force_law(model: str, parameters: dict[str, Any]) -> None:
-    """Refuse parameters that replace those of a model's deck and that no packing can have.
-
-    Raises:
-        InputError: naming the parameter.
-    """
+    """Refuse parameters that replace those of a model's deck and that no packing can have."""
     if model == "sp":
         disk_params("eps", **parameters)
+    elif "vertices" in parameters:
+        raise InputError("vertices are those of one packing: give nv_small and nv_large, which set the length of edges")
     elif parameters:
         droplet_params(2, **parameters)
 
@@ -136,35 +125,37 @@ def _counts(n: int, large: float) -> tuple[int, int]:
     return n - many, many
 
 
-def droplet_params(n: int, large: float = 0.5, /, **changes: Any) -> tuple[NDArray[np.int64], dict[str, Any]]:
-    """Give vertices and force-law parameters of n droplets, small ones first.
+def droplet_params(
+    n: int, large: float = 0.5, sizes: Array | None = None, /, *, vertices: Any = None, **changes: Any
+) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    """Give vertices and force-law parameters of n droplets, of two sizes with small ones first, or of given ones.
 
     Args:
         n: number of droplets.
         large: number share of the large ones.
+        sizes: instead, (n,) in any unit: droplets have the rest areas (size over mean size)^2.
+        vertices: of all droplets, or (n,) of each; by default in proportion to the size, so that edges are alike, and
+            (nv_small + nv_large)/2 for the mean size, but at least three.
         changes: values that replace those of `lammps_inputs/dp.parameters`.
 
     Returns:
         (n,) vertices of each droplet, and `Packing.params` with the rest areas a0 in units of l^2.
-
-    Raises:
-        InputError: for a parameter that the model does not have.
     """
     values = {name: value for name, value in defaults("dp").items() if name != "longest_edge"}
     unknown = set(changes) - set(values)
     if unknown:
         raise InputError(f"model dp has no parameter {sorted(unknown)[0]!r}: use {', '.join(values)}")
     values |= changes
-    vertices: list[Any] = [values.pop("nv_small"), values.pop("nv_large")]
-    for count in vertices:
-        if not is_number(count) or not 3 <= count <= MOST_VERTICES or count != int(count):
-            raise InputError(
-                f"a polygon cannot have {count!r} vertices: nv_small and nv_large are whole numbers from 3 to "
-                f"{MOST_VERTICES}"
-            )
-    nv = np.repeat(np.array(vertices, dtype=np.int64), _counts(n, large))
+    two = _whole_counts("nv_small and nv_large", [values.pop("nv_small"), values.pop("nv_large")])
     # a0_large/a0_small = (nv_large/nv_small)^2 and l = 1: edges at rest are alike on both sizes
-    params: dict[str, Any] = {**values, "a0": (2 * nv / (nv[0] + nv[-1])) ** 2}
+    own = 2 * np.repeat(two, _counts(n, large)) / two.sum() if sizes is None else sizes / sizes.mean()
+    nv = np.maximum(3, np.rint(0.5 * two.sum() * own)).astype(np.int64)
+    if vertices is not None:
+        given = np.ravel(np.asarray(vertices, dtype=object)).tolist()
+        if len(given) not in (1, n):
+            raise InputError(f"vertices hold {len(given)} numbers for n = {n} droplets: give one for all, or one each")
+        nv = np.broadcast_to(_whole_counts("vertices", given), n)
+    params: dict[str, Any] = {**values, "a0": own**2}
     check_params("dp", "eps", params)
     for name in ("gamma", "ka", "eps", "delta", "eta"):
         most = WIDEST_RIM if name in ("delta", "eta") else WIDEST_RANGE
@@ -174,6 +165,15 @@ def droplet_params(n: int, large: float = 0.5, /, **changes: Any) -> tuple[NDArr
     return nv, params
 
 
+def _whole_counts(name: str, counts: list[Any]) -> NDArray[np.int64]:
+    for count in counts:
+        if not is_number(count) or not 3 <= count <= MOST_VERTICES or count != int(count):
+            raise InputError(
+                f"a polygon cannot have {count!r} vertices: {name} are whole numbers from 3 to {MOST_VERTICES}"
+            )
+    return np.array(counts, dtype=np.int64)
+
+
 def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
     """(n,) diameter of the disk that each free droplet with its rim just fits into."""
     area = free_polygon_area(nv, params)
@@ -181,15 +181,8 @@ def free_diameters(nv: NDArray[np.int64], params: dict[str, Any]) -> Array:
 
 
 def place_droplets(centres: Array, box: Array, nv: NDArray[np.int64], params: dict[str, Any], seed: int) -> Packing:
-    """Place free droplets, regular polygons of random orientation, around given centres.
-
-    Args:
-        centres: (n, 2).
-        box: (2, 2).
-        nv: (n,) vertices.
-        params: as in `Packing.params`.
-        seed: of the orientations.
-    """
+    """Place free droplets, regular polygons of random orientation, around given centres. `centres`: (n, 2); `box`: (2,
+    2); `nv`: (n,) vertices; `params`: as in `Packing.params`; `seed`: of the orientations."""
     angles = np.random.default_rng([seed, 1]).random(len(nv))
     areas = free_polygon_area(nv, params)
     shapes = [

@@ -1,9 +1,10 @@
 """Size distributions of disks: what their diameters are before they are placed at random.
 
 A distribution is named by text, such as "lognormal:0.3" or "power-law:-3,0.5,2". By default its diameters are drawn by
-strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a straight
-line through them sets mean and width to those of the law, which n parts alone miss by a little. So a packing of few
-disks has the moments asked for, and no two seeds differ in them. ",random" draws independent diameters instead.
+strata: the law is cut into n parts of equal probability, each disk has the mean diameter of its part, and a growing
+parabola through them sets mean, width and skewness to those of the law, which n parts alone miss by a little; a few
+disks, of which no parabola meets the skewness, have mean and width. So no two seeds differ in them. ",random" draws
+independent diameters instead.
 
 Widths are standard deviations over the mean, and the mean diameter of every named distribution is 1.
 """
@@ -14,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from jamlab.arrays import Array
 from jamlab.checks import check_bidisperse, check_count, check_positive, check_seed, finite_array, is_number
@@ -31,19 +31,13 @@ _RANDOM = "random"
 
 @dataclass(frozen=True)
 class _Law:
-    """One kind of distribution.
+    """One kind of distribution."""
 
-    Attributes:
-        usage: how its numbers are written, for messages.
-        numbers: how many it takes.
-        quantile: (m,) diameters below which shares u (m,) of the disks lie, in any unit of length.
-        fault: what is wrong with its numbers, with a remedy, or "".
-    """
-
-    usage: str
-    numbers: int
+    usage: str  # how its numbers are written, for messages
+    numbers: int  # how many it takes
+    # (m,) diameters below which shares u (m,) of the disks lie, in any unit of length
     quantile: Callable[[Array, tuple[float, ...]], Array]
-    fault: Callable[[tuple[float, ...]], str]
+    fault: Callable[[tuple[float, ...]], str]  # what is wrong with its numbers, with a remedy, or ""
 
 
 def _bidisperse(u: Array, numbers: tuple[float, ...]) -> Array:
@@ -56,10 +50,14 @@ def _uniform(u: Array, numbers: tuple[float, ...]) -> Array:
 
 
 def _gaussian(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri  # only who asks for such sizes waits for it
+
     return np.asarray(1 + numbers[0] * ndtri(u))
 
 
 def _lognormal(u: Array, numbers: tuple[float, ...]) -> Array:
+    from scipy.special import ndtri
+
     variance = np.log1p(numbers[0] ** 2)
     return np.asarray(np.exp(np.sqrt(variance) * ndtri(u) - 0.5 * variance))
 
@@ -122,11 +120,6 @@ USAGE = ", ".join([*(law.usage for law in _LAWS.values()), f"{FROM_FILE}PATH"])
 class SizeDistribution:
     """A named distribution of diameters with mean 1.
 
-    Attributes:
-        name: "monodisperse", "bidisperse", "uniform", "gaussian", "lognormal" or "power-law".
-        numbers: of the law, as written behind its name.
-        random: whether diameters are drawn independently of each other instead of by strata.
-
     Example:
         >>> from jamlab.protocols.size_distributions import SizeDistribution
         >>> d = SizeDistribution.of("lognormal:0.3").draw(64, seed=1)
@@ -134,17 +127,13 @@ class SizeDistribution:
         (1.0, 0.3)
     """
 
-    name: str
-    numbers: tuple[float, ...] = ()
-    random: bool = False
+    name: str  # "monodisperse", "bidisperse", "uniform", "gaussian", "lognormal" or "power-law"
+    numbers: tuple[float, ...] = ()  # of the law, as written behind its name
+    random: bool = False  # whether diameters are drawn independently of each other instead of by strata
 
     @classmethod
     def of(cls, text: str) -> "SizeDistribution":
-        """Read a distribution from its name and numbers.
-
-        Raises:
-            InputError: an unknown name, too few or wrong numbers.
-        """
+        """Read a distribution from its name and numbers."""
         name, _, rest = text.partition(":")
         words = [word.strip() for word in rest.split(",")] if rest else []
         if "," in name:  # monodisperse,random
@@ -166,15 +155,7 @@ class SizeDistribution:
         return cls(name, numbers, random)
 
     def draw(self, n: int, seed: int) -> Array:
-        """(n,) diameters, ascending.
-
-        Args:
-            n: number of disks.
-            seed: of a random draw; strata do not depend on it.
-
-        Raises:
-            InputError: numbers of disks that the shares do not divide, or a diameter that is not positive.
-        """
+        """(n,) diameters, ascending. `n`: number of disks; `seed`: of a random draw; strata do not depend on it."""
         if self.random:
             diameters = np.sort(self.quantiles(np.random.default_rng([seed, 3]).random(n)))
         elif self.name == "bidisperse":
@@ -203,10 +184,24 @@ class SizeDistribution:
             return float((ratio - 1) * np.sqrt(share * (1 - share)) / (1 - share + share * ratio))
         if self.name != "power-law":
             return self.numbers[0]
-        exponent, smallest, largest = self.numbers
-        mean = _power_law_mean(self.numbers)
-        square = mean * _power_law_mean((exponent + 1, smallest, largest))  # mean of d^2
-        return float(np.sqrt(square / mean**2 - 1))
+        first, second, _ = self._power_law_moments
+        return float(np.sqrt(second / first**2 - 1))
+
+    @property
+    def skewness(self) -> float:
+        """Third central moment over the cube of the standard deviation."""
+        if self.name == "lognormal":
+            return self.width**3 + 3 * self.width
+        if self.name != "power-law":
+            return 0.0
+        first, second, third = self._power_law_moments
+        return float((third - 3 * first * second + 2 * first**3) / (second - first**2) ** 1.5)
+
+    @property
+    def _power_law_moments(self) -> Array:
+        """Means of d, d^2 and d^3."""
+        exponent, *ends = self.numbers
+        return np.asarray(np.cumprod([_power_law_mean((exponent + power, *ends)) for power in range(3)]), np.float64)
 
     @property
     def text(self) -> str:
@@ -216,13 +211,23 @@ class SizeDistribution:
         return self.name + (mark + ",".join(words) if words else "")
 
     def _strata(self, n: int) -> Array:
+        from scipy.optimize import brentq
+
         if self.width == 0.0:
             return np.ones(n)
         nodes, weights = np.polynomial.legendre.leggauss(_FINE)
         ends = np.linspace(0, 1, n + 1)
         shares = ends[:-1, None] + 0.5 * (nodes + 1) / n
         means = self.quantiles(shares.ravel()).reshape(n, _FINE) @ (0.5 * weights)
-        return np.asarray(1 + self.width * (means - means.mean()) / means.std())
+        straight = _standard(means)
+
+        def skewness(bend: float) -> float:
+            return float((_standard(straight + bend * straight**2) ** 3).mean())
+
+        least, most = -0.5 / straight[-1], -0.5 / straight[0]  # where the parabola begins to fall at an end
+        met = n > 2 and skewness(least) < self.skewness < skewness(most)
+        bend = brentq(lambda b: skewness(b) - self.skewness, least, most, xtol=1e-15) if met else 0.0
+        return np.asarray(1 + self.width * _standard(straight + bend * straight**2))
 
     def _two_sizes(self, n: int) -> Array:
         ratio, share = self.numbers
@@ -232,21 +237,17 @@ class SizeDistribution:
         return np.asarray(diameters / diameters.mean())
 
 
+def _standard(values: Array) -> Array:
+    return np.asarray((values - values.mean()) / values.std())
+
+
 def disk_diameters(
     n: int, seed: int, *, ratio: float | None = None, large: float = 0.5, sizes: Sizes | None = None
 ) -> Array:
-    """(n,) diameters of disks: of a distribution by name, as given, or of two sizes.
-
-    Args:
-        n: number of disks.
-        seed: of the packing.
-        ratio: two sizes: large over small diameter; default that of `sp.parameters`.
-        large: two sizes: number share of the large ones. The mean of the two diameters is 1.
-        sizes: instead of both, a distribution such as "lognormal:0.3", or n diameters, which keep their unit of length.
-
-    Raises:
-        InputError: a value that no packing can start from.
-    """
+    """(n,) diameters of disks: of a distribution by name, as given, or of two sizes. `n`: number of disks; `seed`: of
+    the packing; `ratio`: two sizes: large over small diameter; default that of `sp.parameters`; `large`: two sizes:
+    number share of the large ones. The mean of the two diameters is 1; `sizes`: instead of both, a distribution such as
+    "lognormal:0.3", or n diameters, which keep their unit of length."""
     check_seed(seed)
     if sizes is None:
         return _short_form(n, seed, ratio, large)

@@ -9,33 +9,30 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.csgraph import breadth_first_order
 
 from jamlab.arrays import Array
 from jamlab.checks import check_choice, is_number
 from jamlab.errors import InputError
 from jamlab.geometry.contact_network import Meetings, find_meetings
 from jamlab.geometry.vertex_contacts import VertexContacts
+from jamlab.mechanics.static_response import FLOPPY
 from jamlab.packing.force_laws import disk_law, drag_stiffness, reach, rim_law
 from jamlab.packing.neighbors import Pairs
 from jamlab.packing.packing import Packing
 
 ARMS = ("radius", "contact")
 LARGEST_BETA = 1e12  # both dampings stand in one matrix of 16 digits
+_GEARS = FLOPPY**0.5  # sliding over turning of disks below which the drag on it is rounding
 LEAST_ALPHA = 0.4  # below, `fix overdamped` does not find the velocities; films have 1/2 or 2/3
 
 
 class DragLaw:
-    """What every viscous law can be asked, so that nobody needs to ask which one it is.
+    """What every viscous law can be asked, so that nobody needs to ask which one it is."""
 
-    Attributes:
-        at_contacts: whether particles drag on each other where they touch, or on a flow around them.
-        tau: tau_1.
-        alpha: drag grows as this power of the velocity.
-    """
-
-    at_contacts: ClassVar[bool]
-    tau: float
-    alpha: float
+    at_contacts: ClassVar[bool]  # whether particles drag on each other where they touch, or on a flow around them
+    tau: float  # tau_1
+    alpha: float  # drag grows as this power of the velocity
 
     @property
     def contrast(self) -> float:
@@ -84,7 +81,7 @@ class ContactDamping(DragLaw):
     interpolate, and both arms are d/2: the rims meet half way. A rigid rotation dissipates nothing.
 
     alpha below 1 is the drag of thin films, eq 9: R = sum k_ij/(alpha + 1) (tau_1^2 [...])^((alpha + 1)/2) with the
-    same bracket, lengths in the unit of length. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
+    same bracket, lengths in mean sizes. Flow in time knows it (`shear`, `oscillate`, ...), matrices and
     `complex_modulus` do not.
 
     Attributes:
@@ -146,6 +143,28 @@ class ContactDamping(DragLaw):
             return _assemble_contacts(_jacobian_of_disks(packing, meetings, self.arms), self)
         return _assemble_contacts(_jacobian_of_vertices(packing, meetings), self)
 
+    def gears(self, packing: Packing, touching: Pairs) -> list[int]:
+        """One disk of each group that turns like gears: where all loops of contacts are even no drag resists that.
+
+        Along a tree of contacts every disk turns so that none slides; a group is free if the others do not slide then.
+        """
+        levers, free = _levers(packing, touching, self.arms), []
+        turn, ratio = np.zeros(packing.n), {}
+        for i, j, (a, b) in zip(touching.i.tolist(), touching.j.tolist(), levers.tolist(), strict=True):
+            ratio[i, j], ratio[j, i] = a / b, b / a
+        network = sparse.csr_array((np.ones(len(touching.i)), (touching.i, touching.j)), shape=(packing.n, packing.n))
+        for first in range(packing.n):
+            if turn[first] == 0:
+                order, before = breadth_first_order(network, first, directed=False)
+                turn[first] = 1.0
+                for j in order[1:].tolist():
+                    turn[j] = -ratio[int(before[j]), j] * turn[before[j]]
+                own = np.isin(touching.i, order)
+                sliding = levers[own, 0] * turn[touching.i[own]] + levers[own, 1] * turn[touching.j[own]]
+                if np.abs(sliding).max(initial=0.0) <= _GEARS * np.abs(levers[own]).max(initial=1.0):
+                    free.append(first)
+        return free
+
     def lammps_variables(self) -> dict[str, float | str]:
         """Variables of `lammps_inputs/flow.law` and `flow.fix`."""
         return asdict(self)
@@ -164,7 +183,7 @@ class StokesDrag(DragLaw):
 
     Attributes:
         eta_f: viscosity of the fluid, units k tau_1.
-        tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps" (lengths there are 1).
+        tau: tau_1; the drag coefficient is k tau_1, k = eps in units "eps", lengths in mean sizes.
 
     Example:
         >>> p = jamlab.pack(n=32, pressure=1e-2, seed=1)
@@ -200,8 +219,9 @@ class StokesDrag(DragLaw):
         sites = len(packing.positions)
         share = 1.0 / np.bincount(packing.particle)[packing.particle]  # 1 for disks
         diagonal = np.zeros(_size(packing))
-        diagonal[: 2 * sites] = np.repeat(drag_stiffness(packing) * self.tau * share, 2)
-        diagonal[-1] = self.eta_f * packing.area
+        stiffness = drag_stiffness(packing)
+        diagonal[: 2 * sites] = np.repeat(stiffness * self.tau * share, 2)
+        diagonal[-1] = stiffness * self.eta_f * packing.area
         return sparse.diags_array(diagonal, format="csc")
 
     def lammps_variables(self) -> dict[str, float | str]:
@@ -214,11 +234,7 @@ _LAWS: dict[str, type[Damping]] = {law.__name__: law for law in (ContactDamping,
 
 
 def law_of_record(record: Mapping[str, Any]) -> Damping:
-    """Read a law from what `DragLaw.record` said.
-
-    Raises:
-        KeyError, TypeError, InputError: no law of that name, or numbers that it does not have.
-    """
+    """Read a law from what `DragLaw.record` said."""
     numbers = dict(record)
     return _LAWS[numbers.pop("law")](**numbers)
 
@@ -234,19 +250,10 @@ def _name_time(tau: float) -> str:
 
 def damping_matrix(packing: Packing, damping: Damping, meetings: Meetings | None = None) -> sparse.csc_array:
     """Hessian B of the Rayleigh function R, (3n + 1, 3n + 1) for disks, (2 n_vertices + 1, ...) for droplets.
-
     Coordinates: 2i, 2i + 1 = non-affine velocity of site i (disk or vertex); SP: 2n + i = angular velocity of disk i,
     counter-clockwise; last = shear rate of x -> x + gamma y. Positions move as u + gamma y x^, so the drag against the
-    affine flow acts on u alone.
-
-    Args:
-        packing: SP or DP.
-        damping: viscous law.
-        meetings: what `find_meetings` finds in the packing, if it is known already.
-
-    Raises:
-        InputError: a vertex lies on an edge, so that their contact has no direction; drag that is not linear.
-    """
+    affine flow acts on u alone. `damping`: viscous law; `meetings`: what `find_meetings` finds in the packing, if it is
+    known already."""
     return damping.matrix(packing, meetings)
 
 
@@ -256,40 +263,37 @@ def _size(packing: Packing) -> int:
 
 @dataclass(frozen=True)
 class _ContactJacobian:
-    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix).
+    """Contact Jacobian: relative velocity at m contacts as a linear function of all rates (compatibility matrix)."""
 
-    Attributes:
-        normal: (m, 2) unit vectors.
-        flow: (m,) affine velocity difference along x at unit shear rate.
-        stiffness: (m,).
-        sites: (m, j) that each contact joins.
-        weights: (m, j) of their velocities in the difference.
-        rolling: (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating.
-    """
-
-    normal: Array
-    flow: Array
-    stiffness: Array
-    sites: NDArray[np.int64]
-    weights: Array
+    normal: Array  # (m, 2) unit vectors
+    flow: Array  # (m,) affine velocity difference along x at unit shear rate
+    stiffness: Array  # (m,)
+    sites: NDArray[np.int64]  # (m, j) that each contact joins
+    weights: Array  # (m, j) of their velocities in the difference
+    # (m, size) sparse, the part of the tangential velocity that both surfaces take back by rotating
     rolling: sparse.csr_array
 
 
-def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
+def _levers(packing: Packing, touching: Pairs, arms: str) -> Array:
+    """(m, 2) lever arms of two disks that touch."""
     assert packing.diameters is not None
+    levers = 0.5 * packing.diameters[np.column_stack([touching.i, touching.j])]
+    if arms == "contact":  # in the middle of the overlap
+        levers = levers - 0.5 * (levers.sum(axis=1) - np.hypot(*touching.r.T))[:, None]
+    return np.asarray(levers)
+
+
+def _jacobian_of_disks(packing: Packing, touching: Pairs, arms: str) -> _ContactJacobian:
     pairs, r = np.column_stack([touching.i, touching.j]), touching.r
     distance = np.hypot(*r.T)
     _, _, stiffness = disk_law(packing)(reach(packing, pairs), distance)
-    levers = 0.5 * packing.diameters[pairs]
-    if arms == "contact":  # in the middle of the overlap
-        levers = levers - 0.5 * (levers.sum(axis=1) - distance)[:, None]
     return _ContactJacobian(
         normal=r / distance[:, None],
         flow=r[:, 1],
         stiffness=stiffness,
         sites=pairs,
         weights=np.tile([-1.0, 1.0], (len(pairs), 1)),
-        rolling=_spread(levers, 2 * packing.n + pairs, _size(packing)),
+        rolling=_spread(_levers(packing, touching, arms), 2 * packing.n + pairs, _size(packing)),
     )
 
 
@@ -312,11 +316,9 @@ def _jacobian_of_vertices(packing: Packing, found: VertexContacts) -> _ContactJa
 
 
 def _outline_rotation(packing: Packing) -> sparse.csr_array:
-    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates.
-
-    The rotation w that fits the velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least:
-    w = sum e x e'/sum e^2. One edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders.
-    """
+    """(n_vertices, size) angular velocity of the outline at every vertex, from all rates. The rotation w that fits the
+    velocities of the two edges e at a vertex best, sum over both of |de' - w x e|^2 least: w = sum e x e'/sum e^2. One
+    edge alone would spin the faster the shorter it is, and edges shrink at Plateau borders."""
     edges, head = packing.edges, packing.successor
     tail = np.arange(len(head))
     square = np.einsum("ij,ij->i", edges, edges)

@@ -78,7 +78,7 @@ def equivalent_time(omega: ArrayLike, force: float, alpha: float, *, stiffness: 
 
     tau_alpha = tau_1 (tau_1 u_0 omega/rho_0)^(alpha - 1) (2/sqrt(pi)) Gamma(1 + alpha/2)/Gamma(3/2 + alpha/2) with
     u_0 = (F_0/k)/sqrt(1 + (omega tau_alpha)^2) (eqs 24 and 25; the exponent that eq 25 prints, alpha, would not give
-    tau_1 at alpha = 1). rho_0 = 1, as in the paper.
+    tau_1 at alpha = 1). rho_0, the unit of length here, is the mean size of particles, 1 in the paper.
 
     Args:
         omega: (m,) angular frequencies, 1/tau_1.
@@ -135,7 +135,7 @@ def nonlinear_modulus(
 ) -> NonlinearModulus:
     """G*(omega) under contact drag with exponent alpha, at an amplitude of shear stress or of shear strain.
 
-    All contacts get the same equivalent time, that of the typical force F_0 = stress times the mean diameter; the paper
+    All contacts get the same equivalent time, that of the typical force F_0 = stress times the mean size; the paper
     says F_0 ~ stress and gives no factor. A time that is the same everywhere only rescales the frequency of the linear
     problem: G*_alpha(omega) = G*_1(omega tau_alpha(omega)/tau_1). The stress of a strain is |G*| times it, solved for.
 
@@ -185,25 +185,19 @@ def nonlinear_modulus(
 
 @dataclass(frozen=True)
 class _Equivalent:
-    """Linear drag in the place of a power law, for one packing.
-
-    Attributes:
-        law: the linear law.
-        alpha: exponent of the power law.
-        prestress, method: of `complex_modulus`.
-    """
+    """Linear drag in the place of a power law, for one packing."""
 
     packing: Packing
-    law: Damping
-    alpha: float
+    law: Damping  # the linear law
+    alpha: float  # exponent of the power law
+    # prestress, method: of `complex_modulus`
     prestress: bool
     method: str
 
     def time(self, omega: ArrayLike, stress: float) -> Array:
         """(m,) equivalent time, in tau_1, at frequencies (m,) and a stress amplitude."""
-        force = stress * _length(self.packing)
-        tau_1 = np.asarray(omega) * self.law.tau
-        return equivalent_time(tau_1, force, self.alpha, stiffness=drag_stiffness(self.packing))
+        tau_1 = np.asarray(omega) * self.law.tau  # of the stress times the mean size, over the stiffness times it
+        return equivalent_time(tau_1, stress, self.alpha, stiffness=drag_stiffness(self.packing))
 
     def modulus(self, omega: ArrayLike) -> ComplexModulus:
         """G* of the linear law."""
@@ -221,13 +215,3 @@ class _Equivalent:
         if self.alpha == 1:
             return float(np.exp(guess))
         return float(np.exp(root_scalar(excess, x0=guess, x1=guess + 0.5, xtol=_LOG_STRESS).root))
-
-
-def modulus_at_strain(packing: Packing, omega: float, amplitude: float, damping: Damping) -> complex:
-    """G*(omega) under a drag law at an amplitude of the strain, see `nonlinear_modulus`."""
-    found = nonlinear_modulus(packing, [omega], damping=damping, strain=amplitude)
-    return complex(found.storage[0], found.loss[0])
-
-
-def _length(packing: Packing) -> float:
-    return float(np.mean(packing.diameters)) if packing.diameters is not None else 1.0

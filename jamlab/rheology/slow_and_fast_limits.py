@@ -4,34 +4,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
 
 from jamlab.arrays import Array
-from jamlab.errors import ConvergenceError
-from jamlab.mechanics.elasticity import LARGEST_RESIDUAL
 from jamlab.mechanics.positive_solver import positive_solver
-from jamlab.mechanics.symmetric_factors import SymmetricFactors
+from jamlab.mechanics.static_response import static_response
 from jamlab.rheology.equation_of_motion import EquationOfMotion
 from jamlab.rheology.rounding_error import ROUNDING
 from jamlab.rheology.shifted_solver import ShiftedSolver
 
-_NAMED = 6  # negative eigenvalues that Lanczos iteration finds for the message: the lowest of a few next to zero
-
 
 @dataclass(frozen=True)
 class FastLimitSettings:
-    """Numbers of the proximal steps to the fast limit.
+    """Numbers of the proximal steps to the fast limit."""
 
-    Attributes:
-        shift: over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this
-            number; the elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
-        most_steps: a guard; two to five reach rounding.
-        least_gain: a step must be shorter than this part of the last one, else it is rounding.
-    """
-
+    # over the rate at which dissipation outweighs elasticity. A step divides the imbalance by about this number; the
+    # elastic energy of what B leaves free must stay above the rounding of s B, 1e-16 times this.
     shift: float = 1e6
-    most_steps: int = 30
-    least_gain: float = 0.5
+    most_steps: int = 30  # a guard; two to five reach rounding
+    least_gain: float = 0.5  # a step must be shorter than this part of the last one, else it is rounding
 
 
 SETTINGS = FastLimitSettings()
@@ -39,29 +29,17 @@ SETTINGS = FastLimitSettings()
 
 @dataclass(frozen=True)
 class Limits:
-    """Response at unit strain when the strain is infinitely slow or fast.
+    """Response at unit strain when the strain is infinitely slow or fast."""
 
-    Attributes:
-        slow: (m,) q of least energy; rotations dissipate least.
-        fast: (m,) q of least dissipation, and among those of least energy.
-        g0: G'(omega -> 0).
-        eta_inf: lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation.
-        eta0: lim G''/omega, omega -> 0.
-    """
-
-    slow: Array
-    fast: Array
-    g0: float
-    eta_inf: float
-    eta0: float
+    slow: Array  # (m,) q of least energy; rotations dissipate least
+    fast: Array  # (m,) q of least dissipation, and among those of least energy
+    g0: float  # G'(omega -> 0)
+    eta_inf: float  # lim G''/omega, omega -> infinity; 0 where drag leaves a way to flow without dissipation
+    eta0: float  # lim G''/omega, omega -> 0
 
 
 def find_limits(motion: EquationOfMotion) -> Limits:
-    """Find the slow and the fast limit of the response, and the moduli that follow from them.
-
-    Raises:
-        ConvergenceError: K has a negative eigenvalue, which is named, or another zero mode than translations.
-    """
+    """Find the slow and the fast limit of the response, and the moduli that follow from them."""
     slow = _solve_slow(motion)
     fast = _solve_fast(motion)
     strained_slow, strained_fast = np.append(slow, 1.0), np.append(fast, 1.0)
@@ -86,34 +64,21 @@ def _fix_one_site(motion: EquationOfMotion) -> tuple[sparse.csc_array, int]:
 
 def _solve_slow(motion: EquationOfMotion) -> Array:
     matrix, held = _fix_one_site(motion)
-    solver = positive_solver()
-    try:
-        solver.factorise(matrix)
-    except ConvergenceError as error:
-        raise _describe_instability(matrix) from error
-    right = -motion.k_qg[held : motion.moving]
-    response = solver.solve(right)
-    response += solver.solve(right - matrix @ response)
-    scale = np.abs(right).max()
-    residual = np.abs(right - matrix @ response).max()
-    if not residual <= LARGEST_RESIDUAL * scale:
-        raise ConvergenceError(f"the packing has a floppy mode: its static response leaves {residual / scale:.2g}")
     q = np.zeros(motion.size)
-    q[held : motion.moving] = response
+    q[held : motion.moving] = static_response(matrix, -motion.k_qg[held : motion.moving, None])[:, 0]
     q = motion.without_drift(q)
     if motion.size > motion.moving:
         torque = (motion.b_qq @ q + motion.b_qg)[motion.moving :]
+        solver = positive_solver()
         solver.factorise(motion.b_qq[motion.moving :, motion.moving :].tocsc())
         q[motion.moving :] = -solver.solve(torque)
     return q
 
 
 def _solve_fast(motion: EquationOfMotion) -> Array:
-    """Least dissipation, by proximal steps: B alone may be singular, K + s B is not.
-
-    The first step is the exact response at s, so what B leaves free takes least energy; every further step keeps that
-    and divides the imbalance of B by about 1 + s over the fastest rate.
-    """
+    """Least dissipation, by proximal steps: B alone may be singular, K + s B is not. The first step is the exact
+    response at s, so what B leaves free takes least energy; every further step keeps that and divides the imbalance of
+    B by about 1 + s over the fastest rate."""
     moving = motion.moving
     shift = SETTINGS.shift * motion.k_qq.diagonal()[:moving].max() / motion.b_qq.diagonal()[:moving].max()
     solver = ShiftedSolver(motion)
@@ -128,25 +93,3 @@ def _solve_fast(motion: EquationOfMotion) -> Array:
         q = q - step
         last = size
     return q
-
-
-def _describe_instability(matrix: sparse.csc_array) -> ConvergenceError:
-    """The error for a matrix that is not positive definite, with its negative eigenvalues."""
-    factors = SymmetricFactors(matrix)
-    if not factors.negative:
-        return ConvergenceError("the packing has a floppy mode: its Hessian is singular")
-    return ConvergenceError(
-        f"the packing is unstable: its Hessian has {factors.negative} negative mode(s), an eigenvalue is "
-        f"{_find_negative_eigenvalue(matrix, factors):.3g}; it is not at a minimum of its energy"
-    )
-
-
-def _find_negative_eigenvalue(matrix: sparse.csc_array, factors: SymmetricFactors) -> float:
-    """The lowest of the negative eigenvalues next to zero, by Lanczos iteration on the inverse."""
-    size = matrix.shape[0]
-    if size <= 4 * _NAMED:  # Lanczos iteration needs more vectors than it finds
-        return float(np.linalg.eigvalsh(matrix.toarray())[0])
-    inverse = linalg.LinearOperator((size, size), matvec=factors.solve, dtype=np.float64)
-    wanted = min(_NAMED, factors.negative)
-    found = linalg.eigsh(matrix, k=wanted, sigma=0.0, which="SA", OPinv=inverse, return_eigenvectors=False)
-    return float(found.min())

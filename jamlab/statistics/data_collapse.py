@@ -68,7 +68,7 @@ def fit_scaling_exponents(
     start: tuple[float, float] = (0.0, 0.0),
 ) -> ScalingExponents:
     """Fit the exponents that bring curves at every scale (m,), such as N or p, onto one curve in each family, such as
-    G' and G''; an exponent that is given is held."""
+    G' and G''; an exponent that is given is held. Curves must overlap at the start of the search."""
     s = np.asarray(scale, dtype=np.float64)
     if not families or any(len(family) != len(s) for family in families) or not np.all(s > 0):
         raise InputError(f"{len(s)} scales need as many curves in each family, and must be positive")
@@ -91,6 +91,8 @@ def fit_scaling_exponents(
         return out[0], out[1]
 
     best = fill_in(np.array([start[k] for k in free]))
+    if free and np.isinf(spread(best)):
+        raise InputError(f"no two curves overlap at the start {best}: give another one, or curves of wider range")
     if free:
         found = minimize(
             lambda v: spread(fill_in(v)) ** 2,

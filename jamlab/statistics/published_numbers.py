@@ -82,8 +82,20 @@ def table_onset(value: float) -> Published:
 
 # [B] fig 4 and eq 11: rho - rho_J = C (dphi - dphi^1.5); shape factors A and areas a
 EQ_11_C = Published(1.21, 0.005, where="[B] fig 4 a, eq 11")
+EQ_11_C_OF_TEXT = Published(1.2, 0.05, where="[B] appendix")
+RHO_AT_UNIT_PHI = Published(0.95, 0.005, scale=0.04, where="[B] fig 1")
+RHO_AT_DENSEST = Published(1.0, 0.005, scale=0.04, where="[B] sec 3")  # phi = 1.24, eq 12
+RHO_AS_PHI = Published(0.88, 0.01, scale=0.04, where="[B] sec 3, fig 4 a")  # phi up to which rho is about phi
+AREA_FALLS = Published(0.04, 0.005, where="[B] sec 3, fig 4 b")  # drho where <a> begins to leave a_J
 LOST_AREA_EXPONENT = 2.5  # of 1 - <a>/a_J in drho, far from onset; fig 11 again
 SHAPE_EXPONENTS = (0.67, 0.3)  # of drho in A - A_J, small and large A
+LAMBDA_OF_SHAPE = Published(0.67, 0.05, where="[B] fig 4 c")  # of dphi in A - 1
+OMEGA_OF_CAPTION = Published(0.5, 0.05, where="[B] caption of fig 4 c")  # of drho in A - 1, small A - 1
+SHAPES = {  # mean A of packings: model, N, rho
+    ("sp", 64, 0.92): Published(1.01, 0.005, scale=0.03, where="[B] fig 2"),
+    ("dp", 64, 0.92): Published(1.03, 0.005, scale=0.03, where="[B] fig 2"),
+    ("dp", 128, 0.9895): Published(1.06, 0.005, scale=0.06, where="[B] fig 3"),  # 0.99 as printed
+}
 SHAPE_AT_UNIT_PHI = Published(1.03, 0.005, scale=0.03, where="[B] fig 1")
 SHAPE_OF_DENSE_DISKS = Published(1.10, relation=">", where="[B] sec 3, fig 4 c")
 SHAPE_AT_CONFLUENCE = Published(1.07, 0.005, scale=0.07, where="[B] sec 3, fig 4 c")
@@ -96,6 +108,15 @@ ALPHA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 a")  # z - z_J ~ dphi^alp
 BETA_0 = Published(0.5, 0.05, where="[B] sec 3, fig 6 d")  # G ~ dphi^beta_0
 DROPLET_EXPONENT = Published(0.8, 0.05, where="[B] sec 3, fig 6 c, f")  # of z - z_J and of G in drho
 CROSSOVER_EXPONENT = Published(2.0, 0.05, where="[B] sec 3, fig 6")  # a of the crossover at dphi N^a
+REGIME_1 = {  # exponents of z - z_J and of G nearest to onset
+    "z": Published(1.0, 0.05, where="[B] sec 3, fig 6 a, c"),
+    "g": Published(0.0, 0.05, where="[B] sec 3, fig 6 d, f"),
+}
+DOTTED_SLOPE = Published(0.8, 0.05, where="[B] caption of fig 6")  # of G, disks too
+LARGER_RATIO = Published(1.0, relation=">", where="[B] abstract, sec 3, tables 1 and 2")  # C_1/C_0, DP over SP
+EQ_13_ENDS = Published(0.98, 0.005, scale=0.04, where="[B] sec 3, fig 5 a")  # rho from which z of disks leaves eq 13
+COLLAPSE_OF_SIZES = Published(0.0, 0.05, where="[B] sec 3, insets of fig 7")  # slope of (z_conf - z) N in N
+CONFLUENT_LIMIT = Published(0.0, 0.005, where="[B] sec 3")  # 1 - rho* of large droplet packings
 MISSING_CONTACTS_LIMIT = Published(2.0, 0.05, where="[B] sec 3, fig 7")  # (z_conf - z) N of disks at confluence
 MISSING_CONTACTS_EXPONENT = Published(
     1.0, 0.05, where="[B] sec 3, figs 7 and 9"
@@ -109,11 +130,15 @@ VOID_SHARES = {  # P_l near onset
 TRIANGLES_FROM = 0.97  # rho from which all voids of droplets have three sides
 DENSE_DROPLET_TRIANGLES = Published(1.0, 0.005, where="[B] sec 3, fig 8 a")  # P_3 from there on
 PLATEAU_SHAPE = Published(4.87, 0.05, where="[B] sec 3, fig 8 b")
+DENSE_DISK_TRIANGLES = Published(1.0, relation="<", where="[B] sec 3, fig 8 a")  # P_3 below rho = 1
+MORE_TRIANGLES = Published(0.88, 0.005, scale=NEAR_ONSET, where="[B] sec 3, fig 8 a")  # rho, P_3 of DP over SP
 DENSE_DISK_TRIANGLES_SHAPE = Published(2.0, relation="<", where="[B] sec 3, fig 8 b")
 
 # [B] fig 10
 THETA = Published(0.55, 0.005, where="[B] appendix, fig 10")  # sigma ~ N^-theta
 ONSET_LIMIT = Published(0.842, 0.0005, scale=0.01, where="[B] appendix, fig 10")
+
+SAME_ONSETS = Published(0.0, 0.1, where="[B] sec 4, appendix")  # mean rho_J of DP less phi_J of SP, over their width
 
 # [B] fig 11
 KAPPA = Published(0.75, 0.005, where="[B] appendix, fig 11 a")  # phi - rho ~ (U/N)^kappa
@@ -145,7 +170,22 @@ SLIDING_VISCOSITY = Published(
     1.0, 0.01, where="[T] Relation to floppiness, eq 22"
 )  # exponent of eta_0(beta) - eta_0(0) in beta, eq 22
 
+# [T] text on figs 3, 4 and 6
+BETA_STAR = Published(1.0, 0.05, where="[T] Relation to floppiness")  # beta* ~ p
+NO_SLOW_TIME = Published(0.0, 0.05, where="[T] Imbalanced contact damping, fig 4 a")  # of G_0/eta_0 in p, beta = 0
+CROSSOVER_TO_AFFINE = Published(0.0, 0.05, where="[T] Balanced damping, fig 3")  # exponent of it in p
+DRAG_EXPONENT = 2 / 3  # alpha of Bretherton's law, eq 9
+NONLINEAR_SLOPES = {  # eqs 27 to 29
+    "slow G''": Published(DRAG_EXPONENT, 0.05, where="[T] Nonlinear damping, eq 27"),
+    "critical G'": Published(DRAG_EXPONENT / 2, 0.05, where="[T] Nonlinear damping, eq 28"),
+    "critical G''": Published(DRAG_EXPONENT / 2, 0.05, where="[T] Nonlinear damping, eq 29"),
+}
+
 # [T] figs 5, 7 and 8
+MEAN_APPROACH = Published(0.0, 0.05, where="[T] Relation to floppiness, text on fig 5")  # its exponent in p, plateau
+INDEPENDENT = Published(0.0, 0.05, where="[T] Correlations, fig 7 a")  # exponent of l, contact damping, in omega, in p
+SHALLOWER = Published(-0.5, relation=">", where="[T] Finite size effects, fig 8")  # slope with pre-stress
+STOKES_AS_CONTACT = Published(1.0, 0.05, where="[T] Finite size effects, fig 8")  # a that it considers likely
 HIGHEST_PRESSURE = 1e-2  # of the packings of fig 3, in k
 SLOW_SHEAR = {  # exponents in p of displacements per strain
     name: Published(value, 0.03, where="[T] Relation to floppiness, fig 5")

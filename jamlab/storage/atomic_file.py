@@ -3,7 +3,7 @@
 import os
 import secrets
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -78,6 +78,16 @@ def check_target(path: str | os.PathLike[str], *sources: str | os.PathLike[str],
     if mode is not None and not os.access(target, os.W_OK):
         raise StorageError(f"cannot write {path}: the file is write-protected; choose another name or `chmod u+w` it")
     return target
+
+
+def check_targets(folder: Path, names: Iterable[str], *, replace: bool = False) -> None:
+    """Refuse files of a folder, which may be missing, that cannot be written or may not be replaced, before any work.
+
+    Raises:
+        StorageError: see `check_target`.
+    """
+    for name in names if folder.is_dir() else ():
+        check_target(folder / name, replace=replace)
 
 
 def _flush(path: Path) -> None:

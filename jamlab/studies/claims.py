@@ -1,14 +1,16 @@
 """A claim sets a number of a paper beside ours, and says whether the two agree, and if not, why."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from jamlab.errors import ConvergenceError, InputError
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 
@@ -20,12 +22,13 @@ _OF_NO_PAPER = ("dynamics-", "beyond-")  # figures whose numbers neither paper h
 class Verdict(StrEnum):
     """What a number of a paper comes to."""
 
-    AGREES = "agrees"  # the interval meets the paper's value within its margin, and is narrow enough to have missed it
-    # the interval lies elsewhere; the cause stands beside it, with the figure or command that shows it
+    # the interval meets the paper's value within its margin whichever of its family is taken, and could have missed it
+    AGREES = "agrees"
+    # the interval of the whole family lies elsewhere; the cause stands beside it, with the figure that shows it
     DIFFERS = "differs"
     INCONSISTENT = "paper inconsistent"  # the paper contradicts itself, so that no measurement could settle the number
     CALIBRATED = "calibrated"  # parameters that the paper does not print were chosen to meet it: no independent test
-    UNDECIDED = "undecided"  # the interval meets the value, but is so wide that it would meet many others too
+    UNDECIDED = "undecided"  # the interval would meet many other values too, or its family straddles the value
     MISSING = "not measured"  # the data do not give it with an interval, which takes five packings
 
 
@@ -59,9 +62,8 @@ class Claim:
     contradiction: str = ""  # of the paper with itself
     calibrated: str = ""  # why the number is no independent test
     where: str = ""  # section, figure or table of the paper
-    # error of window, convention or size, which no interval over packings holds; None if not measured
-    systematic: float | None = None
     kind: Kind = Kind.MEASURED  # see `Kind`
+    family: Mapping[str, float] = field(default_factory=dict, hash=False)  # other windows, offsets, sizes -> value
 
     @property
     def measured(self) -> bool:
@@ -69,19 +71,28 @@ class Claim:
         return bool(np.isfinite([self.value, self.low, self.high]).all())
 
     @property
+    def systematic(self) -> tuple[float, float]:
+        """How far the family lies below and above the value; the interval over packings knows nothing of it."""
+        moved = [v - self.value for v in self.family.values()]
+        return max([0.0, *(-m for m in moved)]), max([0.0, *moved])
+
+    @property
     def meets(self) -> bool:
         """Whether the interval meets the paper's value within its margin, or lies on the side of its bound."""
-        above, below = self.high >= self.paper - self.margin, self.low <= self.paper + self.margin
-        return self.measured and {"=": above and below, ">": above, "<": below}[self.relation]
+        return self._meets(0.0, 0.0)
+
+    def _meets(self, below: float, above: float) -> bool:
+        """Whether the interval, its ends moved outwards, meets the paper's value."""
+        high, low = self.high + above >= self.paper - self.margin, self.low - below <= self.paper + self.margin
+        return self.measured and {"=": high and low, ">": high, "<": low}[self.relation]
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval and the systematic error are narrow enough to have disagreed. That of a bound must lie
-        on one side of it."""
-        more = self.systematic or 0.0
+        """Whether the interval is narrow enough to have disagreed; that of a bound must lie on one side of it."""
         if self.relation != "=":
-            return not self.low - more < self.paper < self.high + more
-        return 0.5 * (self.high - self.low) + more <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
+            below, above = self.systematic
+            return not self.low - below < self.paper < self.high + above
+        return 0.5 * (self.high - self.low) <= max(RESOLVED * (self.scale or abs(self.paper)), self.margin)
 
     @property
     def verdict(self) -> Verdict:
@@ -92,11 +103,11 @@ class Claim:
             return Verdict.MISSING
         if self.calibrated:
             return Verdict.CALIBRATED
-        if not self.meets:
-            more = self.systematic or 0.0
-            wide = replace(self, low=self.low - more, high=self.high + more)
-            return Verdict.UNDECIDED if more and wide.meets else Verdict.DIFFERS
-        return Verdict.AGREES if self.resolved else Verdict.UNDECIDED
+        below, above = self.systematic
+        if not self._meets(below, above):
+            return Verdict.DIFFERS
+        every = self.meets and self._meets(below, -below) and self._meets(-above, above)
+        return Verdict.AGREES if every and self.resolved else Verdict.UNDECIDED
 
     @property
     def counted(self) -> bool:
@@ -126,10 +137,19 @@ class Claim:
     @property
     def _width(self) -> str:
         """Write why the number decides nothing."""
-        half = f"half the interval is {0.5 * (self.high - self.low):.2g}"
-        if self.systematic:
-            return f"{half}, and its definition moves it by {self.systematic:.2g}: {self.cause}"
-        return f"{half}: it takes more packings"
+        if not self.resolved or not self.family:
+            half = f"half the interval is {0.5 * (self.high - self.low):.2g}: it takes more packings"
+            return f"{half}; {self.spread}" if self.family else half
+        return f"{self.spread}; {self.cause}" if self.cause else self.spread
+
+    @property
+    def spread(self) -> str:
+        """Write how far the family of windows moves the number, and which of it the most; "" without a family."""
+        if not self.family:
+            return ""
+        below, above = self.systematic
+        most = max(self.family, key=lambda choice: abs(self.family[choice] - self.value))
+        return f"systematic -{below:.2g} +{above:.2g}, the most by {most}: {self.family[most]:.4g}"
 
     @property
     def text(self) -> str:
@@ -139,10 +159,8 @@ class Claim:
     @property
     def line(self) -> str:
         """Write one line for the terminal."""
-        return (
-            f"{self.figure}: {self.quantity} = {self.value:.4g} [{self.low:.4g}, {self.high:.4g}], "
-            f"paper {self.paper_text}: {self.text}"
-        )
+        ends = f"[{self.low:.4g}, {self.high:.4g}]" + (f", {self.spread}" if self.family else "")
+        return f"{self.figure}: {self.quantity} = {self.value:.4g} {ends}, paper {self.paper_text}: {self.text}"
 
     @property
     def paper_text(self) -> str:
@@ -152,7 +170,9 @@ class Claim:
 
     def row(self) -> dict[str, Any]:
         """List plain values for CSV and JSON."""
-        return asdict(self) | {"verdict": str(self.verdict), "kind": str(self.kind), "reason": self.reason}
+        below, above = self.systematic
+        more = {"below": below, "above": above, "verdict": str(self.verdict), "kind": str(self.kind)}
+        return asdict(self) | more | {"family": self.spread, "reason": self.reason}
 
 
 def claim(
@@ -161,7 +181,7 @@ def claim(
     found: Interval | None,
     paper: Published,
     kind: Kind = Kind.MEASURED,
-    systematic: float | None = None,
+    family: Mapping[str, float] | None = None,
     /,
     **words: str,
 ) -> Claim:
@@ -171,7 +191,29 @@ def claim(
     value, low, high = (np.nan,) * 3 if found is None else (float(v) for v in (found.value, found.low, found.high))
     kind = Kind.FIT_TARGET if words.get("calibrated") else kind
     number = (value, low, high, paper.value, paper.margin, paper.relation, paper.scale)
-    return Claim(figure, quantity, *number, kind=kind, systematic=systematic, **{"where": paper.where} | words)  # type: ignore[arg-type]
+    return Claim(figure, quantity, *number, kind=kind, family=family or {}, **{"where": paper.where} | words)  # type: ignore[arg-type]
+
+
+def vary(statistic: Callable[..., Any], *choices: Mapping[str, Any]) -> dict[str, float]:
+    """Evaluate a statistic under other defensible choices, keywords with values such as {"low": 0.02}: its systematic
+    error. The family stands written in the code; choices without a value, or without a fit, are left out."""
+    found = {}
+    for choice in choices:
+        with suppress(ConvergenceError, InputError):
+            value = float(statistic(**choice))
+            if np.isfinite(value):
+                found[", ".join(f"{k.replace('_', ' ')} = {_plain(v)}" for k, v in choice.items())] = value
+    return found
+
+
+def halves(low: float, high: float) -> tuple[dict[str, float], dict[str, float]]:
+    """Choose the upper and the lower half of a window, in logarithms: where a power holds, both give it."""
+    middle = (low * high) ** 0.5
+    return {"low": middle}, {"high": middle}
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 # numbers as text, for captions and reasons ----------------------------------------------------------------------------
@@ -218,12 +260,14 @@ def first_line(claims: Sequence[Claim]) -> str:
     return f"{tests} numbers of both papers: {numbers}{more}."
 
 
-def summary(claims: Sequence[Claim]) -> list[str]:
-    """Write the first line, then one line for each number of the papers that differs, with its cause."""
+def summary(claims: Sequence[Claim], every: bool = False) -> list[str]:
+    """Write the first line, then one for each number of the papers that differs, with its cause, or for every one."""
     lines = [first_line(claims)]
     for c in _of_papers(claims):
-        if c.verdict is Verdict.DIFFERS:
-            lines.append(f"  {c.figure}, {c.quantity}: {c.value:.4g} for {c.paper_text}: {c.reason}")
+        if every or c.verdict is Verdict.DIFFERS:
+            ends = f"[{c.low:.4g}, {c.high:.4g}]" + (f", {c.spread}," if c.family else "")
+            more = "" if c.counted else f" ({c.kind})"
+            lines.append(f"  {c.figure}: {c.quantity} | {c.value:.4g} {ends} for {c.paper_text} | {c.text}{more}")
     return lines
 
 

@@ -10,6 +10,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from jamlab.arrays import Array
+from jamlab.geometry.packing_fraction import packing_fraction
+from jamlab.packing.packing import Packing
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import FiniteSize, finite_size
 from jamlab.studies.ensembles import Ensemble, ensemble, log_places, sampled_sizes
@@ -30,6 +32,11 @@ FRACTIONS = np.arange(0.80, 1.25, 0.01)  # packing fractions of panels with line
 DISTANCES = np.arange(0.0, 0.43, 0.01)  # distances from onset of panels with linear axes
 TWO_OVERLAPS = 0.36  # dphi up to which only pairs of disks overlap: phi < 1.2
 STEP = 1e-3  # of ours: finer changes no digit, states in between are interpolated
+
+
+def rho_printed(packing: Packing) -> float:
+    """Packing fraction of disks by [B] eq 12 as printed, which counts what three disks share twice; it passes 1."""
+    return packing_fraction(packing, "paper-triples")
 
 
 def even_places(model: str, by: str) -> Array:
@@ -86,10 +93,10 @@ def fit_prefactor(x: Array, y: Array, low: float = 0.01, high: float = TWO_OVERL
     return float(f @ y[kept] / (f @ f)) if kept.any() else np.nan
 
 
-def onset_law(n: Sequence[int], groups: Sequence[Array]) -> FiniteSize:
-    """Fit the mean onset against N, each size weighted by its standard error, with the correction of O'Hern et al."""
+def onset_law(n: Sequence[int], groups: Sequence[Array], correction: float | None = None) -> FiniteSize:
+    """Fit the mean onset against N, each size weighted by its standard error; correction: that of O'Hern et al."""
     means, errors = [v.mean() for v in groups], [v.std(ddof=1) / len(v) ** 0.5 for v in groups]
-    return finite_size(n, means, errors, exponent=published.ONSET_CORRECTION)
+    return finite_size(n, means, errors, exponent=correction or published.ONSET_CORRECTION)
 
 
 def select_below_confluence(states: pd.DataFrame) -> pd.DataFrame:

@@ -161,12 +161,13 @@ STATES = (
     *("model", "n", "seed", "state", "rho", "phi", "z", "rattlers", "pressure", "g", "shape"),
     *("d_rho", "d_phi", "d_z", "overlap", "lost", "excess", "u"),
 )
+LATER = ("g_x", "rho_printed")  # columns of states that packings from before lack: G along x, rho by eq 12 as printed
 FLOW_RUN = (  # what tells packings, laws and settings of flows apart
     *("model", "n", "seed", "ensemble", "phi", "rho", "target_pressure", "law", "beta", "eta_f", "alpha"),
     *("background", "tolerance"),
 )
 COLUMNS = {
-    "states": (*STATES[:3], "ensemble", *STATES[3:]),
+    "states": (*STATES[:3], "ensemble", *STATES[3:], *LATER),
     "onset": ("model", "n", "seed", "ensemble", "rho_J", "phi_J", "z_J", "rattlers", "converged", *COUNTS),
     "void_counts": ("model", "n", "seed", "ensemble", "onset", "rho", "sides", "voids", "area", "shape"),
     "spectra": (

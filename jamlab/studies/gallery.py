@@ -1,6 +1,6 @@
 """Figures of the papers and beside them, as studies: each is drawn from tables of campaigns, with its verdicts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
@@ -16,7 +16,7 @@ from jamlab.figures.explorer.write_page import explorer_assets
 from jamlab.figures.html_page import Section, write_csv
 from jamlab.processes.progress import Progress, no_progress
 from jamlab.storage.atomic_file import atomic_file
-from jamlab.studies import micrograph_errors
+from jamlab.studies import micrograph_errors, study
 from jamlab.studies.baumgarten import correlation, motion, spectra
 from jamlab.studies.baumgarten import pictures as drawings
 from jamlab.studies.beyond import droplet_modes, droplet_sizes, droplet_structure, stiffening_disks
@@ -39,7 +39,7 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
     "boromand-7": confluence.figure_7,
     "boromand-8": voids.figure_8,
     "boromand-8-voids": pictures.figure_8_snapshots,
-    "boromand-9": geometry.figure_9,
+    "boromand-9": confluence.figure_9,
     "boromand-10": onset.figure_10,
     "boromand-11": geometry.figure_11,
     "tables": coefficients.tables_1_2,
@@ -72,6 +72,11 @@ FIGURES: dict[str, Callable[[EnsembleTables], Drawing]] = {
 _PAGE = "figures"
 PAGE = f"{_PAGE}.html"
 VERDICTS = "verdicts.csv"
+
+
+def file_names(names: Iterable[str], *, whole: bool) -> list[str]:
+    """Names of the files that are written of figures; `whole`: with their page, verdicts and summary."""
+    return study.file_names(names, _PAGE if whole else "") + ([VERDICTS, SUMMARY] if whole else [])
 
 
 def titles() -> dict[str, str]:
@@ -162,7 +167,7 @@ def write_all(
     claims = [c for each in drawn for c in each.claims]
     write_csv(folder / VERDICTS, pd.DataFrame([c.row() for c in claims]))
     with atomic_file(folder / SUMMARY) as temporary:
-        temporary.write_text("\n".join(summary(claims)) + "\n", encoding="utf-8")
+        temporary.write_text("\n".join(summary(claims, every=True)) + "\n", encoding="utf-8")
     return drawn, failures
 
 

@@ -48,9 +48,9 @@ from jamlab.flow.oscillate import oscillate
 from jamlab.geometry.packing_fraction import packing_fraction
 from jamlab.packing.packing import Packing
 from jamlab.protocols.target_pressure import pack
-from jamlab.rheology.complex_modulus import complex_modulus
+from jamlab.rheology.complex_modulus import ComplexModulus, complex_modulus
 from jamlab.rheology.damping import ContactDamping, Damping, StokesDrag
-from jamlab.rheology.nonlinear_drag import modulus_at_strain
+from jamlab.rheology.nonlinear_drag import NonlinearModulus, nonlinear_modulus
 from jamlab.statistics.published_numbers import MODELS_PART
 from jamlab.studies.table import measure_table
 
@@ -256,11 +256,12 @@ def _oscillation(packing: Packing, wanted: Flow) -> tuple[float, float]:
     omega = (wanted.drag * amplitude ** (1.0 - alpha)) ** (1.0 / alpha)
     run = oscillate(packing, omega, amplitude, law, tolerance=TOLERANCE, cycles=CYCLES)
     true = complex(run.storage, run.loss)
-    if law.at_contacts:
-        simple = modulus_at_strain(packing, omega, amplitude, law)
-    else:
-        spectrum = complex_modulus(packing, [omega], law)
-        simple = complex(spectrum.storage[0], spectrum.loss[0])
+    found: NonlinearModulus | ComplexModulus = (
+        nonlinear_modulus(packing, [omega], damping=law, strain=amplitude)
+        if law.at_contacts
+        else complex_modulus(packing, [omega], law)
+    )
+    simple = complex(found.storage[0], found.loss[0])
     return abs(simple - true) / abs(true), run.cycles
 
 

@@ -1,6 +1,6 @@
 """A drawing is a figure that keeps every point and every number behind it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
@@ -80,12 +80,12 @@ class Drawing:
         found: Interval | None,
         paper: Published,
         kind: Kind = Kind.MEASURED,
-        systematic: float | None = None,
+        family: Mapping[str, float] | None = None,
         /,
         **words: str,
     ) -> Claim:
         """Add a claim, see `jamlab.studies.claims.claim`."""
-        self.claims.append(claim(self.name, quantity, found, paper, kind, systematic, **words))
+        self.claims.append(claim(self.name, quantity, found, paper, kind, family, **words))
         return self.claims[-1]
 
     def keep(self, name: str, found: Any, **by: Iterable[float]) -> Any:

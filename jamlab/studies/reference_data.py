@@ -32,6 +32,7 @@ from jamlab.studies.ensemble_tables import (
     COUNTS,
     DAMPING,
     FLOW_RUN,
+    LATER,
     NAMES,
     PACKING,
     AbsentTableError,
@@ -77,7 +78,7 @@ def combine(new: EnsembleTables, old: EnsembleTables) -> EnsembleTables:
         if len(parts) < 2:
             return parts[0] if parts else pd.DataFrame()
         first, second = (_who(name, part) for part in parts)
-        shared = set(parts[0]) & set(parts[1]) | set(COUNTS)  # counts came later: nan in packings from before
+        shared = set(parts[0]) & set(parts[1]) | {*COUNTS, *LATER}  # these came later: nan in packings from before
         kept = [[c for c in COLUMNS[name] if c in part and c in shared] for part in parts]
         return pd.concat([parts[0][kept[0]], parts[1].loc[~second.isin(first), kept[1]]], ignore_index=True)
 

@@ -1,7 +1,7 @@
 """A study is a piece of evidence: what is measured task by task, into which table, how it is drawn; pages of some."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -256,6 +256,12 @@ def write_files(name: str, shown: Shown, folder: Path, *, each: bool = True) -> 
         paths.append(folder / f"{name}.csv")
         write_csv(paths[-1], shown.rows)
     return paths, png
+
+
+def file_names(studies: Iterable[str], page: str = "", *, each: bool = True) -> list[str]:
+    """Names of all files that `write_files` writes of these studies, and `write_page` of a page of them."""
+    names = [f"{name}.{kind}" for name in studies for kind in (("png", "pdf", "csv") if each else ("png",))]
+    return names + ([f"{page}.html"] if page else []) + ([] if each else [f"{page}.csv"])
 
 
 def _verdicts(claims: Sequence[Claim]) -> TextTable:

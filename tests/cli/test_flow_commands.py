@@ -11,13 +11,13 @@ import jamlab
 
 RUNS = {  # words after the file -> columns of the table, and a note
     ("shear", "--rate", "0.1", "--strain", "0.2", "--frames", "0.1"): (
-        "normal_stress_difference",
+        "N₁",
         "no steady state yet",
     ),
-    ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous_stress", "|G*_3|/|G*_1|"),
+    ("oscillate", "--omega", "1", "--amplitude", "1e-3", "--cycles", "2"): ("viscous stress", "|G*_3|/|G*_1|"),
     ("creep", "--stress", "1e-4", "--duration", "5", "--alpha", "0.667"): ("compliance", "STILL CREEPS"),
     ("relax-stress", "--strain", "1e-4", "--duration", "5", "--stokes"): ("modulus", "residual stress"),
-    ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress_error", "no Herschel-Bulkley fit"),
+    ("flow-curve", "--rate", "0.3", "--strain", "1", "--discard", "0.2"): ("stress error", "no Herschel-Bulkley fit"),
 }
 
 

@@ -1,8 +1,11 @@
 """Files that commands write: none is replaced unasked, and an interrupt loses no state that is finished."""
 
 import ctypes
+import pathlib
 
+import campaigns
 import pytest
+import typer
 from commands import call
 
 import jamlab
@@ -17,53 +20,97 @@ def onset():
     return jamlab.jam(n=16, seed=1)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["jam", "--n", "8"],
-        ["pack", "--n", "8", "--pressure", "1e-2"],
-        ["compress", "onset.h5", "--to", "0.86"],
-        ["explore", "onset.h5"],
-        ["demo", "--n", "8"],
-    ],
-    ids=lambda words: words[0],
-)
-def test_no_file_is_replaced_without_force(tmp_path, onset, words):
-    onset.write(tmp_path / "onset.h5")
-    out = "out" if words[0] == "demo" else "out.html" if words[0] == "explore" else "out.h5"
-    there = tmp_path / out / "dp.h5" if words[0] == "demo" else tmp_path / out
-    there.parent.mkdir(exist_ok=True)
-    there.write_text("work of a week")
-    done = call(tmp_path, *words, "--out", out)
-    assert done.exit_code == 1 and f"{there.name} exists: choose another name, or give --force" in done.stderr
-    assert there.read_text() == "work of a week"
-    if words[0] in ("jam", "explore"):
-        assert call(tmp_path, *words, "--out", out, "--force").exit_code == 0
-        assert there.read_bytes()[:14] != b"work of a week"
+FLOWS = {
+    "shear": "--rate 0.1 --strain 0.01",
+    "flow-curve": "--rate 0.1 --strain 1",
+    "oscillate": "--omega 0.1 --amplitude 1e-3",
+    "creep": "--stress 1e-4 --duration 1",
+    "relax-stress": "--strain 1e-3 --duration 1",
+}
+TABLES = ["reference.json", "states.columns.xz", "spectra.columns.xz"]
+WRITTEN = {  # command and its option that names what is written: its other words, files that it may not replace unasked
+    ("demo", "--out"): ("--n 8", ["index.html", "sp.h5", "dp.h5", "packings.png", "z.png", "g.png", "gstar.png"]),
+    ("jam", "--out"): ("--n 8", "p.h5"),
+    ("pack", "--out"): ("--n 8 --pressure 1e-2", "p.h5"),
+    ("compress", "--out"): ("source.h5 --to 0.86", "p.h5"),
+    ("explore", "--out"): ("source.h5", "p.html"),
+    ("analyze", "--csv"): ("photo.png", "p.csv"),
+    ("analyze", "--overlay"): ("photo.png", "p.png"),
+    ("analyze", "--packing"): ("photo.png", "p.h5"),
+    ("gstar", "--out"): ("source.h5", "g.csv"),
+    **{(name, "--out"): (f"source.h5 {words}", "p.h5") for name, words in FLOWS.items()},
+    **{(name, "--csv"): (f"source.h5 {words}", "p.csv") for name, words in FLOWS.items()},
+    **{(name, "--plot"): (f"source.h5 {words}", "p.png") for name, words in FLOWS.items()},
+    ("figure", "--out"): ("boromand-6", ["boromand-6.png", "boromand-6.pdf", "boromand-6.csv"]),
+    ("figure all", "--out"): ("", ["tables.csv", "figures.html", "verdicts.csv", "summary.txt"]),
+    ("figure reference", "--out"): ("--from c.toml", TABLES),
+    ("calibrate", "--out"): ("--n 8 --seeds 1", ["sensitivity.csv"]),
+    ("decks", "--copy"): ("", ["in.sp.shear"]),
+    ("compare", "--out"): ("--n 8", ["comparison.csv", "analysis.csv", "comparison.json", "index.html"]),
+    ("compare --recipe hoomd", "--out"): ("--n 8", ["packing.npz", "hoomd_check.py"]),
+    ("campaign new", "file"): ("", "new.toml"),
+    ("campaign page", "--out"): ("c.toml", "p.html"),
+    ("study draw", "--out"): ("boromand-6", ["boromand-6.png", "boromand-6.csv", "studies.html"]),
+    ("study add", "--out"): ("c.toml", TABLES),
+    ("study run", "--out"): ("spectrum", ["spectrum.csv"]),
+    ("chart speed-accuracy", "--out"): ("", ["spectrum.png", "speed-accuracy.html", "speed-accuracy.csv"]),
+    ("chart stability", "--out"): ("", ["moved.png", "stability.html", "stability.csv"]),
+    ("chart all", "--out"): ("", ["spectrum.png", "stability.csv"]),
+    ("chart flow-table", "--out"): ("--quick", "t.csv.gz"),
+    ("chart estimates", "--out"): ("--seeds 1", "t.csv.gz"),
+}
+READ = {"file", "files", "folders", "source", "--from", "--folder", "--labels"}
+TASKS = {f"campaign {name}" for name in ("plan", "run", "resume", "status", "merge", "export")} | {"study plan"}
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".h5"])
-def test_no_spectrum_is_replaced_without_force(tmp_path, onset, suffix):
-    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "p.h5")
-    there = tmp_path / f"g{suffix}"
-    there.write_text("work of a week")
-    words = ("gstar", "p.h5", "--points", "3", "--out", there.name)
-    done = call(tmp_path, *words)
-    assert done.exit_code == 1 and f"{there.name} exists: choose another name, or give --force" in done.stderr
-    assert there.read_text() == "work of a week"
-    assert call(tmp_path, *words, "--force").exit_code == 0 and there.read_bytes()[:4] != b"work"
+def test_every_option_that_names_a_file_to_write_is_tried():
+    """But for folders of tasks, which grow, and `campaign export --to`, see tests/campaign/test_command.py."""
+
+    def commands(group, *path):
+        for name, each in group.commands.items():
+            yield from commands(each, *path, name) if hasattr(each, "commands") else [(" ".join([*path, name]), each)]
+
+    found = {
+        (name, option.opts[0])
+        for name, command in commands(typer.main.get_command(app))
+        for option in command.params
+        if "Path" in str(option.type_descriptor.annotation) and name not in TASKS
+    }
+    assert {(name, option) for name, option in found if option not in READ or name == "campaign new"} <= set(WRITTEN)
 
 
-@pytest.mark.parametrize("option", ["--csv", "--overlay", "--packing"])
-def test_nothing_that_was_made_of_a_picture_is_replaced_without_force(tmp_path, option):
+@pytest.mark.parametrize(("command", "option"), WRITTEN, ids=[" ".join(each) for each in WRITTEN])
+def test_no_file_is_replaced_without_force(tmp_path, onset, command, option):
+    words, names = WRITTEN[command, option]
+    onset.write(tmp_path / "source.h5")
     (tmp_path / "photo.png").write_bytes(b"never read")
-    there = tmp_path / {"--csv": "d.csv", "--overlay": "o.png", "--packing": "p.h5"}[option]
-    there.write_text("work of a week")
-    done = call(tmp_path, "analyze", "photo.png", option, there.name)
-    assert done.exit_code == 1 and f"{there.name} exists: choose another name, or give --force" in done.stderr
-    assert there.read_text() == "work of a week"
-    done = call(tmp_path, "analyze", "photo.png", option, there.name, "--force")  # the picture is read now
-    assert done.exit_code == 1 and "exists" not in done.stderr
+    (tmp_path / "c.toml").write_text(campaigns.FULL)
+    for name in [names] if isinstance(names, str) else names:
+        out = tmp_path / name if isinstance(names, str) else tmp_path / f"folder-{name}" / name
+        out.parent.mkdir(exist_ok=True)
+        out.write_text("work of a week")
+        target = out if isinstance(names, str) else out.parent
+        done = call(tmp_path, *command.split(), *words.split(), *([] if option == "file" else [option]), target)
+        assert done.exit_code == 1 and out.name in done.stderr, done.stderr
+        assert (out.read_text() == "work of a week" and list(out.parent.glob("*")) == [out]) or target == out
+
+
+def test_force_replaces_files(tmp_path, onset):
+    next(jamlab.compress(onset, 0.87, 0.1)).write(tmp_path / "source.h5")
+    for words in ("jam --n 8 --out p.h5", "explore source.h5 --out p.html", "gstar source.h5 --points 3 --out g.csv"):
+        out = tmp_path / words.split()[-1]
+        out.write_text("work of a week")
+        assert call(tmp_path, *words.split(), "--force").exit_code == 0
+        assert out.read_bytes()[:4] != b"work"
+
+
+def test_a_forced_table_leaves_the_run_it_is_made_of(tmp_path, onset, monkeypatch):
+    """A run of hours goes on where it is, whatever else is replaced."""
+    onset.write(tmp_path / "source.h5")
+    words = [*"shear source.h5 --rate 0.1 --strain 0.01 --rows 2 --csv rows.csv --out flow.h5".split()]
+    assert call(tmp_path, *words).exit_code == 0
+    monkeypatch.delattr(pathlib.Path, "unlink")
+    assert call(tmp_path, *words, "--force").exit_code == 0
 
 
 def test_finished_states_are_kept_where_a_signal_ends_a_sweep(tmp_path, onset):

@@ -77,6 +77,13 @@ def test_sp_compress_deck_goes_through_the_states_of_python(tmp_path, dense, to,
     assert jamlab.evaluate(last).pressure == pytest.approx(found[-1, 2], rel=1e-9)
 
 
+def test_sp_compress_deck_ends_below_onset_where_nothing_touches(tmp_path, dense):
+    jamlab.write_data(tmp_path / "packing.data", dense)
+    text = run("in.sp.compress", tmp_path, code=2, data="packing.data", to=0.5, nearest=0, above=0.05)
+    assert "\nUNJAMMED" in text and list(rows(text, 4)[:, 1] > 1e-16)[-2:] == [True, False]
+    assert (tmp_path / "sp.unjammed.data").exists() and not (tmp_path / "sp.compressed.data").exists()
+
+
 @pytest.mark.parametrize("deck", ["compress", "shear", "bulk", "stabilize", "minimize"])
 def test_without_a_minimum_a_deck_fails_and_gives_no_number(tmp_path, dense, deck):
     jamlab.write_data(tmp_path / "packing.data", at_phi(dense, dense.phi + 0.01))
@@ -119,6 +126,13 @@ def test_sp_stabilize_and_bulk_decks(tmp_path, dense):
     assert jamlab.shear_modulus(stable, angle=np.linspace(0, np.pi, 20)).min() > 0
     text = run("in.sp.bulk", tmp_path, data="sp.stable.data")
     assert number("modulus B", text) == pytest.approx(jamlab.bulk_modulus(stable), rel=1e-6)
+
+
+def test_sp_bulk_deck_goes_to_a_packing_fraction_first(tmp_path, dense):
+    jamlab.write_data(tmp_path / "packing.data", dense)
+    text = run("in.sp.bulk", tmp_path, data="packing.data", phi_target=0.9)
+    (state,) = jamlab.compress(dense, 0.9, 1.0, by="phi")
+    assert number("modulus B", text) == pytest.approx(jamlab.bulk_modulus(state), rel=1e-6)
 
 
 def test_sp_stabilize_deck_says_when_the_shear_unjams(tmp_path):
@@ -174,8 +188,8 @@ def test_sp_hessian_deck(tmp_path, random_disks, units):
     """Finite differences of LAMMPS forces against the analytic Hessian, prestress included."""
     packing = random_disks(units=units)
     jamlab.write_data(tmp_path / "packing.data", packing)
-    run("in.sp.hessian", tmp_path, data="packing.data")
     n = packing.n
+    assert f"Hessian: {9 * n * n} numbers in sp.hessian.txt" in run("in.sp.hessian", tmp_path, data="packing.data")
     found = np.loadtxt(tmp_path / "sp.hessian.txt").reshape(n, 3, n, 3)[:, :2, :, :2].reshape(2 * n, 2 * n)
     expected = jamlab.hessian(packing).toarray()
     assert found == pytest.approx(expected, abs=1e-6)
@@ -197,3 +211,15 @@ def test_sp_dump_has_radii(tmp_path, dense):
     jamlab.write_data(tmp_path / "packing.data", dense)
     run("in.sp.compress", tmp_path, data="packing.data", to=0.94, nearest=0)
     assert 2 * np.array(frame(tmp_path / "sp.dump")["radius"]) == pytest.approx(dense.diameters, rel=1e-14)
+
+
+def test_decks_take_up_to_64_sizes_and_say_what_they_refuse(tmp_path):
+    p = jamlab.pack(n=40, pressure=1e-2, seed=1, sizes=np.geomspace(0.5, 1.5, 40))
+    jamlab.write_data(tmp_path / "p.data", p)
+    text = run("in.sp.minimize", tmp_path, data="p.data", force=1e-13)
+    assert number("energy", text) == pytest.approx(jamlab.evaluate(p).energy, rel=1e-12)
+    assert jamlab.read(tmp_path / "sp.minimum.data").diameters == pytest.approx(p.diameters, rel=1e-14)
+    assert f"z = {jamlab.contacts(p).z:g}" in run("in.sp.contacts", tmp_path, data="p.data")
+    jamlab.write_data(tmp_path / "many.data", jamlab.pack(n=65, pressure=1e-2, seed=1, sizes="lognormal:0.3"))
+    text = run("in.sp.minimize", tmp_path, code=1, data="many.data")
+    assert "REFUSED: many.data has a diameter for each disk, as there are more than 64" in text

@@ -36,11 +36,13 @@ def test_dp_shear_deck_follows_the_python_engine(tmp_path):
     *_, packing = jamlab.compress(jamlab.jam("dp", 8, 3), 0.9, 0.1)
     jamlab.write_data(tmp_path / "packing.data", packing)
     law = {"data": "packing.data", "phi_target": 0}
-    text = run("in.dp.shear", tmp_path, **law, strain=1e-4, force=1e-8)
+    assert "converged=0: a force" in run("in.dp.shear", tmp_path, code=2, **law, strain=1e-4, force=1e-8)
+    text = run("in.dp.shear", tmp_path, **law, strain=1e-5)
+    assert jamlab.read(tmp_path / "dp.sheared.data").converged
     exact, error = jamlab.shear_modulus(packing), number("error", text)
     assert abs(number("modulus G_xy", text) - exact) <= error < 0.1 * exact
-    text = run("in.dp.shear", tmp_path, code=2, **law, strain=1e-9)
-    assert "\nNO MODULUS: forces up to 1e-7 leave G_xy" in text and "relaxed shear modulus" not in text
+    text = run("in.dp.shear", tmp_path, code=2, **law, strain=1e-9, force=1e-7)
+    assert "\nNO MODULUS: forces up to 1e-07 leave G_xy" in text and "relaxed shear modulus" not in text
 
 
 def test_what_files_call_converged_is_what_jamlab_calls_a_minimum():

@@ -73,7 +73,7 @@ def test_energy_and_stress_of_a_flow_are_those_of_its_state(tmp_path, packing):
     fix = "rate 0.1 tolerance 1e-2 solver 1e-8"
     at_rest = jamlab.evaluate(packing).energy
     with DropletFlow(tmp_path, packing, fix, "drag 1 0.3 1 background 0.2") as flow:
-        for steps in (30, 3, 3):
+        for steps in (45, 3, 3):
             row, state = flow.run(steps), flow.state()
             native = jamlab.evaluate(state)
             gained = native.energy - at_rest

@@ -18,8 +18,9 @@ from jamlab.studies.ensemble_tables import EnsembleTables
 
 
 def found(name, text):
-    """The one claim of a figure whose quantity begins with the text."""
-    hits = [c for c in drawn(name).claims if c.quantity.startswith(text)]
+    """The one claim of a figure whose quantity is the text, or begins with it."""
+    claims = drawn(name).claims
+    hits = [c for c in claims if c.quantity == text] or [c for c in claims if c.quantity.startswith(text)]
     assert len(hits) == 1, [c.quantity for c in drawn(name).claims]
     return hits[0]
 
@@ -51,8 +52,8 @@ def found(name, text):
         ("baumgarten-4", "largest |G''", 0.0, 1e-9),
         ("baumgarten-4", "exponent of eta_0 in p", 0.5, 0.01),
         ("baumgarten-4", "exponent of eta_0(beta)", 1.0, 0.01),
-        ("baumgarten-5", "exponent of approach", 0.25, 0.01),
-        ("baumgarten-5", "exponent of sliding", -0.25, 0.01),
+        ("baumgarten-5", "exponent of approach in p", 0.25, 0.01),
+        ("baumgarten-5", "exponent of sliding in p", -0.25, 0.01),
         ("baumgarten-6", "lambda", 1.0, 0.02),
         ("baumgarten-6", "Delta: G' - G_0", 0.556, 0.005),
         ("baumgarten-6", "d eta_0 / d eta_F", 1e-9, 1e-12),
@@ -68,7 +69,7 @@ def test_figures_measure_what_the_tables_hold(figure, quantity, value, tolerance
 
 def test_a_table_that_differs_is_told_from_the_paper():
     both = pd.concat([states(z0=5.0, c=0.9), states("dp")])
-    other = EnsembleTables({"states": both, "onset": onset()}.get)
+    other = EnsembleTables({"states": both, "onset": onset()}.__getitem__)
     by_name = {c.quantity: c for c in gallery.draw("tables", other).claims}
     assert by_name["z_0, SP(φ)"].value == pytest.approx(5.0, abs=0.1)
     assert by_name["z_0, SP(φ)"].verdict == "differs" and by_name["z_0, SP(φ)"].cause
@@ -152,7 +153,8 @@ def test_command(tmp_path):
     shown = call(tmp_path, "figure", "baumgarten-5", *words)
     assert shown.exit_code == 0
     assert re.search(
-        r"baumgarten-5: exponent of approach in p = 0\.2\d+ \[0\.2\d+, 0\.2\d+\], paper 0\.25", shown.stdout
+        r"baumgarten-5: exponent of approach in p = 0\.2\d+ \[0\.2\d+, 0\.2\d+\], systematic .*, paper 0\.25",
+        shown.stdout,
     )
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".png", ".pdf", ".csv"}
     assert "boromand-11" in call(tmp_path, "figure", "list").stdout
@@ -168,10 +170,10 @@ def test_json_holds_the_numbers_of_figures_and_claims(tmp_path):
     slope = "exponent of the root mean square of approach in p"
     shown = content["values"]["baumgarten-5"][slope]["value"]
     assert shown == pytest.approx(drawn("baumgarten-5").numbers[slope]["value"], rel=1e-6)
-    fields = {"value", "low", "high", "systematic", "verdict", "kind", "where"}
-    assert all(fields <= set(c) and c["systematic"] is None for c in content["claims"])
+    fields = {"value", "low", "high", "below", "above", "family", "verdict", "kind", "where"}
+    assert all(fields <= set(c) and (c["family"] or c["below"] == c["above"] == 0) for c in content["claims"])
     assert [c["verdict"] for c in content["claims"]] == [c.verdict for name in names for c in drawn(name).claims]
-    assert [c["kind"] for c in content["claims"][:3]] == ["identity", "duplicate", "identity"]
+    assert [c["kind"] for c in content["claims"][:3]] == ["identity", "duplicate", "measured"]
     assert content["claims"][0]["where"] == "[T] Imbalanced contact damping, eq 18"
     assert content["captions"] == {name: drawn(name).caption for name in names}
 

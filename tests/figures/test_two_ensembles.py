@@ -132,10 +132,8 @@ def test_the_collapse_of_viscosities_ends_at_the_highest_pressure_of_the_paper()
     found, without = figure_8(both), drawn("baumgarten-8")
     for c, d in zip(found.claims, without.claims, strict=True):
         assert (c.value, c.low, c.high) == pytest.approx((d.value, d.low, d.high), nan_ok=True)
-    whole = {
-        f"a up to the highest pressure, {law}, {p} pre-stress" for law in ("contact", "stokes") for p in ("no", "with")
-    }
-    assert set(found.values) - set(without.values) == whole
+    moved = [c.family["highest = 0.1"] / c.value for c in found.claims if c.quantity.startswith("a: eta_0/N^a")]
+    assert len(moved) == 4 and max(moved) < 0.95
 
 
 def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():
@@ -143,5 +141,6 @@ def test_the_slope_of_viscosities_is_that_of_the_collapsed_curves():
     table = paper_tables.spectra()
     x = table["target_pressure"] * table["n"] ** 2
     table["eta0"] = table["n"] ** np.where(table["law"] == "stokes", 1.09, 1.0) * x**-0.4
-    slopes = [c.value for c in figure_8(EnsembleTables({"spectra": table}.__getitem__)).claims if "slope" in c.quantity]
+    claims = figure_8(EnsembleTables({"spectra": table}.__getitem__)).claims
+    slopes = [c.value for c in claims if "slope" in c.quantity and "no pre-stress" in c.quantity]
     assert slopes == pytest.approx([-0.4, -0.4], abs=1e-9)

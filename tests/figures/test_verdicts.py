@@ -1,5 +1,9 @@
 """Verdicts on the papers' numbers: when ours agree, differ, or decide nothing."""
 
+import csv
+from importlib import resources
+from pathlib import Path
+
 import numpy as np
 import pytest
 from drawn_figures import drawn
@@ -7,7 +11,10 @@ from drawn_figures import drawn
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.published_numbers import Published
 from jamlab.studies import conventions
-from jamlab.studies.claims import Claim, Verdict, claim
+from jamlab.studies.claims import SUMMARY, Claim, Verdict, claim, halves, vary
+
+CLAIMS = Path("docs", "explanation", "claims_of_the_papers.csv")
+REFERENCE = Path(str(resources.files("jamlab.studies"))) / "reference"
 
 
 @pytest.mark.parametrize(
@@ -50,16 +57,31 @@ def test_an_interval_that_could_not_have_disagreed_decides_nothing(low, high, pa
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "systematic", "verdict"),
+    ("low", "high", "others", "verdict"),
     [
-        (0.98, 1.02, 0.1, "agrees"),
-        (0.98, 1.02, 0.3, "undecided"),  # an error of the definition never makes a number agree ...
-        (1.2, 1.24, 0.3, "undecided"),  # ... nor differ where it could be either
-        (1.2, 1.24, 0.1, "differs"),
+        (0.98, 1.02, (0.97, 1.04), "agrees"),
+        (0.98, 1.02, (1.1,), "undecided"),  # another window differs ...
+        (1.2, 1.24, (1.0,), "undecided"),  # ... or agrees
+        (1.2, 1.24, (0.8,), "undecided"),  # one on either side: some window between would agree
+        (1.2, 1.24, (1.4, 1.15), "differs"),
+        (0.98, 1.02, (), "agrees"),
     ],
 )
-def test_a_systematic_error_counts_against_agreement(low, high, systematic, verdict):
-    assert Claim("f", "q", 0.5 * (low + high), low, high, 1.0, 0.05, systematic=systematic).verdict == verdict
+def test_a_family_of_windows_that_straddles_the_value_decides_nothing(low, high, others, verdict):
+    value = 0.5 * (low + high)
+    c = Claim("f", "q", value, low, high, 1.0, 0.05, family=dict(enumerate(others)))
+    assert c.verdict == verdict
+    assert c.systematic == pytest.approx(
+        (max(0, *(value - v for v in (*others, value))), max(0, *(v - value for v in (*others, value))))
+    )
+
+
+def test_a_family_holds_what_its_choices_give():
+    """x^2 has the exponent 2 in every window; a choice without a value is left out."""
+    x = np.geomspace(0.1, 10, 21)
+    slope = lambda low=0.1, high=10.0: conventions.fit_exponent(*(v[(x >= low) & (x <= high)] for v in (x, x**2)))  # noqa: E731
+    assert halves(0.1, 10.0) == ({"low": pytest.approx(1.0)}, {"high": pytest.approx(1.0)})
+    assert vary(slope, *halves(0.1, 10.0), {"low": 9.0}) == {"low = 1": pytest.approx(2), "high = 1": pytest.approx(2)}
 
 
 def test_what_is_no_test_is_no_agreement():
@@ -100,3 +122,16 @@ def test_numbers_that_the_paper_itself_contradicts_say_so():
         single.verdict is Verdict.INCONSISTENT
         and single.contradiction == conventions.contradiction_of_single_exponent()
     )
+
+
+WITHOUT_NUMBER = {"method", "drawn", "no number", "not measured"}  # what may stand for a number
+
+
+def test_every_claim_of_the_papers_has_its_numbers_and_every_number_its_claim():
+    """The list by section against the rows that ship, `summary.txt`, of which the slow test draws every one anew."""
+    listed = list(csv.reader((Path(__file__).parents[2] / CLAIMS).read_text(encoding="utf-8").splitlines()))[1:]
+    lines = (REFERENCE / SUMMARY).read_text(encoding="utf-8").splitlines()[1:]
+    numbers = {line.strip().split(" | ")[0] for line in lines}
+    named = {name for _, _, cell in listed for name in cell.split(" | ") if name not in WITHOUT_NUMBER}
+    assert len(listed) > 80 and all(place.startswith(("[B] ", "[T] ")) and fact for place, fact, _ in listed)
+    assert named - numbers == set() and numbers - named == set()

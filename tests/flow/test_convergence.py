@@ -62,3 +62,9 @@ def test_units_mean_nothing(packing, damping, length, stiffness):
     one, two = (jamlab.shear(p, 0.1, 0.05, damping, rows=5) for p in (packing, other))
     assert two.stress / stiffness == pytest.approx(one.stress, rel=1e-8)
     assert two.steps == one.steps and two.packing.positions / length == pytest.approx(one.packing.positions, abs=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(raises=jamlab.ConvergenceError, strict=True, reason="steps shrink to 4e-10 at strain 0.014")
+def test_no_tie_of_contacts_stops_a_flow():
+    jamlab.shear(jamlab.pack(n=256, pressure=1e-3, seed=1), rate=1e-2, strain=0.02, rows=4)

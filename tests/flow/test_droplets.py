@@ -73,3 +73,12 @@ def test_quasistatic_shear_of_droplets(droplets):
 def test_without_background_droplets_that_slip_are_refused(droplets):
     with pytest.raises(jamlab.ConvergenceError, match=r"slip past each other.*give a background drag"):
         jamlab.shear(droplets, rate=0.1, strain=0.6, background=0.0, rows=2)
+
+
+@pytest.mark.parametrize("model", ["sp", "dp"])
+def test_a_flow_ends_before_image_flags_begin_anew(model, disks, droplets):
+    """LAMMPS counts 511 boxes; positions would jump by 1024 without a word."""
+    packing = disks if model == "sp" else droplets
+    far = packing.with_state(positions=packing.positions + 509 * packing.box[0])
+    with pytest.raises(jamlab.EngineError, match=r"has moved on by 510 boxes.*moved back by whole lattice vectors"):
+        jamlab.shear(far, 1.0, 6.0, rows=3, tolerance=0.05)

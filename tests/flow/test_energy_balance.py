@@ -22,9 +22,9 @@ RUNS = {
 def test_every_result_carries_its_imbalance_and_warns(disks, kind):
     """The same run with a part of its energy left out is flagged wherever it is shown."""
     run = RUNS[kind](disks)
-    assert np.max(run.imbalance) < 0.02 and "ENERGY" not in run.verdict
+    assert np.max(run.imbalance) < 0.01 and "ENERGY" not in run.verdict
     assert "energy balance to " in run.describe() and "energy balance to " in repr(run)
-    calm = run.plot()
+    calm, allowed = run.plot(), 2 if kind == "quasi-static" else f"{100 * run.tolerance:g}"
     if kind == "flow-curve":
         off = replace(run, imbalance=run.imbalance + 0.05)
         where = " at rate 0.3"
@@ -36,7 +36,7 @@ def test_every_result_carries_its_imbalance_and_warns(disks, kind):
         assert off.energy_gap == pytest.approx(gap, rel=1e-9, abs=1e-9 * scale)
         assert off.imbalance == pytest.approx(np.abs(gap).max() / scale, rel=1e-9)
         where = ""
-    assert f"ENERGY BALANCE OFF by {_percent(off)} %{where}, above 2%: " in off.verdict
+    assert f"ENERGY BALANCE OFF by {_percent(off)} %{where}, above {allowed} %: " in off.verdict
     assert ("half the step" if kind == "quasi-static" else "give tolerance = 0.00") in off.verdict
     assert off.verdict in repr(off)
     assert _balance(off.plot()) == f"energy balance to {_percent(off)}" != _balance(calm)
@@ -59,13 +59,18 @@ def test_a_picture_of_two_runs_warns_of_the_worse(disks):
     assert "DOUBTFUL" in axes.get_title("right")
 
 
-@pytest.mark.slow
-def test_fast_droplets_with_contact_drag_are_flagged():
-    """Vertices that slip jump; at a tenth of the rate, or under Stokes drag, energy is balanced."""
+@pytest.mark.parametrize(
+    ("rate", "tolerance", "strain", "law"),
+    [
+        (0.1, 1e-2, 0.2, None),
+        pytest.param(0.1, 1e-3, 0.4, None, marks=pytest.mark.slow),
+        pytest.param(0.01, 1e-3, 0.4, None, marks=pytest.mark.slow),
+        pytest.param(1e-3, 1e-3, 0.4, None, marks=pytest.mark.slow),
+        pytest.param(0.1, 1e-3, 0.4, jamlab.StokesDrag(eta_f=0.0), marks=pytest.mark.slow),
+    ],
+)
+def test_droplets_that_slip_balance_energy_to_the_tolerance(rate, tolerance, strain, law):
+    """Vertices that slip past others dissipate in bursts: a step that misses one is taken again, shorter."""
     droplets = jamlab.read(Path(__file__).parents[1] / "states" / "stable_droplets.h5")
-    fast, slow, stokes = (
-        jamlab.shear(droplets, rate, 0.4, law, rows=50)
-        for rate, law in ((0.1, None), (0.01, None), (0.1, jamlab.StokesDrag(eta_f=0.0)))
-    )
-    assert fast.imbalance > 0.05 and "ENERGY BALANCE OFF" in repr(fast)
-    assert slow.imbalance < 0.01 and stokes.imbalance < 1e-3 and "ENERGY" not in repr(slow) + repr(stokes)
+    run = jamlab.shear(droplets, rate, strain, law, rows=50, tolerance=tolerance)
+    assert run.imbalance < tolerance / 3 and run.balanced and "ENERGY" not in repr(run)

@@ -24,7 +24,6 @@ from jamlab.estimates.flow_errors import (
     shipped_errors,
 )
 from jamlab.estimates.options import Why
-from jamlab.rheology.nonlinear_drag import modulus_at_strain
 from jamlab.statistics.confidence import STANDARD_ERRORS
 from jamlab.studies import least_model as measurement
 
@@ -265,10 +264,10 @@ def test_a_strain_of_one_overlap(packing):
 
 def test_equivalent_damping_at_a_strain(packing):
     """Its stress is |G*| times the strain; linear drag has no such choice."""
-    found = modulus_at_strain(packing, 0.3, 1e-3, FILM)
+    found = complex_of(jamlab.nonlinear_modulus(packing, [0.3], damping=FILM, strain=1e-3))
     same = jamlab.nonlinear_modulus(packing, [0.3], 0.5, stress=abs(found) * 1e-3)
     assert complex_of(same) == pytest.approx(found, rel=1e-3)
-    plain = modulus_at_strain(packing, 0.3, 1e-3, jamlab.ContactDamping())
+    plain = complex_of(jamlab.nonlinear_modulus(packing, [0.3], damping=jamlab.ContactDamping(), strain=1e-3))
     assert plain == pytest.approx(complex_of(jamlab.complex_modulus(packing, [0.3])))
 
 

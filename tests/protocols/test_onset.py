@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.measure import why_no_modulus
+from jamlab.mechanics.force_network import force_network
+from jamlab.mechanics.static_response import FLOPPY
+from jamlab.mechanics.stiffness import stiffness
 
 WINDOW = (1e-16, 1e-13)  # contact energy per disk or vertex that defines onset, Boromand et al. 2.3
 
@@ -258,3 +262,25 @@ def test_six_disks_that_left_a_saddle_are_held(seed):
 def test_a_mistyped_argument_is_told_from_a_parameter_of_the_law(model, name, meant):
     with pytest.raises(jamlab.InputError, match=f"jam has no argument '{name}': did you mean '{meant}'"):
         jamlab.jam(**{"model": model, name: 1})
+
+
+def _assert_stable(packing):
+    """A minimum: no eigenvalue of the backbone below zero by more than rounding, and moduli."""
+    network = force_network(packing)
+    values = np.linalg.eigvalsh(stiffness(network.packing, network.terms).uu.toarray())
+    assert values[0] > -FLOPPY * values[-1]
+    assert packing.converged
+    assert np.isfinite(jamlab.measure(packing, ["g", "g_x", "b"])["g"])
+    assert why_no_modulus(packing) == ""
+
+
+def test_droplets_at_onset_slide_off_a_saddle():
+    """Between two opposite flats, a curvature of -4e-11 beside 307 hides below any tolerance on forces."""
+    _assert_stable(jamlab.jam("dp", n=12, seed=2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [12, 32])
+def test_every_onset_of_droplets_is_a_minimum(n):
+    for seed in range(1, 21):
+        _assert_stable(jamlab.jam("dp", n=n, seed=seed))

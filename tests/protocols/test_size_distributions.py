@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 import jamlab
+from jamlab.estimates.flow_errors import Flow, read_errors
 from jamlab.packing import lammps_files
 from jamlab.protocols.random_start import random_disks
 from jamlab.protocols.size_distributions import SizeDistribution
@@ -27,11 +28,11 @@ ONE_TO_TEN = np.geomspace(0.2, 2.0, 80)
 
 
 @pytest.mark.parametrize("text", NAMED)
-def test_mean_and_width_of_64_drawn_disks_are_those_of_the_distribution(text):
+def test_three_moments_of_64_drawn_disks_are_those_of_the_distribution(text):
     law = SizeDistribution.of(text)
     points = np.linspace(0, 1, 9)[1:-1].tolist()
-    mean, square = (
-        quad(lambda u, k=k: law.quantiles(np.array([u]))[0] ** k, 0, 1, limit=400, points=points)[0] for k in (1, 2)
+    mean, square, cube = (
+        quad(lambda u, k=k: law.quantiles(np.array([u]))[0] ** k, 0, 1, limit=400, points=points)[0] for k in (1, 2, 3)
     )
     drawn = law.draw(64, seed=1)
     assert drawn.mean() == pytest.approx(1.0, abs=1e-12)
@@ -39,6 +40,7 @@ def test_mean_and_width_of_64_drawn_disks_are_those_of_the_distribution(text):
     assert law.width == pytest.approx(np.sqrt(max(square - mean**2, 0.0)), abs=1e-4)
     assert drawn.std() == pytest.approx(law.width, abs=1e-3)
     assert (drawn**2).mean() == pytest.approx(square, rel=1e-3)
+    assert (drawn**3).mean() == pytest.approx(cube, rel=1e-4)
     assert (np.diff(drawn) >= 0).all() and drawn[0] > 0
 
 
@@ -203,5 +205,25 @@ def test_sizes_that_no_packing_has_are_one_line(n, sizes, message):
 def test_sizes_replace_the_short_forms_and_are_of_disks():
     with pytest.raises(jamlab.InputError, match=r"ratio = 1\.4 and sizes = 'monodisperse': give one of them"):
         jamlab.pack(n=8, pressure=1e-3, ratio=1.4, sizes="monodisperse")
-    with pytest.raises(jamlab.InputError, match=r"sizes = 'monodisperse': droplets have the ratio of their vertices"):
-        jamlab.jam(model="dp", n=8, sizes="monodisperse")
+    with pytest.raises(
+        jamlab.InputError, match=r"ratio = 2\.0: droplets have the ratio of their vertices, .* or sizes"
+    ):
+        jamlab.jam(model="dp", n=8, ratio=2.0)
+
+
+def test_tables_of_errors_promise_nothing_of_sizes_that_they_have_not_seen():
+    for call in (
+        lambda: jamlab.scene(0.87, n=16, tolerance={"z": 0.5}, sizes="lognormal:0.3"),
+        lambda: jamlab.estimate("z", rho=0.9, error=0.1, sizes="lognormal:0.3"),
+    ):
+        with pytest.raises(
+            jamlab.InputError, match=r"sizes = 'lognormal:0\.3': errors were measured of two sizes alone"
+        ):
+            call()
+    flow, two, few = Flow("oscillation", 1.0, 1.0, 0.1), {"ratio": 1.4}, {"large": 0.25}
+    named = [
+        [one.name for one in read_errors().outside(random_disks(64, 1, phi=0.95, units="k", **how), flow)]
+        for how in (two, few, {"sizes": "lognormal:0.3"})
+    ]
+    width, ratio = "width of the diameters", "large over small diameter"
+    assert [[name for name in one if name in (width, ratio)] for one in named] == [[], [width], [ratio, width]]

@@ -70,3 +70,11 @@ def test_droplets_relax_without_lbfgs_steps_as_well(dp_dense):
 def test_defaults_are_those_of_the_argument():
     assert MADE["disks"](jamlab.SolverSettings()).phi == jamlab.jam(n=16, seed=1).phi
     assert {f.name for f in fields(USUAL)} >= {"newton", "lbfgs", "relaxation", "onset", "sweep", "pressure"}
+
+
+@pytest.mark.parametrize(("many", "method"), [(33, "cg"), (32, "fire")])
+def test_onsets_by_either_minimizer_are_isostatic_and_say_which_it_was(many, method):
+    onset = jamlab.jam(n=32, seed=3, settings=changed("relaxation", many_disks=many))
+    assert onset.converged and jamlab.contacts(onset).count == jamlab.contacts(onset).isostatic
+    (state,) = jamlab.compress(onset, onset.phi + 1e-3, by="phi", settings=changed("relaxation", many_disks=many))
+    assert onset.provenance["minimizer"] == state.provenance["minimizer"] == method

@@ -39,14 +39,13 @@ def test_nonlinear_modulus_at_a_strain_is_that_at_its_stress():
     assert same.tau == pytest.approx(found.tau, rel=1e-3) and same.loss == pytest.approx(found.loss, rel=1e-3)
 
 
-def test_the_force_of_a_stress_is_that_on_a_mean_diameter():
+def test_lengths_of_the_equivalent_drag_are_mean_diameters():
     packing = jamlab.pack(16, 1e-2, 1)
     larger = packing.with_state(
         positions=3 * packing.positions, box=3 * packing.box, diameters=3 * packing.diameters, params={"k": 2.0}
     )
-    found = jamlab.nonlinear_modulus(larger, [1e-2, 1.0], 0.5, 1e-5)
-    mean = float(np.mean(larger.diameters))
-    assert found.tau == pytest.approx(equivalent_time([1e-2, 1.0], 1e-5 * mean, 0.5, stiffness=2.0), rel=1e-9)
+    found = jamlab.nonlinear_modulus(larger, [1e-2, 1.0], 0.5, 2e-5)
+    assert found.tau == pytest.approx(equivalent_time([1e-2, 1.0], 1e-5, 0.5), rel=1e-9)
 
 
 @pytest.mark.parametrize("given", [{}, {"alpha": 0.5, "damping": LAWS[0], "stress": 1e-5}, {"alpha": 0.5}])
@@ -77,3 +76,25 @@ def test_prestress_by_position_still_works_with_a_warning():
     assert placed.loss == named.loss
     with pytest.warns(FutureWarning), pytest.raises(TypeError, match="positional"):
         jamlab.complex_modulus(packing, [1.0], jamlab.StokesDrag(), False, "dense", 3)
+
+
+@pytest.mark.parametrize("arms", ["radius", "contact"])
+def test_disks_whose_loops_are_all_even_turn_like_gears(arms):
+    """No drag resists that, and none drives it: G* is that of the pseudo-inverse, whatever rounding does."""
+    omega, law = np.array([1e-3, 1.0, 1e3]), jamlab.ContactDamping(arms=arms)
+    for seed in (2, 5, 11):
+        packing = jamlab.pack(2, 1e-2, seed)
+        k, b = (m.toarray() for m in jamlab.dynamical_matrices(packing, law))
+        assert len(law.gears(packing, jamlab.contacts(packing).meetings)) == 1
+        m = k + 1j * omega[:, None, None] * b
+        inner = np.linalg.pinv(m[:, :-1, :-1], rcond=1e-10)
+        expected = (m[:, -1, -1] - np.einsum("fi,fij,fj->f", m[:, -1, :-1], inner, m[:, :-1, -1])) / packing.area
+        for method in ("dense", "direct", "reduced"):
+            found = jamlab.complex_modulus(packing, omega, law, method=method)
+            assert found.storage + 1j * found.loss == pytest.approx(expected, rel=1e-9)
+
+
+def test_odd_loops_hold_gears():
+    packing = jamlab.pack(32, 1e-2, 1)
+    bare = jamlab.without_rattlers(packing)
+    assert jamlab.ContactDamping().gears(bare, jamlab.contacts(bare).meetings) == []

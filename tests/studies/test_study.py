@@ -81,7 +81,15 @@ def test_what_is_no_study_is_refused_and_not_listed(tmp_path, text, said):
 
 def test_all_that_ships_is_one_list(tmp_path):
     known = studies(tmp_path)
-    assert {*CHARTS, *MAPS, *gallery.FIGURES, "comparison", "size-scaling", "droplet-calibration"} == set(known)
+    assert {
+        *CHARTS,
+        *MAPS,
+        *gallery.FIGURES,
+        "comparison",
+        "size-scaling",
+        "droplet-calibration",
+        "polydispersity",
+    } == set(known)
     assert all(study.title and name == study.name for name, study in known.items())
     done = call(tmp_path, "study", "plan", "weather")
     assert done.exit_code == 1 and "weather" in done.stderr and "boromand-6" in done.stderr

@@ -1,5 +1,6 @@
 """Packings of other groups: what they say of themselves is what jamlab finds."""
 
+import json
 from pathlib import Path
 
 import h5py
@@ -7,6 +8,11 @@ import numpy as np
 import pytest
 
 import jamlab
+from jamlab.engine.deck_defaults import defaults
+from jamlab.protocols.onset_search import OnsetSearch
+from jamlab.protocols.relaxation import relax
+from jamlab.protocols.solver_settings import SOLVERS
+from jamlab.protocols.work_done import OnsetWork
 
 PUBLISHED = Path(__file__).parents[1] / "states" / "published"
 LEIDEN, SHEAR = PUBLISHED / "N16~P1e-3~0001.txt", PUBLISHED / "particlesN16~P1e-3~SR003~step007~0001.txt"
@@ -114,3 +120,36 @@ def test_an_xyz_that_is_no_packing_is_refused(tmp_path, lines, words):
     (tmp_path / "bad.xyz").write_text("\n".join(lines) + "\n")
     with pytest.raises(jamlab.JamlabError, match=words):
         jamlab.read(tmp_path / "bad.xyz")
+
+
+TORUS = np.array([[1.0, 0.0], [0.5, np.sqrt(0.75)]])
+MAXIMA = json.loads((PUBLISHED / "hard_disk_crits_maxima.json").read_text())
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-3])  # of the distances, over the diameter
+def test_all_24_catalogued_maxima_of_hard_disks_have_their_contacts(tolerance):
+    assert len(MAXIMA) == 24
+    for known in MAXIMA:
+        diameters = np.full(known["n"], 2 * known["radius"] * (1 + tolerance))
+        found = jamlab.contacts(jamlab.Packing("sp", TORUS, known["positions"], {"k": 1.0}, "k", diameters))
+        pairs, count = np.unique(np.sort(found.pairs, axis=1), axis=0, return_counts=True)
+        assert np.column_stack([pairs, count]).tolist() == sorted(known["contacts"])
+        assert found.rattlers.sum() == known["rattlers"]
+
+
+@pytest.mark.parametrize(("n", "seed"), [(3, 1), (4, 1), (5, 1), (6, 1), (7, 1), (8, 1), (8, 2)])
+def test_few_equal_disks_land_where_the_catalogue_has_a_maximum(n, seed):
+    side = np.sqrt(n * np.pi / 4 / 0.2 / np.linalg.det(TORUS))
+    start = side * np.random.default_rng(seed).random((n, 2)) @ TORUS
+    loose = jamlab.Packing("sp", side * TORUS, start, {"eps": 1.0}, diameters=np.ones(n))
+    with jamlab.Session(loose) as session:
+        protocol = {name: float(value) for name, value in defaults("onset").items()}
+        search = OnsetSearch(session, protocol, relax, 1e-12, OnsetWork("sp", None), SOLVERS)
+        onset = search.by_bisection(loose, protocol["step"]).packing
+    landed = [
+        known
+        for known in MAXIMA
+        if known["n"] == n and 0.5 / onset.box[0, 0] == pytest.approx(known["radius"], rel=1e-6)
+    ]
+    assert len(landed) == 1
+    assert len(jamlab.contacts(onset).pairs) == sum(count for *_, count in landed[0]["contacts"])

@@ -30,7 +30,9 @@ function legend(scene) {
   const {state, head, shown, colours} = scene, {force} = head.units;
   const particle = kind => key(colours[kind], kind === 'beside' ? 'particle' : kind, 'patch', colours.fill);
   const present = new Set(Array.from({length: head.n}, (_, m) => particleKind(m, scene)));
-  const entries = ['large', 'small', 'beside', 'rattler'].filter(kind => present.has(kind)).map(particle);
+  const kinds = head.sizes ? ['beside', 'rattler'] : ['large', 'small', 'beside', 'rattler'];
+  const entries = kinds.filter(kind => present.has(kind)).map(particle);
+  if (head.sizes && (present.has('large') || present.has('small'))) entries.unshift(sizeBar(head.sizes, colours.fill));
   if (head.radii === null) entries.push(element('span', {}, 'line: bare polygon, fill: with its rim'));
   if (shown.forces) {
     const mean = `${number(state.meanForce, 3)} [${force}]`;
@@ -44,6 +46,13 @@ function legend(scene) {
   if (shown.voids) entries.push(...voidKeys(state.voids, colours));
   if (shown.displacements) entries.push(moveKey(state, colours));
   return entries;
+}
+
+/** Colours from the smallest to the largest of many sizes. */
+function sizeBar({name, bar, ends}, opacity) {
+  const entry = key('', `${name} ${number(ends[0], 3)} to ${number(ends[1], 3)}`, 'bar', opacity);
+  entry.firstChild.style.background = `linear-gradient(to right, ${bar.join(', ')})`;
+  return entry;
 }
 
 function voidKeys({why, list, percolating}, colours) {

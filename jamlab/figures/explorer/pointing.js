@@ -75,7 +75,8 @@ function describe({state, head, shown}, {kind, index}) {
     const gap = state.voids.list[index];
     return [`void between ${gap.sides} particles`, `area ${number(gap.area)} [${area}]`];
   }
-  const name = head.radii === null ? 'droplet' : 'disk', size = head.large[index] ? 'large' : 'small';
+  const name = head.radii === null ? 'droplet' : 'disk', {sizes} = head, two = head.large[index] ? 'large' : 'small';
+  const size = sizes ? `${sizes.name} ${number(sizes.values[index], 4)} [${length}]` : two;
   const lines = [
     `${name} ${index}, ${size}${particles.rattler[index] ? ', rattler' : ''}`,
     `A ${number(particles.shape[index])}`,

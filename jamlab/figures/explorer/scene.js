@@ -61,6 +61,11 @@ function particleKind(m, {state, head, shown}) {
   return head.large[m] ? 'large' : 'small';
 }
 
+function particleColour(m, scene) {
+  const kind = particleKind(m, scene), {sizes} = scene.head;
+  return sizes && (kind === 'large' || kind === 'small') ? sizes.colours[m] : scene.colours[kind];
+}
+
 function drawParticles(context, scene, seen, pixel) {
   const {state, head, colours} = scene, droplets = head.radii === null;
   // one path for each particle: canvases fill many small paths faster than a large one
@@ -71,7 +76,7 @@ function drawParticles(context, scene, seen, pixel) {
   });
   context.globalAlpha = colours.fill;
   seen.forEach(([m], k) => {
-    context.fillStyle = colours[particleKind(m, scene)];
+    context.fillStyle = particleColour(m, scene);
     context.fill(outlines[k]);
   });
   context.globalAlpha = 1;

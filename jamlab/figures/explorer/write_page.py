@@ -22,6 +22,7 @@ from jamlab.checks import checked
 from jamlab.errors import InputError
 from jamlab.figures.explorer.states import along, curves, observe, pack_state, stored_columns, strains, unit_labels
 from jamlab.packing.packing import Packing
+from jamlab.packing.packing_plot import bar_colours, has_many_sizes, particle_sizes, size_colours
 from jamlab.processes.progress import Progress
 from jamlab.storage.atomic_file import atomic_file, check_ending, check_target
 from jamlab.storage.verified_file import FilePath, versions
@@ -196,7 +197,7 @@ def explorer_assets() -> Markup:
 
 def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]:
     first = packings[0]
-    sizes = np.asarray(first.diameters if first.diameters is not None else first.params["a0"])
+    sizes = particle_sizes(first)
     return {
         "model": first.model,
         "n": first.n,
@@ -205,9 +206,22 @@ def _head(packings: list[Packing], rows: list[dict[str, Any]]) -> dict[str, Any]
         "radii": None if first.diameters is None else (0.5 * first.diameters).tolist(),
         "extent": _extent(packings),
         "large": (sizes > sizes.mean()).tolist(),
+        "sizes": _size_colours(first) if has_many_sizes(first) else None,
         "along": asdict(along(packings)),
         "curves": [asdict(quantity) for quantity in curves(first)],
         "rows": rows,
+    }
+
+
+def _size_colours(packing: Packing) -> dict[str, Any]:
+    """Colours of more sizes than two: of every particle, and of a bar from the smallest to the largest."""
+    sizes = particle_sizes(packing)
+    return {
+        "name": "diameter" if packing.diameters is not None else "√a₀",
+        "values": sizes.tolist(),
+        "colours": size_colours(packing).tolist(),
+        "bar": bar_colours(),
+        "ends": [float(sizes.min()), float(sizes.max())],
     }
 
 

@@ -1,5 +1,6 @@
 """Draw how far displacements are correlated in Baumgarten & Tighe: fig 7."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,11 @@ from jamlab.arrays import Array
 from jamlab.errors import InputError
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.data_collapse import fit_scaling_exponents
+from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import format_power, select_largest, select_law
-from jamlab.studies.claims import write_by, write_list
+from jamlab.studies.claims import Kind, vary, write_by, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import average, bootstrap, enough, mean_over_packings, scaled
+from jamlab.studies.ensembles import ENOUGH, average, bootstrap, enough, mean_over_packings, scaled
 from jamlab.studies.panels import FREQUENCY, PAPER, Drawing, drawing, label, scale, sequence, style
 
 _MANY = 2000  # resamples for an interval that ends near the paper's value: with 200 its verdict changes with their seed
@@ -59,10 +61,11 @@ def figure_7(tables: EnsembleTables) -> Drawing:
 
 
 def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFrame) -> None:
-    """Claim l/L, the mean over pressures and frequencies, of which the paper has it independent.
-
-    `part` holds the size with several packings at the frequencies that count, `table` all sizes.
-    """
+    """Claim l/L, the mean over pressures and frequencies, of which the paper has it independent. `part` holds the size
+    with several packings at the frequencies that count, `table` all sizes."""
+    table_at = table[table["omega"].isin(part["omega"].unique())]
+    sampled = enough(table_at, "n", ENOUGH)[-1]  # five packings of the largest size tell no length from another
+    part = table_at[table_at["n"] == sampled]
     pressures = enough(part, "pressure")[::-1]
     rows = [part[part["pressure"] == p] for p in pressures]
     cubes = [by_frequency(each) / [float(part["box"].mean()), 1.0] for each in rows]
@@ -79,7 +82,25 @@ def _claim_length(out: Drawing, text: str, part: pd.DataFrame, table: pd.DataFra
         "cause": f"the paper reads the radius of swirls off pictures; the zero of C lies at {zeros}",
         "shown_by": "baumgarten-7 a" if low < high else "baumgarten-7 c",
     }
-    out.claim(text, found, published.CORRELATION_LENGTH, **words)
+    every = {f"N = {m}": length for m, length in by_size.items() if m != sampled}
+    out.claim(text, found, published.CORRELATION_LENGTH, Kind.MEASURED, every, **words)
+    if low == high:
+        return
+    shown = {"how": f"N = {sampled}, l in boxes", "shown_by": "baumgarten-7 a"}
+    over = np.sort(part["omega"].unique())
+    for what, x in (("omega", over), ("p", np.array(pressures))):
+
+        def exponent(drawn: list[Array], what: str = what, x: Array = x, first: int = 0) -> float:
+            zeros = np.array([first_zeros(whole) for whole in drawn])
+            mean = np.nanmean(zeros, axis=0 if what == "omega" else 1)
+            return float(power_law(x[first:], mean[first:]).exponents[0])
+
+        usable = len(x) > 2
+        slope = bootstrap(cubes, exponent) if usable else None
+        every = vary(partial(exponent, cubes), {"first": 1}) if usable else {}
+        out.claim(
+            f"exponent of l in {what}, contact damping", slope, published.INDEPENDENT, Kind.MEASURED, every, **shown
+        )
 
 
 def _lengths_of_sizes(table: pd.DataFrame) -> dict[int, float]:
@@ -121,11 +142,7 @@ def correlations(part: pd.DataFrame) -> Array:
 
 
 def by_frequency(part: pd.DataFrame) -> Array:
-    """Arrange distance and C (packings, frequencies, bins, 2) of the packings that have all frequencies of a pressure.
-
-    Raises:
-        InputError: none has them all.
-    """
+    """Stack distance and C (packings, frequencies, bins, 2) of the packings with all frequencies."""
     shared = part.groupby("seed")["omega"].nunique()
     part = part[part["seed"].isin(shared.index[shared == part["omega"].nunique()])]
     if part.empty:
@@ -133,19 +150,17 @@ def by_frequency(part: pd.DataFrame) -> Array:
     return np.stack([correlations(rows) for _, rows in part.groupby("omega", sort=True)], axis=1)
 
 
-def find_first_zero(cube: Array) -> float:
-    """Find the distance at which the mean C first falls through zero, by linear interpolation; nan without one."""
-    x, c = average(cube[..., 0]), average(cube[..., 1])
-    below = np.flatnonzero(c <= 0)
-    if not len(below) or below[0] == 0:
-        return float("nan")
-    k = below[0]
-    return float(x[k - 1] + (x[k] - x[k - 1]) * c[k - 1] / (c[k - 1] - c[k]))
-
-
 def first_zeros(whole: Array) -> Array:
-    """Find the (frequencies,) first zeros of the mean C of some packings, (packings, frequencies, bins, 2)."""
-    return np.array([find_first_zero(whole[:, k]) for k in range(whole.shape[1])])
+    """Find the (frequencies,) distances at which the mean C of some packings, (packings, frequencies, bins, 2), first
+    falls through zero, by linear interpolation; nan without one."""
+    x, c = average(whole[..., 0]), average(whole[..., 1])
+    k = (c <= 0).argmax(axis=1)  # 0 where none is, too
+    rows = np.flatnonzero(k > 0)
+    k = k[rows]
+    left, right, above = x[rows, k - 1], x[rows, k], c[rows, k - 1]
+    zeros = np.full(len(x), np.nan)
+    zeros[rows] = left + (right - left) * above / (above - c[rows, k])
+    return zeros
 
 
 def _draw_contact_correlation(out: Drawing, axes: Any, part: pd.DataFrame) -> None:
@@ -191,23 +206,25 @@ def _claim_logarithm(
 ) -> None:
     """Claim the exponent of -ln p that collapses the lengths between a few disks and the cut-off of the box."""
 
-    def usable(x: Array, whole: Array) -> tuple[Array, Array]:
+    def usable(x: Array, whole: Array, low: float = _SHORTEST, high: float = _PLATEAU) -> tuple[Array, Array]:
         lengths = first_zeros(whole)
-        kept = np.isfinite(lengths) & (lengths < _PLATEAU * side) & (lengths > _SHORTEST)
+        kept = np.isfinite(lengths) & (lengths < high * side) & (lengths > low)
         return x[kept], lengths[kept]
 
     several = [k for k, (x, whole) in enumerate(family) if len(usable(x, whole)[0]) > 1]
     scales = -np.log([pressures[k] for k in several])
 
-    def fit(drawn: list[Array]) -> float:
-        curves = [usable(family[k][0], whole) for k, whole in zip(several, drawn, strict=True)]
+    def fit(drawn: list[Array], **window: float) -> float:
+        curves = [usable(family[k][0], whole, **window) for k, whole in zip(several, drawn, strict=True)]
         if min(len(x) for x, _ in curves) < 2:
             return np.nan
         return fit_scaling_exponents(scales, [curves], a=0.0, start=(0.0, published.LOG_EXPONENT.value)).b
 
     decades = np.log10(_PLATEAU * side / _SHORTEST)
     wide = len(several) > 2 and decades >= 1
-    found = bootstrap([family[k][1] for k in several], fit) if wide else None
+    drawn = [family[k][1] for k in several]
+    found = bootstrap(drawn, fit) if wide else None
+    every = vary(partial(fit, drawn), {"low": 1.5 * _SHORTEST}, {"high": 0.75 * _PLATEAU}) if wide else {}
     window = f"{_SHORTEST:g} d < l < {_PLATEAU} L"
     how = (
         f"N = {n}, best collapse of {window} at {len(several)} pressures against omega/p^0.5"
@@ -218,4 +235,5 @@ def _claim_logarithm(
     middle = np.sqrt(_SHORTEST * _PLATEAU * side)
     cause = _compare_lengths(out, [pressures[k] for k in several], curves, middle)
     words = {"how": how, "cause": cause, "shown_by": "baumgarten-7 c"}
-    out.claim("exponent of -ln p in the collapse of l", found, published.LOG_EXPONENT, **words)
+    text = "exponent of -ln p in the collapse of l"
+    out.claim(text, found, published.LOG_EXPONENT, Kind.MEASURED, every, **words)

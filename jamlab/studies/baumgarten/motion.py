@@ -1,6 +1,8 @@
 """Draw motion and finite size in Baumgarten & Tighe: figs 5 and 8."""
 
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.errors import InputError, StorageError
 from jamlab.statistics import published_numbers as published
+from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import ScalingExponents, fit_scaling_exponents
 from jamlab.statistics.power_laws import power_law
 from jamlab.studies.baumgarten.spectral_groups import (
@@ -20,11 +23,13 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_law,
     select_limits,
 )
-from jamlab.studies.claims import write_list
+from jamlab.studies.claims import Kind, vary, write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import FEWEST, RESAMPLES, bootstrap, enough, groups_by, mean_over_packings, scaled
 from jamlab.studies.panels import Drawing, drawing, label, scale, size_style, style
 
+_MEAN_SQUARE = "exponent of the root mean square of {} in p"
+_LEAST = 1e-3  # pressure up to which a is taken in the limit of small p
 _TAIL = 100.0  # p N^2 from which the slope of the viscosity is fitted
 
 
@@ -51,19 +56,26 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         out.curve(axes, text, p, mean, **style(index))
         beside = 1.4 if paper.value < 0 else 0.6
         out.slope(axes, paper.value, (p[0], p[-1]), beside * float(mean.value[0]), f"{paper.value:+g}")
-        found = None
-        if len(fitted) > 1:
-            found = bootstrap(
-                [groups[k] for k in fitted],
-                lambda g: power_law([p[k] for k in fitted], [v.mean() for v in g]).exponents[0],
-            )
+        used = {p[k]: groups[k] for k in fitted}
+        found, every = _fit_motion(used)
         how = f"N = {n}, {len(fitted)} pressures with p N^2 > {LARGE:g}, " + (
             "no pre-stress" if len(loose) else "WITH pre-stress"
         )
         words = {"how": how, "cause": _local_exponents(out, name, p, mean.value), "shown_by": "baumgarten-5"}
         if square := _mean_square(out, tables, n, [p[k] for k in fitted], name):
             words |= {"how": f"{how}; {square}", "cause": f"{square}; {words['cause']}"}
-        out.claim(f"exponent of {name} in p", found, paper, **words)
+        out.claim(f"exponent of {name} in p", found, paper, Kind.MEASURED, every, **words)
+        stressed = table[table["prestress"].astype(bool) & (table["n"] == n) & bool(len(loose))]
+        used = {
+            q: v
+            for q, v in zip(p, groups_by(stressed, "pressure", name, p), strict=True)
+            if len(v) >= FEWEST and q * n**2 >= LARGE
+        }
+        found, every = _fit_motion(used)
+        words = {"how": f"N = {n}, {len(used)} pressures with five packings or more", "shown_by": "baumgarten-5"}
+        out.claim(f"exponent of {name} in p, with pre-stress", found, paper, Kind.MEASURED, every, **words)
+        if name == "approach":
+            _claim_mean_approach(out, tables, n, [p[k] for k in fitted])
     label(axes, r"pressure $p$  [$k$]", r"median displacement per strain $/\,\gamma$  [$d$]")
     out.caption = "Medians over contacts and disks, per strain, mean over packings" + (
         ", without pre-stress as in the paper."
@@ -71,6 +83,39 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         else ". The paper leaves pre-stress out; these data do not."
     )
     return out
+
+
+def _fit_motion(groups: dict[float, Array]) -> tuple[Interval | None, dict[str, float]]:
+    """Fit the exponent of means in p; its family: without the lowest, and without the highest pressure."""
+    p, values = list(groups), list(groups.values())
+    if len(p) < 2:
+        return None, {}
+
+    def exponent(drawn: list[Array], first: int = 0, last: int = 0) -> float:
+        part = slice(first, len(p) + last)
+        return float(power_law(p[part], [v.mean() for v in drawn[part]]).exponents[0])
+
+    return bootstrap(values, exponent), vary(partial(exponent, values), {"first": 1}, {"last": -1})
+
+
+def _claim_mean_approach(out: Drawing, tables: EnsembleTables, n: int, pressures: list[float]) -> None:
+    """Claim the exponent of the root mean square of approach, from G_0: no mean is larger, so none has a plateau."""
+    found: Interval | None = None
+    every: dict[str, float] = {}
+    try:
+        rows = select_law(tables.spectra, "contact", prestress=False, beta=1.0)
+    except (InputError, StorageError):
+        rows = pd.DataFrame(columns=["n", "target_pressure", "seed", "g0"])
+    rows = rows[rows["n"] == n].drop_duplicates(["seed", "target_pressure"])
+    groups = {
+        p: v**0.5 for p, v in zip(pressures, groups_by(rows, "target_pressure", "g0", pressures), strict=True) if len(v)
+    }
+    if groups:
+        found, every = _fit_motion(groups)
+    words = {"how": f"N = {n}, no pre-stress; a mean is at most its root mean square, (G_0 V/k N_c)^1/2"}
+    words |= {"cause": "the bound falls with p, so the mean cannot stay", "shown_by": "baumgarten-5"}
+    text = "exponent in p of the bound of the mean approach"
+    out.claim(text, found, published.MEAN_APPROACH, Kind.MEASURED, every, **words)
 
 
 def _local_exponents(out: Drawing, name: str, pressures: list[float], means: Array) -> str:
@@ -94,7 +139,7 @@ def _mean_square(out: Drawing, tables: EnsembleTables, n: int, pressures: list[f
         return ""
     half = 0.5 * power_law(pressures, [g.mean() for g in groups]).exponents[0]
     source = "G_0" if column == "g0" else "eta_0"
-    out.keep(f"exponent of the root mean square of {name} in p", half)
+    out.keep(_MEAN_SQUARE.format(name), half)
     return f"of the median; root mean squares, by {source} of the same packings, go with {half:.3f}"
 
 
@@ -193,32 +238,50 @@ class _Sizes:
 def _claim_sizes(out: Drawing, law: str, prestress: bool, every: _Sizes) -> None:
     """Claim exponents of the collapse up to the highest pressure of the paper: eq 22 is a law of small p."""
     paper, text = published.SIZE_EXPONENT[law], f"{law}, {'with' if prestress else 'no'} pre-stress"
-    near = every.up_to(published.HIGHEST_PRESSURE)
+    near, highest = every.up_to(published.HIGHEST_PRESSURE), max(every.pressures)
     start = (2.0, -paper.value)
 
-    def tail(drawn: list[Array]) -> float:
-        curves = zip(near.n, near.curves(drawn), strict=True)
-        points = np.array([(q * n**2, y / n**paper.value) for n, c in curves for q, y in zip(*c, strict=True)])
-        return float(power_law(*points.T, low=_TAIL).exponents[0])
+    def up_to(highest: float) -> float:
+        part = every.up_to(highest)
+        return -part.fit(part.drawn, start=start).b if len(part.n) > 1 else float("nan")
 
-    found = slope = None
-    range_fitted = f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"
-    words = {"how": range_fitted}
+    found, moved = None, {}
+    words = {"how": f"N = {write_list(near.n)}, p <= {published.HIGHEST_PRESSURE:g} as in fig 3"}
     if len(near.n) > 1:
         found = bootstrap(near.drawn, lambda drawn: -near.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
-        far = [q * n**2 >= _TAIL for n, (x, _) in zip(near.n, near.curves(near.drawn), strict=True) for q in x]
-        if sum(far) >= 3:
-            slope = bootstrap(near.drawn, tail, resamples=RESAMPLES // 2)
+        moved = vary(up_to, {"highest": 1e-3}, {"highest": highest})
         spreads = [near.fit(near.drawn, b=-a).spread for a in (paper.value, float(found.value))]
         theirs, ours = out.keep(f"spread in ln eta_0, {text}", spreads, a=(paper.value, float(found.value)))
         words["cause"] = f"curves lie apart by {theirs:.3f} in ln eta_0 with the paper's a, by {ours:.3f} with ours"
         words["shown_by"] = f"baumgarten-8 {'a' if law == 'contact' else 'b'}"
-        highest = max(every.pressures)
-        if highest > max(near.pressures):
-            whole = every.up_to(highest)
-            a = out.keep(f"a up to the highest pressure, {text}", -whole.fit(whole.drawn, start=start).b)
-            words["how"] += f"; up to p = {highest:g} a = {a:.2f}"
-    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, **words)
-    if not prestress:
-        how = f"{range_fitted}, of eta_0/N^{paper.value:g}"
-        out.claim(f"slope for p N^2 > {_TAIL:g}, {text}", slope, published.VISCOSITY_TAIL[law], how=how)
+    out.claim(f"a: eta_0/N^a against p N^2, {text}", found, paper, Kind.MEASURED, moved, **words)
+    _claim_tail(out, law, prestress, near)
+    least = every.up_to(_LEAST)
+    if law == "stokes" and not prestress and len(least.n) > 1:
+        a = None
+        with suppress(InputError):  # sizes of which too few pressures are known
+            a = bootstrap(least.drawn, lambda drawn: -least.fit(drawn, start=start).b, resamples=RESAMPLES // 4)
+        moved = vary(up_to, {"highest": published.HIGHEST_PRESSURE}, {"highest": highest})
+        words |= {"how": f"p <= {_LEAST:g}", "cause": "a does not fall towards 1 with p"}
+        likely = published.STOKES_AS_CONTACT
+        out.claim("a of Stokes drag, as of contact damping", a, likely, Kind.MEASURED, moved, **words)
+
+
+def _claim_tail(out: Drawing, law: str, prestress: bool, near: _Sizes) -> None:
+    """Claim the slope of eta_0/N^a in large packings; with pre-stress it is too shallow even where p N^2 > 10^3."""
+    a = published.SIZE_EXPONENT[law].value
+    low, paper = (10 * _TAIL, published.SHALLOWER) if prestress else (_TAIL, published.VISCOSITY_TAIL[law])
+
+    def slope(drawn: list[Array], low: float = low) -> float:
+        curves = zip(near.n, near.curves(drawn), strict=True)
+        points = np.array([(q * n**2, y / n**a) for n, c in curves for q, y in zip(*c, strict=True)])
+        return float(power_law(*points.T, low=low).exponents[0])
+
+    found, moved = None, {}
+    far = [q * n**2 >= low for n, (x, _) in zip(near.n, near.curves(near.drawn), strict=True) for q in x]
+    if sum(far) >= 3:
+        found = bootstrap(near.drawn, slope, resamples=RESAMPLES // 2)
+        moved = vary(partial(slope, near.drawn), {"low": 3 * low}, {"low": 10 * low})
+    text = f"slope for p N^2 > {low:g}, {law}, {'with' if prestress else 'no'} pre-stress"
+    words = {"how": f"N = {write_list(near.n)}, eta_0/N^{a:g}", "shown_by": "baumgarten-8"}
+    out.claim(text, found, paper, Kind.MEASURED, moved, **words)

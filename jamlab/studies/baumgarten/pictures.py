@@ -10,35 +10,46 @@ from jamlab.arrays import Array
 from jamlab.packing.hdf5 import read
 from jamlab.plotting.palette import BLACK, BLUE, GREEN, RED
 from jamlab.plotting.periodic_cell import circles, fill_everywhere, frame_cell
+from jamlab.rheology.complex_modulus import complex_modulus
 from jamlab.rheology.displacement_correlation import oscillating_displacements
 from jamlab.studies.baumgarten.spectral_groups import format_power
+from jamlab.studies.claims import write_list
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.panels import Drawing, drawing
 
 SHEARED = "packing_k.h5"  # `jamlab pack --n 512 --pressure 1e-4 --seed 1 --ensemble shear-stabilized`
-REGIMES = {"slow": 1e-7, "critical": 1e-2, "fast": 1e2}  # omega of fig 1: Kelvin-Voigt, square root, affine
+REGIMES = {"slow": 1e-10, "critical": 1e-3, "fast": 1e4}  # omega of fig 1: non-affine, square root, affine
+STRAIN = 0.2  # amplitude that the six panels are drawn at
 PALE = {"facecolor": "#EFE9DD", "edgecolor": "#B9B2A5", "linewidth": 0.4}
 
 
 def figure_1_fields(tables: EnsembleTables) -> Drawing:
-    """Non-affine displacements of disks at a low, a critical and a high frequency."""
-    out, panels = drawing("baumgarten-1-fields", 1, len(REGIMES), 5.0, 5.3)
+    """Displacements of disks at zero and at peak stress, at a low, a critical and a high frequency, on one scale."""
+    out, panels = drawing("baumgarten-1-fields", 2, len(REGIMES), 4.6, 4.9)
     packing = read(Path(str(resources.files("jamlab.studies"))) / "reference" / SHEARED)
-    for axes, (regime, omega) in zip(panels, REGIMES.items(), strict=True):
+    moduli = complex_modulus(packing, list(REGIMES.values()))
+    assert packing.diameters is not None
+    for k, (regime, omega) in enumerate(REGIMES.items()):
         backbone, motion = oscillating_displacements(packing, omega)
-        assert packing.diameters is not None
-        fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
-        u = motion.real
+        strain = 1 / complex(moduli.storage[k], moduli.loss[k])  # per stress
         at = backbone.positions - np.floor(backbone.positions @ np.linalg.inv(packing.box)) @ packing.box
-        size = float(np.sqrt((u**2).sum(axis=1).mean()))
-        dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
-        out.curve(axes, f"{regime}, omega = {omega:g}", *at.T, label=None, **dots)
-        axes.quiver(*at.T, *(u / size).T, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.0035)
-        frame_cell(axes, packing.box)
-        axes.set_title(rf"{regime}: $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
+        affine = np.column_stack([at[:, 1] - 0.5 * packing.box[1, 1], np.zeros(len(at))])
+        whole = (motion + strain * affine) / abs(strain)
+        ratio = np.sqrt((np.abs(motion) ** 2).sum() / (np.abs(strain * affine) ** 2).sum())
+        out.keep("non-affine over affine motion, root mean squares", [ratio], omega=[omega])
+        for axes, u, when in ((panels[k], whole.imag, "zero"), (panels[k + len(REGIMES)], whole.real, "peak")):
+            fill_everywhere(axes, circles(packing.positions, packing.diameters), packing.box, **PALE)
+            dots: dict[str, Any] = {"color": BLACK, "linestyle": "none", "marker": ".", "markersize": 1}
+            out.curve(axes, f"{regime}, omega = {omega:g}, {when} stress", *at.T, label=None, **dots)
+            look: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "color": BLUE, "width": 0.0035}
+            axes.quiver(*at.T, *(STRAIN * u).T, **look)
+            frame_cell(axes, packing.box)
+            axes.set_title(rf"{when} stress, $\omega\,\tau_1 = {format_power(omega)}$", fontsize=12)
+    ratios = write_list((v.value for name, v in out.values.items()), ".2f")
     out.caption = (
-        f"Real part of the non-affine displacements, balanced contact damping, N = {packing.n}, p = 1e-4, box stable "
-        "in shear; each panel has its own scale: the root mean square is one diameter."
+        f"Displacements of disks, affine and non-affine, at zero (top) and peak stress (bottom), all at a strain of "
+        f"{STRAIN:g}: balanced contact damping, N = {packing.n}, p = 1e-4, box stable in shear. Non-affine over affine "
+        f"motion: {ratios}."
     )
     return out
 

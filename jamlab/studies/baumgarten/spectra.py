@@ -26,7 +26,7 @@ from jamlab.studies.baumgarten.spectral_groups import (
     select_spectra,
     select_sweep,
 )
-from jamlab.studies.claims import Kind, write_by
+from jamlab.studies.claims import Kind, halves, vary, write_by
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import FEWEST, bootstrap, mean_over_packings, scaled
 from jamlab.studies.panels import BESIDE, FREQUENCY, Drawing, drawing, label, scale, sequence
@@ -89,10 +89,11 @@ def figure_1(tables: EnsembleTables) -> Drawing:
         text = f"slope of {part}, {regime}"
         enough = np.count_nonzero((w >= a) & (w <= b)) >= 3
         found = bootstrap([_part(group, part)], partial(_slope, w, a, b)) if enough else None
+        every = _vary_slope(group, part, a, b) if enough else None
         words = {"how": f"{count}, {a:.2g} < omega < {b:.2g}", "shown_by": "baumgarten-3 a"}
         words["cause"] = _at_every_pressure(out, text, groups, part) if regime == "critical" else ""
-        moved = _without_subtraction(out, text, group, found, a, b) if part == "G' - G_0" else None
-        out.claim(text, found, paper, Kind.MEASURED, moved, **words)
+        out.claim(text, found, paper, Kind.MEASURED, every, **words)
+    _claim_nonlinear_slopes(out)
     out.caption = (
         f"G' and G'' of balanced contact damping at p = {p:g}; grey: the critical window, 30 p < omega < 0.1. "
         "Displacement fields: baumgarten-1-fields."
@@ -100,14 +101,29 @@ def figure_1(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _without_subtraction(
-    out: Drawing, text: str, group: Group, found: Interval | None, low: float, high: float
-) -> float | None:
-    """Keep the slope of G' itself; how far it lies from that of G' - G_0, as neither need be a power in the window."""
-    if found is None:
-        return None
-    whole: float = out.keep(f"{text}, G_0 left in", _slope(group.omega, low, high, [group.storage]))
-    return abs(whole - float(found.value))
+def _vary_slope(group: Group, part: str, low: float, high: float) -> dict[str, float]:
+    """Fit the slope in both halves of its window; of G' - G_0 also that of G' itself, as neither need be a power."""
+
+    def slope(low: float = low, high: float = high, of: str = part) -> float:
+        return _slope(group.omega, low, high, [_part(group, of)])
+
+    return vary(slope, *halves(low, high), *([{"of": "G'"}] if part == "G' - G_0" else []))
+
+
+def _claim_nonlinear_slopes(out: Drawing) -> None:
+    """Claim slopes under nonlinear drag, eqs 27 to 29: G* at omega tau_alpha, which goes as omega^alpha."""
+    held = {c.quantity: c for c in out.claims}
+    linear = {
+        "slow G''": "slope of G'', slow",
+        "critical G'": "slope of G' - G_0, critical",
+        "critical G''": "slope of G'', critical",
+    }
+    for name, paper in published.NONLINEAR_SLOPES.items():
+        c = held[linear[name]]
+        found = scaled(Interval(*(np.array(v) for v in (c.value, c.low, c.high))), published.DRAG_EXPONENT)
+        every = {k: v * published.DRAG_EXPONENT for k, v in c.family.items()}
+        text = f"slope of {name}, drag as v^(2/3), equivalent damping"
+        out.claim(text, found, paper, Kind.DUPLICATE, every, how="2/3 of the slope under linear drag, above")
 
 
 def _at_every_pressure(out: Drawing, text: str, groups: dict[float, Group], part: str) -> str:
@@ -154,10 +170,29 @@ def figure_3(tables: EnsembleTables) -> Drawing:
     both = select_law(tables.spectra, "contact", beta=1.0)
     both = both[both["n"] == table["n"].iloc[0]]
     _claim_exponents(out, both, "contact damping", {"beta": 1.0})
+    _claim_crossover(out, select_sampled(groups))
     out.caption = (
         "G* of balanced contact damping (beta = 1) with pre-stress, and the same over p^(1/2) against omega/p."
     )
     return out
+
+
+def _claim_crossover(out: Drawing, groups: dict[float, Group]) -> None:
+    """Claim how the frequency where the square root meets the affine law goes with pressure: not at all."""
+    wide = {p: g for p, g in groups.items() if CRITICAL * p < HIGHEST}
+    found, every = None, None
+
+    def exponent(loss: list[Array], at: float = HIGHEST) -> float:
+        root = [np.interp(at, g.omega, v.mean(axis=0)) / at**0.5 for g, v in zip(wide.values(), loss, strict=True)]
+        fast = [g.eta_inf.mean() for g in wide.values()]
+        return float(power_law(list(wide), (np.array(root) / fast) ** 2).exponents[0])
+
+    if len(wide) > 2:
+        drawn = [g.loss for g in wide.values()]
+        found, every = bootstrap(drawn, exponent), vary(lambda at: exponent(drawn, at), {"at": 0.05}, {"at": 0.2})
+    words = {"how": f"{len(wide)} pressures, omega where the law through G'' at 0.1 meets eta_inf omega"}
+    text = "exponent in p of the crossover to affine motion"
+    out.claim(text, found, published.CROSSOVER_TO_AFFINE, Kind.MEASURED, every, **words, shown_by="baumgarten-3 a")
 
 
 def _draw_largest(out: Drawing, plain: Any, scaled: Any, table: pd.DataFrame) -> None:
@@ -203,7 +238,10 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     text = "largest |G''/(omega G_0) - 1|, beta = 0, no pre-stress (eq 18)"
     how = "all frequencies and pressures with five packings or more"
     out.claim(text, gap, published.UNDAMPED_LOSS, Kind.IDENTITY, how=how)  # K = tau B
-    _claim_undamped(out, select_large(loose, int(table["n"].iloc[0])))
+    n = int(table["n"].iloc[0])
+    _claim_undamped(out, select_large(loose, n))
+    _claim_stressed(out, undamped[undamped["prestress"].astype(bool)], n)
+    _claim_least_damping(out, table, n)
     _draw_beta_sweep(out, b, select_sweep(every[every["prestress"].astype(bool)], "beta"))
     out.caption = (
         "(a) No damping of sliding: G* over p^(1/2), with pre-stress and without (dotted); the frequency is not "
@@ -230,6 +268,45 @@ def _claim_undamped(out: Drawing, groups: dict[float, Group]) -> None:
         found = bootstrap([g.eta0 for g in groups.values()], lambda g: power_law(p, [v.mean() for v in g]).exponents[0])
     text = "exponent of eta_0 in p, beta = 0 (eq 22)"
     out.claim(text, found, published.UNDAMPED_VISCOSITY, Kind.DUPLICATE, how=how)
+
+
+def _claim_stressed(out: Drawing, table: pd.DataFrame, n: int) -> None:
+    """Claim that undamped sliding has no slow time with pre-stress either: G_0/eta_0 does not go with pressure."""
+    groups = select_large(group_by_pressure(table), n) if len(table) else {}
+    p, found, every = list(groups), None, None
+
+    def exponent(drawn: list[Array], first: int = 0) -> float:
+        return float(power_law(p[first:], [v[:, 0].mean() / v[:, 1].mean() for v in drawn[first:]]).exponents[0])
+
+    if len(p) > 2:
+        drawn = [np.column_stack([g.g0, g.eta0]) for g in groups.values()]
+        found, every = bootstrap(drawn, exponent), vary(partial(exponent, drawn), {"first": 1})
+    words = {
+        "how": f"{len(p)} pressures with pre-stress",
+        "cause": "eta_0 over that without pre-stress grows as p falls",
+    }
+    text = "exponent of G_0/eta_0 in p, beta = 0, with pre-stress"
+    out.claim(text, found, published.NO_SLOW_TIME, Kind.MEASURED, every, **words, shown_by="baumgarten-4 a")
+
+
+def _claim_least_damping(out: Drawing, table: pd.DataFrame, n: int) -> None:
+    """Claim how beta*, where sliding takes as much energy as approach, goes with pressure."""
+
+    def ratios(prestress: bool) -> dict[float, Array]:
+        rows = table[table["prestress"].astype(bool) == prestress]
+        none, full = (select_large(group_by_pressure(rows[rows["beta"] == beta]), n) for beta in (0.0, 1.0))
+        pairs = {p: same_packings([none[p], full[p]]) for p in none if p in full}
+        return {p: eta for p, eta in pairs.items() if len(eta)}
+
+    def exponent(p: list[float], drawn: list[Array]) -> float:
+        return float(power_law(p, [v[:, 0].mean() / np.diff(v.mean(axis=0))[0] for v in drawn]).exponents[0])
+
+    loose, stressed = ratios(False), ratios(True)
+    found = bootstrap(list(loose.values()), partial(exponent, list(loose))) if len(loose) > 1 else None
+    every = vary(lambda pre_stress: exponent(list(stressed), list(stressed.values())), {"pre_stress": "kept"})
+    words = {"how": f"{len(loose)} pressures, no pre-stress", "shown_by": "baumgarten-4 b"}
+    words["cause"] = "eta_0 at beta = 0 over what sliding adds at beta = 1"
+    out.claim("exponent of beta* in p", found, published.BETA_STAR, Kind.MEASURED, every, **words)
 
 
 def _draw_beta_sweep(out: Drawing, axes: Any, table: pd.DataFrame) -> None:
@@ -290,6 +367,16 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         how = f"eta_F = {low:g} and {high:g}, p = {p:g}"
         rise = np.diff(same_packings([viscosity[low], viscosity[high]]))[:, 0] / (high - low)
         added = bootstrap([rise], lambda g: g[0].mean())
+    low, high = CRITICAL * p, HIGHEST
+    if (
+        viscosity
+        and np.count_nonzero((viscosity[max(viscosity)].omega >= low) & (viscosity[max(viscosity)].omega <= high)) > 2
+    ):
+        most = max(viscosity)
+        slope = bootstrap([viscosity[most].loss], partial(_slope, viscosity[most].omega, low, high))
+        text, where = "slope of G'' in the critical window, largest eta_F", "[T] Stokes drag, fig 6 b"
+        words = {"how": f"eta_F = {most:g}, p = {p:g}", "where": where}
+        out.claim(text, slope, published.KELVIN_VOIGT_SLOPE, Kind.IDENTITY, **words)
     out.claim("d eta_0 / d eta_F", added, published.FLUID_VISCOSITY, Kind.IDENTITY, how=how)  # likewise
     out.caption = (
         f"Stokes drag: (a) collapse for eta_F = 1; (b) fluid viscosities at p = {p:g}, which add omega eta_F to G''."
@@ -304,6 +391,7 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
     stressed = select_law(table, kind, prestress=True, **parameters)
     groups = select_large(group_by_pressure(stressed), n)
     values: list[tuple[float, float]] = [(np.nan, np.nan)] * 2
+    every: list[dict[str, float]] = [{}, {}]
     how = f"needs three pressures with p N^2 > {LARGE:g} and {FEWEST} packings each"
     cause = ""
     if len(groups) >= 3 and min(len(g.g0) for g in groups.values()) >= FEWEST:
@@ -316,6 +404,13 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
             values = [(fit.mu, fit.mu_error), (fit.lam, fit.lam_error)]
             stable, asked = sum(len(g.g0) for g in groups.values()), stressed["seed"].nunique() * len(groups)
             spread = out.keep("spread of the collapse in ln G*", fit.spread)
+            static, slow = [g.g0.mean() for g in groups.values()], [g.eta0.mean() for g in groups.values()]
+            every = [
+                vary(lambda of: power_law(list(groups), static).exponents[0], {"of": "G_0 alone"}),
+                vary(
+                    lambda of: -power_law(list(groups), np.divide(slow, static)).exponents[0], {"of": "eta_0/G_0 alone"}
+                ),
+            ]
             cause = _static_exponents(out, table, kind, parameters, n)
             how = (
                 f"N = {n}, collapse of {len(groups)} pressures, omega < 0.1, {stable} of {asked} packings stable, "
@@ -324,8 +419,8 @@ def _claim_exponents(out: Drawing, table: pd.DataFrame, law: str, parameters: di
     mu, lam = (Interval(np.array(v), np.array(v - e), np.array(v + e)) for v, e in values)
     shown = {"shown_by": f"{out.name} a", "how": how}
     same = Kind.MEASURED if kind == "contact" else Kind.DUPLICATE  # G_0 does not know the drag law
-    out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, same, cause=cause, **shown)
-    out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, **shown)
+    out.claim(f"mu: G_0 ~ p^mu, {law}", mu, published.MU, same, every[0], cause=cause, **shown)
+    out.claim(f"lambda: tau* ~ p^-lambda, {law}", lam, published.LAMBDA, Kind.MEASURED, every[1], **shown)
     for part in ("G' - G_0", "G''" if kind == "contact" else "G'' - eta_F omega"):
         _claim_delta(out, f"Delta: {part} ~ omega^Delta, {law}", groups, part)
 
@@ -341,8 +436,8 @@ def _claim_delta(out: Drawing, text: str, groups: dict[float, Group], part: str)
     found = bootstrap([_part(groups[p], part)], partial(_slope, groups[p].omega, low, HIGHEST))
     words = {"how": f"{len(groups[p].g0)} packings, p = {p:g}, {low:.2g} < omega < {HIGHEST:g}", "shown_by": out.name}
     words["cause"] = _at_every_pressure(out, text, groups, part)
-    moved = _without_subtraction(out, text, groups[p], found, low, HIGHEST) if part == "G' - G_0" else None
-    out.claim(text, found, published.DELTA, Kind.MEASURED, moved, **words)
+    every = _vary_slope(groups[p], part, low, HIGHEST)
+    out.claim(text, found, published.DELTA, Kind.MEASURED, every, **words)
 
 
 def _static_exponents(out: Drawing, table: pd.DataFrame, kind: str, parameters: dict[str, float], n: int) -> str:

@@ -1,14 +1,30 @@
-"""Draw the contacts that are missing below confluence in Boromand et al., fig 7."""
+"""Draw the contacts that are missing below confluence in Boromand et al.: figs 7 and 9."""
+
+from functools import partial
 
 import numpy as np
+import pandas as pd
 
+from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import Kind, write_by
-from jamlab.studies.conventions import fit_exponent, select_below_confluence
+from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
+from jamlab.studies.conventions import FRACTIONS, SIZES, fit_exponent, select_below_confluence
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import Ensemble, ensemble, log_places, sampled_sizes, scaled, sizes
-from jamlab.studies.panels import PAPER, Drawing, drawing, label, scale, size_style
+from jamlab.studies.ensembles import (
+    Ensemble,
+    bootstrap,
+    ensemble,
+    has,
+    line_in_inverse,
+    log_places,
+    mean_curve,
+    nearest_size,
+    sampled_sizes,
+    scaled,
+    sizes,
+)
+from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style, scale, size_style
 
 CONFLUENT = (3e-3, 0.1)  # rho* - rho between which the exponent is fitted
 
@@ -42,8 +58,17 @@ def figure_7(tables: EnsembleTables) -> Drawing:
         label(plain, rf"{name}: $\rho^* - \rho$", r"$z_{conf} - z$", legend=bool(curves), loc="lower right")
         label(times_n, rf"{name}: $(\rho^* - \rho)\,N$", r"$(z_{conf} - z)\,N$", legend=bool(curves), loc="upper left")
         sampled = sampled_sizes(states, model)
-        claim = _claim_disks if model == "sp" else _claim_droplets
-        claim(out, {n: e for n, e in curves.items() if n in sampled})
+        shown = {n: e for n, e in curves.items() if n in sampled}
+        if model == "sp":
+            _claim_disks(out, shown)
+        else:
+            most = max(shown, default=0)
+            below = select_below_confluence(states[(states["model"] == model) & (states["n"] == most)])
+            fine = (
+                ensemble(below, model, most, "to_confluence", "missing", log_places(*CONFLUENT, 10)) if most else None
+            )
+            _claim_droplets(out, shown, fine)
+        _claim_collapse(out, name, shown)
     out.caption = (
         "Missing contacts below confluence, z_conf = 6 at rho* of each packing. Packings that never reach z = 6 are "
         f"left out; those that do: {', '.join(reached)}. Right: both times N. Dashed: limit 2 (SP) and slope 1 (DP) of "
@@ -69,15 +94,43 @@ def _claim_disks(out: Drawing, curves: dict[int, Ensemble]) -> None:
     )  # one contact short is 2 by counting
 
 
-def _claim_droplets(out: Drawing, curves: dict[int, Ensemble]) -> None:
+def _claim_collapse(out: Drawing, model: str, curves: dict[int, Ensemble]) -> None:
+    """Claim that (z_conf - z) N is one curve of (rho* - rho) N: its exponent in N where (rho* - rho) N = 1. Nearer to
+    rho* one contact is missing, which makes it 2 at every N by counting."""
+    n, found, every = sorted(curves), None, {}
+    if len(n) > 1:
+        groups = [curves[m].curves for m in n]
+
+        def exponent(drawn: list[Array], scaled_distance: float = 1.0) -> float:
+            mean = [mean_curve(part) for part in drawn]
+            values = [m * np.interp(scaled_distance / m, x, y) for m, (x, y) in zip(n, mean, strict=True)]
+            return float(np.polyfit(np.log(n), np.log(values), 1)[0])
+
+        found = bootstrap(groups, exponent)
+        every = vary(partial(exponent, groups), {"scaled_distance": 2.0}, {"scaled_distance": 4.0})
+    words = {"how": f"N = {write_list(n)}, (rho* - rho) N = 1", "shown_by": "boromand-7 b and d"}
+    words["cause"] = "far from rho* z is a function of rho* - rho, whatever N: z N rises with N"
+    text = f"exponent of (z_conf - z) N in N, {model}"
+    out.claim(text, found, published.COLLAPSE_OF_SIZES, Kind.MEASURED, every, **words)
+
+
+def _claim_droplets(out: Drawing, curves: dict[int, Ensemble], fine: Ensemble | None = None) -> None:
     """Claim the exponent of missing contacts of droplets in the largest size."""
-    slope, words = None, {"how": "no dp packing reaches z = 6"}
+    slope, every, words = None, None, {"how": "no dp packing reaches z = 6"}
     if curves:
         n = max(curves)
-        slope = curves[n].interval(lambda x, y: power_law(x, y, low=CONFLUENT[0], high=CONFLUENT[1]).exponents[0])
+
+        def exponent(x: Array, y: Array, low: float = CONFLUENT[0], high: float = CONFLUENT[1]) -> float:
+            return float(power_law(x, y, low=low, high=high).exponents[0])
+
+        slope = curves[n].interval(exponent)
+        every = vary(partial(exponent, *curves[n].mean), *halves(*CONFLUENT))
+        if fine is not None:
+            every |= vary(lambda points: exponent(*fine.mean), {"points": "10 a decade"})
         words = {"how": f"N = {n}, {CONFLUENT[0]:g} < rho* - rho < {CONFLUENT[1]:g}", "shown_by": "boromand-7 c and d"}
         words["cause"] = _explain_exponent(out, curves)
-    out.claim("exponent of z_conf - z in rho* - rho, DP", slope, published.MISSING_CONTACTS_EXPONENT, **words)
+    text = "exponent of z_conf - z in rho* - rho, DP"
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
 
 
 def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:
@@ -91,3 +144,83 @@ def _explain_exponent(out: Drawing, curves: dict[int, Ensemble]) -> str:
         value = out.keep("exponent of z_conf - z where five or more are missing, DP", fit_exponent(x[many], y[many]))
         far = f"; {value:.3g} where five or more are missing"
     return f"the last contact holds z at 6 - 2/N': the exponent is {write_by(each, '.3g')}{far}"
+
+
+def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
+    """Arrange 6 - z of droplets over 1 - rho, up to z = 6."""
+    near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
+    return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
+
+
+def _near_unity(x: Array, y: Array, low: float = 5e-3, high: float = 0.1) -> float:
+    return float(power_law(x, y, low=low, high=high).exponents[0])
+
+
+def _keep_confluence(out: Drawing, states: pd.DataFrame) -> str:
+    """Keep where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
+    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
+    measured = [n for n in sampled_sizes(states, "dp") if n in set(full["n"])]
+    if not measured:
+        return ""
+    first = full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
+    reached = out.keep("1 - rho where z = 6, DP", [1 - first[n] for n in measured], N=measured)
+    slopes = [_approach_to_unity(states, n).interval(_near_unity) for n in measured]
+    out.keep("exponent of z_conf - z in 1 - rho, DP", slopes, N=measured)
+    ends = f"z = 6 is reached at 1 - rho = {write_list(reached, '.4f')}"
+    return f"{ends}, and the exponent is {write_list(slopes, '.2f')}, at N = {write_list(measured)}"
+
+
+def _claim_confluent_limit(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim 1 - rho* in the limit of large packings, linear in 1/N; the family leaves a size out."""
+    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
+    first = full.groupby(["n", "seed"])["rho"].min()
+    n = [m for m in sampled_sizes(states, "dp") if m in set(full["n"]) and m in SIZES]
+    found, every, how = None, None, "needs two sizes that reach z = 6"
+    if len(n) > 1:
+        groups = [1 - first[m].to_numpy(dtype=np.float64) for m in n]
+        found, how = bootstrap(groups, lambda g: line_in_inverse(n, g)[0]), f"linear in 1/N, N = {write_list(n)}"
+        if len(n) > 2:
+            every = vary(
+                lambda without: line_in_inverse(
+                    n[:without] + n[without + 1 :], groups[:without] + groups[without + 1 :]
+                )[0],
+                {"without": 0},
+                {"without": len(n) - 1},
+            )
+    words = {"how": how, "cause": "1 - rho* hardly falls with N", "shown_by": "boromand-9 a"}
+    out.claim("1 - rho* of large N, DP", found, published.CONFLUENT_LIMIT, Kind.MEASURED, every, **words)
+
+
+def figure_9(tables: EnsembleTables) -> Drawing:
+    """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
+    states = tables.states
+    out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
+    slope, how, cause, every = None, "no dp packings", "", None
+    for model in ("sp", "dp"):
+        if not has(states, model):
+            continue
+        n = nearest_size(states, model, 64)
+        x, y = ensemble(states, model, n, "rho", "z", FRACTIONS).band
+        out.curve(a, f"{model.upper()}, N = {n}", x, y, **model_style(model, linestyle="-"))
+        x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
+        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
+        if model == "dp":
+            how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
+            e = _approach_to_unity(states, n)
+            slope, every = e.interval(_near_unity), vary(partial(_near_unity, *e.mean), *halves(5e-3, 0.1))
+    label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
+    label(
+        b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
+    )
+    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
+    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, Kind.MEASURED, every, **words)
+    _claim_confluent_limit(out, states)
+    how = "the points of emulsions and foams are printed in no table, and the stored text has no picture"
+    for curve in ("z over rho", "rho over A - 1"):
+        like = published.Published(0.0, where="[B] sec 3, fig 9")
+        out.claim(f"{curve}: droplets less experiments", None, like, how=how)
+    out.caption = (
+        "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
+        "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
+    )
+    return out

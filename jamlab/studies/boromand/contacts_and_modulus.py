@@ -1,5 +1,6 @@
 """Draw contacts and shear modulus in Boromand et al.: figs 5 and 6."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,19 @@ from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.statistics.data_collapse import fit_scaling_exponents
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, write_by, write_list
+from jamlab.studies.claims import Kind, halves, vary, write_by, write_list
 from jamlab.studies.conventions import FRACTIONS, NEAR, SERIES, at
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import (
     RESAMPLES,
     Ensemble,
+    average,
     bootstrap,
     ensemble,
     has,
+    log_places,
     mean_curve,
+    median,
     nearest_size,
     sampled_sizes,
     sizes,
@@ -31,6 +35,7 @@ REGIME = {  # where the paper sees a power law, fig 6
     "sp": (conventions.LOWEST["sp"], conventions.HIGHEST["d_phi"]),
     "dp": (conventions.LOWEST["dp"], published.CONFLUENCE),
 }
+NEAREST = 1e-5  # distance from onset below which G of many droplets is not known
 OTHER_SHARES = {"z": (0.015, 0.025, 0.03), "g": (0.05, 0.15, 0.2)}  # by which models might be said to part as well
 DISTANT = 1e-2  # nearer to onset no single exponent of z - 3.97 exists
 
@@ -59,6 +64,7 @@ def figure_5(tables: EnsembleTables) -> Drawing:
         axes.set_xlim(0.82, 1.06)
         axes.set_ylim((3.8, 6.2) if column == "z" else (0, 0.36))
     _claim_departures(out, states)
+    _claim_end_of_eq_13(out, states)
     missing = (
         "; the paper's droplets of N = 256 are not there" if conventions.SIZES[-1] not in sizes(states, "dp") else ""
     )
@@ -96,19 +102,16 @@ def _claim_departures(out: Drawing, states: pd.DataFrame) -> None:
         )
         out.keep(text, each, N=matched)
         how += f"; {write_by(dict(zip(matched, each, strict=True)), '.3f')}"
-        moved = [_find_departure(sp[-1], dp[-1], other) for other in OTHER_SHARES[column]]
-        away = [float(m.value) for m in moved if m is not None and np.isfinite(m.value)]
-        out.keep(f"{text}, other shares", moved, share=OTHER_SHARES[column])
-        systematic = max((abs(value - float(found.value)) for value in away), default=None) if found else None
-        others = write_list((100 * other for other in OTHER_SHARES[column]), "g")
-        words = {"cause": f"it is {write_list(moved, '.3f')} for {others} %", "shown_by": "boromand-5 a"}
+        every = {f"share = {v:g}": _departure(sp[-1], dp[-1], v) for v in OTHER_SHARES[column]}
+        every = {k: v for k, v in every.items() if np.isfinite(v)}
+        words = {"cause": f"it is {', '.join(f'{v:.3f} ({k})' for k, v in every.items())}", "shown_by": "boromand-5 a"}
         if column == "g":
             ratio = out.keep(
                 f"G of DP over that of SP at rho = {part:g}", at(part, *dp[-1].mean) / at(part, *sp[-1].mean)
             )
             tied = "G comes in units of eps and of eps_r, which gamma and delta tie"
             words = {"calibrated": f"{tied}: the ratio at rho = {part:g} is {ratio:.2f}"}
-        out.claim(text, found, published.MODELS_PART, Kind.MEASURED, systematic, how=how, **words)
+        out.claim(text, found, published.MODELS_PART, Kind.MEASURED, every, how=how, **words)
 
 
 def _draw_table_lines(out: Drawing, axes: Any, column: str) -> None:
@@ -138,17 +141,52 @@ def _find_excess(sp: tuple[Array, Array], dp: tuple[Array, Array]) -> tuple[Arra
 
 
 def _find_departure(sp: Ensemble, dp: Ensemble, share: float) -> Interval | None:
-    """Find the rho above which the mean of DP exceeds that of SP by a given share."""
+    """Find the rho above which the mean of DP exceeds that of SP by a given share, with its interval."""
+    return bootstrap([sp.curves, dp.curves], lambda g: _crossing(mean_curve(g[0]), mean_curve(g[1]), share))
 
-    def crossing(groups: list[Array]) -> float:
-        rho, excess = _find_excess(mean_curve(groups[0]), mean_curve(groups[1]))
-        inside = np.flatnonzero(excess <= share)
-        if not len(inside) or inside[-1] == len(excess) - 1:
-            return np.nan
-        k = inside[-1]
-        return float(np.interp(0, excess[k : k + 2] - share, rho[k : k + 2]))
 
-    return bootstrap([sp.curves, dp.curves], crossing)
+def _departure(sp: Ensemble, dp: Ensemble, share: float) -> float:
+    found, (rho, excess) = _crossing(sp.mean, dp.mean, share), _find_excess(sp.mean, dp.mean)
+    return float(rho[0]) if np.isnan(found) and (excess > share).all() else found  # apart from the first place on
+
+
+def _crossing(sp: tuple[Array, Array], dp: tuple[Array, Array], share: float) -> float:
+    rho, excess = _find_excess(sp, dp)
+    inside = np.flatnonzero(excess <= share)
+    if not len(inside) or inside[-1] == len(excess) - 1:
+        return float("nan")
+    k = inside[-1]
+    return float(np.interp(0, excess[k : k + 2] - share, rho[k : k + 2]))
+
+
+def _claim_end_of_eq_13(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim the rho from which z of disks lies 1 % off our own fit of eq 13."""
+    n = nearest_size(states, "sp", conventions.SIZES[-1])
+    e = ensemble(states, "sp", n, "d_rho", "z", np.arange(0.001, 0.18, 0.001))
+    onset = float(states[(states["model"] == "sp") & (states["n"] == n) & (states["state"] == 0)]["rho"].mean())
+
+    def distance(x: Array, y: Array) -> Array:
+        kept = (x > conventions.LOWEST["sp"]) & (x < conventions.HIGHEST["d_rho"])
+        c_0, c_1 = conventions.fit_coefficients(x[kept], y[kept] - conventions.SUBTRACTED, (0.5, 1.0))
+        return np.asarray(np.abs(y / (conventions.SUBTRACTED + c_0 * x**0.5 + c_1 * x) - 1))
+
+    def leaves(x: Array, y: Array, share: float = 0.01) -> float:
+        inside = np.flatnonzero((distance(x, y) <= share) & np.isfinite(y))
+        return (
+            float("nan")
+            if not len(inside) or inside[-1] + 1 >= np.isfinite(y).sum()
+            else float(onset + x[inside[-1] + 1])
+        )
+
+    every = vary(lambda share: leaves(*e.mean, share), {"share": 0.005}, {"share": 0.02})
+    words = {"how": f"N = {n}, rho from which z lies 1 % off its own fit", "shown_by": "boromand-5 a"}
+    apart = 100 * at(published.EQ_13_ENDS.value - onset, e.mean[0], distance(*e.mean))
+    words["cause"] = (
+        f"at rho = {published.EQ_13_ENDS.value} it lies {out.keep('z off eq 13 there, %', apart):.2f} % off"
+    )
+    out.claim(
+        "rho from which z of SP leaves eq 13", e.interval(leaves), published.EQ_13_ENDS, Kind.MEASURED, every, **words
+    )
 
 
 def figure_6(tables: EnsembleTables) -> Drawing:
@@ -181,6 +219,7 @@ def figure_6(tables: EnsembleTables) -> Drawing:
         "Excess contacts (own z_J taken off) and shear modulus against the distance to each packing's own onset. "
         "Dashed: the paper's fits and slopes; grey: the regime where it sees a power law. Mean moduli of small "
         "packings near onset may be negative in a fixed box and are then not shown."
+        + _share_without_modulus(out, states)
     )
     return out
 
@@ -194,19 +233,29 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
         ("g", "DP(ρ)", published.DROPLET_EXPONENT, "single exponent of G in drho, DP"),
     ):
         model, by = SERIES[series]
-        found, how = None, f"no {model} packings"
+        found, how, every = None, f"no {model} packings", {}
         words: dict[str, str] = {}
         if has(states, model):
             n = nearest_size(states, model, conventions.SIZES[-1])
-            found = _beyond_a_hundredth(states, series, n, column).interval(conventions.fit_exponent)
+            e = _beyond_a_hundredth(states, series, n, column)
+            found = e.interval(conventions.fit_exponent)
+            windows = halves(DISTANT, conventions.HIGHEST[by])
+            every = vary(
+                lambda low=DISTANT, high=np.inf, e=e: conventions.fit_exponent(*e.between(low, high).mean), *windows
+            )
+            if column != "g":
+                own = average(e.y) + conventions.SUBTRACTED - _own_contacts(states, model, n)
+                every["z_J = own"] = conventions.fit_exponent(e.mean[0], own)
+            else:
+                every["medians"] = conventions.fit_exponent(average(e.x), median(e.y))
             what = f"z - {conventions.SUBTRACTED}" if column != "g" else "mean G"
             how = f"N = {n}, {what}, {DISTANT:g} < d < {conventions.HIGHEST[by]:g}"
             if model == "sp":
                 measured = sampled_sizes(states, model)
                 means = [_beyond_a_hundredth(states, series, m, column).mean for m in measured]
-                every = [conventions.fit_exponent(*mean) for mean in means]
-                out.keep(text, every, N=measured)
-                words["cause"] = f"it is {write_by(dict(zip(measured, every, strict=True)), '.2f')}"
+                by_size = [conventions.fit_exponent(*mean) for mean in means]
+                out.keep(text, by_size, N=measured)
+                words["cause"] = f"it is {write_by(dict(zip(measured, by_size, strict=True)), '.2f')}"
                 words["shown_by"] = "boromand-6 a and d"
         if model == "dp":
             if column == "g":
@@ -214,10 +263,94 @@ def _claim_exponents(out: Drawing, states: pd.DataFrame) -> None:
             else:
                 words["contradiction"] = conventions.contradiction_of_single_exponent()
             words["shown_by"] = "boromand-6 c and f, dashed"
-        out.claim(text, found, paper, how=how, **words)
+        out.claim(text, found, paper, Kind.MEASURED, every, how=how, **words)
     how = f"best collapse of N <= 256, dphi < {REGIME['sp'][1]:g}, own z_J"
     text = "a: (z - z_J) N against dphi N^a, SP"
-    out.claim(text, _size_exponent(states), published.CROSSOVER_EXPONENT, how=how)
+    found, every = _size_exponent(states)
+    out.claim(text, found, published.CROSSOVER_EXPONENT, Kind.MEASURED, every, how=how)
+    _claim_regime_1(out, states)
+    for series in ("SP(ρ)", "DP(ρ)"):
+        _claim_crossover(out, states, series)
+    curves = {
+        m: conventions.even_curve(states, "SP(φ)", m, "g").between(DISTANT, np.inf)
+        for m in sampled_sizes(states, "sp")
+        if m in conventions.SIZES
+    }
+    n = min(curves, default=0)
+    every = {f"N = {m}": conventions.fit_exponent(*e.mean) for m, e in curves.items() if m != n}
+    words = {"how": f"N = {n}, window as of beta_0", "cause": "it falls with N", "shown_by": "boromand-6 d"}
+    found = curves[n].interval(conventions.fit_exponent) if n else None
+    out.claim("slope of G of small SP packings", found, published.DOTTED_SLOPE, Kind.MEASURED, every, **words)
+
+
+def _own_contacts(states: pd.DataFrame, model: str, n: int) -> float:
+    """Average z_J of the packings themselves."""
+    return float(states[(states["model"] == model) & (states["n"] == n) & (states["state"] == 0)]["z"].mean())
+
+
+def _claim_regime_1(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim exponents nearest to onset, of the smallest packings, where this regime is widest."""
+    for column, series, low, high in (
+        ("z", "SP(φ)", 1e-4, 1e-3),
+        ("g", "SP(φ)", 1e-6, 1e-4),
+        ("z", "DP(ρ)", 3e-5, 3e-4),
+        ("g", "DP(ρ)", 1e-6, 1e-4),
+    ):
+        model, by = SERIES[series]
+        found, how, every, words = None, f"no {model} packings", {}, {}
+        if has(states, model):
+            n = nearest_size(states, model, conventions.SIZES[0])
+            e = ensemble(states, model, n, by, "d_z" if column == "z" else "g", log_places(low, high, 10))
+            found, how = e.interval(conventions.fit_exponent), f"N = {n}, {low:g} < d < {high:g}"
+            how += (
+                ", own z_J" if column == "z" else "" if model == "sp" else "; of those that have a G, see the caption"
+            )
+            every = vary(
+                lambda low=low, high=high, e=e: conventions.fit_exponent(*e.between(0.99 * low, 1.01 * high).mean),
+                *halves(low, high),
+            )
+            words = {
+                "cause": f"from {e.mean[1][0]:.3g} to {e.mean[1][-1]:.3g} over the window",
+                "shown_by": "boromand-6",
+            }
+        text = f"exponent of {'z - z_J' if column == 'z' else 'G'} nearest to onset, {series}"
+        out.claim(text, found, published.REGIME_1[column], Kind.MEASURED, every, how=how, **words)
+
+
+def _share_without_modulus(out: Drawing, states: pd.DataFrame) -> str:
+    """Keep the share of droplets near onset without a modulus: a motion is left that nothing holds; "" if all have one.
+    Curves and claims of G are of the rest."""
+    near = states[(states["model"] == "dp") & states["d_rho"].between(0, NEAREST, inclusive="right")]
+    share = near["g"].isna().groupby(near["n"]).mean()
+    if share.empty or not share.any():
+        return ""
+    out.keep(f"share of droplets without G below {NEAREST:g}", share.tolist(), N=share.index)
+    percent = ", ".join(f"{100 * part:.0f} % of N = {n}" for n, part in share.items())
+    return f" Droplets whose G is not known below {NEAREST:g}, left out: {percent}."
+
+
+def _claim_crossover(out: Drawing, states: pd.DataFrame, series: str) -> None:
+    """Claim how the distance at which packings have gained two contacts goes with N."""
+    model, by = SERIES[series]
+    n = [m for m in sampled_sizes(states, model) if m in conventions.SIZES]
+    found, every = None, {}
+    if len(n) > 1:
+        curves = [ensemble(states, model, m, by, "d_z", log_places(1e-6, 0.1, 10)).curves for m in n]
+
+        def exponent(groups: list[Array], contacts: float = 2.0) -> float:
+            places = []
+            for m, (x, y) in zip(n, map(mean_curve, groups), strict=True):
+                more = np.flatnonzero(0.5 * m * y >= contacts)
+                if not len(more) or not more[0]:
+                    return float("nan")
+                k = slice(more[0] - 1, more[0] + 1)
+                places.append(float(np.exp(np.interp(contacts, 0.5 * m * y[k], np.log(x[k])))))
+            return -float(np.polyfit(np.log(n), np.log(places), 1)[0])
+
+        found = bootstrap(curves, exponent)
+        every = vary(lambda contacts: exponent(curves, contacts), {"contacts": 1.0}, {"contacts": 4.0})
+    words = {"how": f"N = {write_list(n)}, distance at which two contacts are gained", "shown_by": "boromand-6"}
+    out.claim(f"a of d* ~ N^-a, {series}", found, published.CROSSOVER_EXPONENT, Kind.MEASURED, every, **words)
 
 
 def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) -> Ensemble:
@@ -225,18 +358,19 @@ def _beyond_a_hundredth(states: pd.DataFrame, series: str, n: int, column: str) 
     return conventions.even_curve(states, series, n, column).between(DISTANT, np.inf)
 
 
-def _size_exponent(states: pd.DataFrame) -> Interval | None:
-    """Fit a of the crossover dphi* ~ N^-a by the collapse of the paper's sizes."""
+def _size_exponent(states: pd.DataFrame) -> tuple[Interval | None, dict[str, float]]:
+    """Fit a of the crossover dphi* ~ N^-a by the collapse of the paper's sizes; its family: the window, the sizes."""
     n = [m for m in sizes(states, "sp") if m in conventions.SIZES]
     if len(n) < 2:
-        return None
+        return None, {}
     groups = [ensemble(states, "sp", m, "d_phi", "d_z", NEAR).curves for m in n]
 
-    def exponent(drawn: list[Array]) -> float:
+    def exponent(drawn: list[Array], high: float = REGIME["sp"][1], first: int = 0) -> float:
         family = []
-        for x, y in map(mean_curve, drawn):
-            kept = (y > 0) & (x < REGIME["sp"][1])
+        for x, y in map(mean_curve, drawn[first:]):
+            kept = (y > 0) & (x < high)
             family.append((x[kept], y[kept]))
-        return fit_scaling_exponents(np.array(n, dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
+        return fit_scaling_exponents(np.array(n[first:], dtype=float), [family], b=1.0, start=(2.0, 1.0)).a
 
-    return bootstrap(groups, exponent, resamples=RESAMPLES // 4)
+    every = vary(partial(exponent, groups), {"high": 0.02}, {"first": 1})
+    return bootstrap(groups, exponent, resamples=RESAMPLES // 4), every

@@ -1,5 +1,6 @@
-"""Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4, 9 and 11."""
+"""Draw packing fraction, areas and shapes in Boromand et al., and the power laws between them: figs 4 and 11."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -11,20 +12,25 @@ from jamlab.errors import ConvergenceError, InputError
 from jamlab.plotting.palette import GREEN
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import PowerLaw, power_law, widest_window
-from jamlab.studies.claims import write_list
+from jamlab.studies.claims import Kind, halves, vary
 from jamlab.studies.conventions import (
     DISTANCES,
-    FRACTIONS,
     NEAR,
     SHAPE_TARGET,
     TWO_OVERLAPS,
     at,
     eq_11,
     fit_prefactor,
-    select_below_confluence,
 )
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import Ensemble, ensemble, from_onset, has, log_places, nearest_size, sampled_sizes
+from jamlab.studies.ensembles import (
+    Ensemble,
+    ensemble,
+    from_onset,
+    has,
+    log_places,
+    nearest_size,
+)
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale
 
 DENSEST = 1.24  # phi at which rho -> 1, [B] below eq 12
@@ -40,10 +46,7 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     e = ensemble(states, "sp", n, "d_phi", "d_rho", DISTANCES)
     x, y = e.band
     out.curve(a, f"SP, N = {n}", x, y, **model_style("sp"))
-    found = e.interval(fit_prefactor)
-    words = {"cause": _steepest_prefactor(out, e), "shown_by": "boromand-4 a"}
-    how = f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}"
-    out.claim("C of eq 11", found, published.EQ_11_C, how=how, **words)
+    _claim_prefactor(out, states, n, e)
     d = np.linspace(0, 0.4, 50)
     out.curve(a, r"paper: $\rho = \phi$", d, d, **PAPER | {"linewidth": 1.0})
     out.curve(a, rf"paper: eq 11, $C$ = {published.EQ_11_C.value}", d, published.EQ_11_C.value * eq_11(d), **FIT)
@@ -61,15 +64,39 @@ def figure_4(tables: EnsembleTables) -> Drawing:
     return out
 
 
-def _steepest_prefactor(out: Drawing, e: Ensemble) -> str:
-    """Keep how large C can be in any window: the largest drho/(dphi - dphi^1.5) of the mean curve, and its place."""
+def _claim_prefactor(out: Drawing, states: pd.DataFrame, n: int, e: Ensemble) -> None:
+    """Claim C of eq 11 with the exact rho; its family holds eq 12 as printed, which the paper used."""
+    found = e.interval(fit_prefactor)
+    every = vary(lambda **window: fit_prefactor(*e.mean, **window), {"low": 0.1}, {"high": 0.2}, {"high": 0.5})
     x, y = e.mean
-    local = y[1:] / eq_11(x[1:])
-    if not np.isfinite(local[x[1:] < TWO_OVERLAPS]).any():
-        return ""
-    k = int(np.nanargmax(local[x[1:] < TWO_OVERLAPS]))
-    most, place = out.keep("largest C at one dphi", local[k]), out.keep("dphi of the largest C", x[1 + k])
-    return f"C at one dphi rises from 1 at onset to {most:.2f} at dphi = {place:.2f}: no window gives more"
+    if len(x) > 1 and np.isfinite(local := y[1:] / eq_11(x[1:])).any():
+        k = int(np.nanargmax(local))
+        most, place = out.keep("largest C at one dphi", local[k]), out.keep("dphi of the largest C", x[1 + k])
+        cause = f"C at one dphi rises from 1 at onset to {most:.2f} at dphi = {place:.2f}"
+    else:
+        cause = ""
+    if has_printed(states):
+        printed = ensemble(
+            states.assign(d_printed=states["rho_printed"] - states["phi"] + states["d_phi"]),
+            "sp",
+            n,
+            "d_phi",
+            "d_printed",
+            DISTANCES,
+        )
+        every |= {
+            f"eq 12 as printed, {k}": v
+            for k, v in vary(
+                lambda high: fit_prefactor(*printed.mean, high=high), {"high": TWO_OVERLAPS}, {"high": 0.5}
+            ).items()
+        }
+        last = float(np.nanmax(printed.mean[1][1:] / eq_11(printed.mean[0][1:])))
+        cause += f"; eq 12 as printed gives up to {out.keep('largest C at one dphi, eq 12 as printed', last):.2f}"
+    how = f"N = {n}, least squares, 0.01 <= dphi < {TWO_OVERLAPS}"
+    words = {"how": how, "cause": cause, "shown_by": "boromand-4 a"}
+    out.claim("C of eq 11", found, published.EQ_11_C, Kind.MEASURED, every, **words)
+    text = "C of eq 11 as the appendix has it"  # the same number, printed with one digit less
+    out.claim(text, found, published.EQ_11_C_OF_TEXT, Kind.DUPLICATE, every, **words)
 
 
 def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
@@ -85,6 +112,16 @@ def _draw_areas(out: Drawing, axes: Any, states: pd.DataFrame) -> None:
     d = np.linspace(0.0, 0.155, 40)
     height = at(0.12, *ensemble(states, "sp", n, "d_rho", "lost", DISTANCES[:18]).mean) / 0.12**slope
     out.curve(axes, rf"paper: slope {slope} in $\rho - \rho_J$", d, 1 - height * d**slope, **PAPER)
+    disks = ensemble(states, "sp", n, "d_rho", "lost", DISTANCES[:18])
+
+    def falls(x: Array, y: Array, share: float = 0.005) -> float:
+        k = int(np.argmax(y > share))
+        return float(np.interp(share, y[k - 1 : k + 1], x[k - 1 : k + 1])) if k else np.nan
+
+    every = vary(lambda share: falls(*disks.mean, share), {"share": 0.003}, {"share": 0.01})
+    text = "drho where half a percent of the area is lost, SP"
+    words = {"how": f"N = {n}", "cause": "the loss begins at onset, as drho^1.5", "shown_by": "boromand-4 b"}
+    out.claim(text, disks.interval(falls), published.AREA_FALLS, Kind.MEASURED, every, **words)
     axes.set_ylim(0.82, 1.02)
     label(axes, r"$\rho - \rho_J$", r"mean particle area $\langle a\rangle / a_J$", loc="lower left")
 
@@ -126,6 +163,8 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
     out.claim("A at phi = 1, SP", found[0], published.SHAPE_AT_UNIT_PHI, how=how)
     how = f"N = {n}, phi = {DENSEST}, where rho -> 1 in the paper"
     out.claim("A near confluence, SP", found[1], published.SHAPE_OF_DENSE_DISKS, how=how)
+    _claim_fractions(out, states, n)
+    _claim_mean_shapes(out, states)
     area = shape = None
     how = "no dp packings"
     if has(states, "dp"):
@@ -139,74 +178,70 @@ def _claim_shapes(out: Drawing, states: pd.DataFrame) -> None:
     out.claim("<a>/a_J at drho = 0.13, DP", area, published.AREA_OF_DENSE_DROPLETS, **words)
 
 
-def _approach_to_unity(states: pd.DataFrame, n: int) -> Ensemble:
-    """Arrange 6 - z of droplets over 1 - rho, up to z = 6."""
-    near = select_below_confluence(states[(states["model"] == "dp") & (states["n"] == n)])
-    return ensemble(near.assign(left=1 - near["rho"]), "dp", n, "left", "missing", log_places(5e-3, 0.13, 8))
+def _claim_fractions(out: Drawing, states: pd.DataFrame, n: int) -> None:
+    """Claim rho of disks at the packing fractions phi of which the paper gives it."""
+    m = nearest_size(states, "sp", 64)
+    rho = ensemble(states, "sp", m, "phi", "rho", [0.88, 1.0])
+    out.claim("rho at phi = 1, SP", rho.interval(partial(at, 1.0)), published.RHO_AT_UNIT_PHI, how=f"N = {m}")
+    words = {"how": f"N = {m}; the paper: rho is about phi up to there", "shown_by": "boromand-4 a"}
+    out.claim("rho at phi = 0.88, SP", rho.interval(partial(at, 0.88)), published.RHO_AS_PHI, **words)
+    found, how = None, "no packing has rho by eq 12 as printed"
+    if has_printed(states):
+        dense = {c: ensemble(states, "sp", n, "phi", c, [DENSEST - 1e-6]) for c in ("rho", "rho_printed")}
+        found = dense["rho_printed"].interval(partial(at, DENSEST - 1e-6))
+        exact = out.keep(f"rho at phi = {DENSEST}, exact", at(DENSEST - 1e-6, *dense["rho"].mean))
+        how = f"N = {n}, eq 12 as printed; exact {exact:.4f}"
+    out.claim(f"rho at phi = {DENSEST}, eq 12 as printed, SP", found, published.RHO_AT_DENSEST, how=how)
 
 
-def _near_unity(x: Array, y: Array) -> float:
-    return float(power_law(x, y, low=5e-3, high=0.1).exponents[0])
+def _claim_mean_shapes(out: Drawing, states: pd.DataFrame) -> None:
+    """Claim the mean A of the packings of figs 2 and 3, and exponents of fig 4 c."""
+    for (model, wanted, rho), paper in published.SHAPES.items():
+        found, how = None, f"no {model} packings"
+        if has(states, model):
+            n = nearest_size(states, model, wanted)
+            found, how = (
+                ensemble(states, model, n, "rho", "shape", [rho - 0.005, rho]).interval(partial(at, rho)),
+                f"N = {n}",
+            )
+        words = {
+            "how": how,
+            "cause": "a mean over packings, where the paper gives that of one",
+            "shown_by": f"boromand-{2 if wanted == 64 else 3}",
+        }
+        out.claim(f"mean A at rho = {rho}, {model.upper()}", found, paper, **words)
+    n = nearest_size(states, "sp", 32)
+    for text, by, window, paper in (
+        ("lambda: dphi ~ (A - 1)^lambda, SP", "d_phi", (1e-5, 1e-2), published.LAMBDA_OF_SHAPE),
+        ("omega: drho ~ (A - 1)^omega, small A, caption of fig 4", "d_rho", (0.03, 0.1), published.OMEGA_OF_CAPTION),
+    ):
+        e = ensemble(states, "sp", n, by, "excess", from_onset())
+        low, high = window
+
+        def exponent(x: Array, y: Array, low: float = low, high: float = high) -> float:
+            return 1 / float(power_law(x, y, low=low, high=high).exponents[0])
+
+        every = vary(lambda e=e, f=exponent, **window: f(*e.mean, **window), *halves(*window))
+        words = {"how": f"N = {n}, {low:g} < {by} < {high:g}", "shown_by": "boromand-11 f"}
+        if by == "d_rho":
+            words["contradiction"] = "the text and fig 11 d have 0.66 for the same curve"
+        out.claim(text, e.interval(exponent), paper, Kind.MEASURED, every, **words)
 
 
-def _keep_confluence(out: Drawing, states: pd.DataFrame) -> str:
-    """Keep where droplets of each size reach z = 6, and the exponent in 1 - rho there: whether rho* tends to 1."""
-    full = states[(states["model"] == "dp") & (states["z"] >= 6)]
-    measured = [n for n in sampled_sizes(states, "dp") if n in set(full["n"])]
-    if not measured:
-        return ""
-    first = full.groupby(["n", "seed"])["rho"].min().groupby("n").mean()
-    reached = out.keep("1 - rho where z = 6, DP", [1 - first[n] for n in measured], N=measured)
-    slopes = [_approach_to_unity(states, n).interval(_near_unity) for n in measured]
-    out.keep("exponent of z_conf - z in 1 - rho, DP", slopes, N=measured)
-    ends = f"z = 6 is reached at 1 - rho = {write_list(reached, '.4f')}"
-    return f"{ends}, and the exponent is {write_list(slopes, '.2f')}, at N = {write_list(measured)}"
-
-
-def figure_9(tables: EnsembleTables) -> Drawing:
-    """z(rho) and rho(A) of polygons, the curves that the paper lays over its experiments."""
-    states = tables.states
-    out, (a, b) = drawing("boromand-9", 1, 2, 5.0, 4.0)
-    slope, how, cause = None, "no dp packings", ""
-    for model in ("sp", "dp"):
-        if not has(states, model):
-            continue
-        n = nearest_size(states, model, 64)
-        x, y = ensemble(states, model, n, "rho", "z", FRACTIONS).band
-        out.curve(a, f"{model.upper()}, N = {n}", x, y, **model_style(model, linestyle="-"))
-        x, y = ensemble(states, model, n, "rho", "excess", FRACTIONS).band
-        out.curve(b, f"{model.upper()}, N = {n}", y.value, x, **model_style(model, linestyle="-"))
-        if model == "dp":
-            how, cause = f"N = {n}, rho > 0.9", _keep_confluence(out, states)
-            slope = _approach_to_unity(states, n).interval(_near_unity)
-    label(a, r"true packing fraction $\rho$", "coordination z", loc="upper left")
-    label(
-        b, r"$\mathcal{A} - 1$  (DP: $\mathcal{A} - \mathcal{A}_J$)", r"true packing fraction $\rho$", loc="lower right"
-    )
-    text, words = "exponent of z_conf - z in 1 - rho, DP", {"how": how, "cause": cause, "shown_by": "boromand-9 a"}
-    out.claim(text, slope, published.MISSING_CONTACTS_EXPONENT, **words)
-    out.caption = (
-        "The curves that the paper compares with micrographs. Its experimental points are printed in no table and are "
-        "not redrawn: read your own with `jamlab.read_points` and `jamlab.micrograph`."
-    )
-    return out
+def has_printed(states: pd.DataFrame) -> bool:
+    """Whether some packings have rho by eq 12 as printed."""
+    return "rho_printed" in states and bool(states["rho_printed"].notna().any())
 
 
 class Law(NamedTuple):
-    """A power law of the paper.
+    """A power law of the paper."""
 
-    Attributes:
-        name: of its claim.
-        paper: exponent of y in x, or of x in y if `inverse`.
-        low, high: x between which the widest straight window is searched.
-        inverse: whether the paper gives x as a power of y.
-    """
-
-    name: str
-    paper: published.Published
+    name: str  # of its claim
+    paper: published.Published  # exponent of y in x, or of x in y if `inverse`
+    # low, high: x between which the widest straight window is searched
     low: float
     high: float
-    inverse: bool = False
+    inverse: bool = False  # whether the paper gives x as a power of y
 
 
 def figure_11(tables: EnsembleTables) -> Drawing:
@@ -256,12 +291,9 @@ def _draw_eq_11(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
 def _draw_lost_areas(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
     """Draw the area that disks lose."""
     small, large = published.ZETA
-    laws = [
-        Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03),
-        Law("1 - <a>/a_J ~ drho^zeta, large drho", large, 0.04, 0.2),
-    ]
     e = ensemble(states, "sp", n, "d_rho", "lost", from_onset())
-    _draw_laws(out, axes, e, ("sp", n, "d_rho"), laws)
+    _draw_laws(out, axes, e, ("sp", n, "d_rho"), [Law("1 - <a>/a_J ~ drho^zeta, small drho", small, 0, 0.03)])
+    _claim_last_decade(out, axes, e, f"N = {n}, {{}} < drho < {{}}", "1 - <a>/a_J ~ drho^zeta, large drho", large)
     label(axes, r"$\rho - \rho_J$", r"$1 - \langle a\rangle / a_J$")
 
 
@@ -274,14 +306,43 @@ def _draw_shape_laws(out: Drawing, axes: Any, states: pd.DataFrame, model: str) 
         return
     n = nearest_size(states, model, 32)
     small, large = published.OMEGA[model]
-    laws = [
-        Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True),
-        Law(f"omega: drho ~ (A - 1)^omega, large A, {big}", large, 0.05, 0.2, True),
-    ]
+    laws = [Law(f"omega: drho ~ (A - 1)^omega, small A, {big}", small, 0, 0.02, True)]
     e = ensemble(states, model, n, "d_rho", "excess", from_onset())
     _draw_laws(out, axes, e, (model, n, "d_rho"), laws, swap=True)
+    shapes = ensemble(states, model, n, "excess", "d_rho", log_places(1e-4, 0.16, 20))
+    text = f"omega: drho ~ (A - 1)^omega, large A, {big}"
+    _claim_last_decade(out, axes, shapes, f"N = {n}, {{}} < A - {'1' if model == 'sp' else 'A_J'} < {{}}", text, large)
     shape = r"$\mathcal{A} - \mathcal{A}_J$" if model == "dp" else r"$\mathcal{A} - 1$"
     label(axes, shape, r"$\rho - \rho_J$", loc="lower right")
+
+
+def _claim_last_decade(out: Drawing, axes: Any, e: Ensemble, how: str, text: str, paper: published.Published) -> None:
+    """Claim an exponent over the last decade of the panel's abscissa, which half of the packings reach at its end."""
+    x, y = e.mean
+    last = float(np.nanmax(x))
+
+    def exponent(x: Array, y: Array, low: float = 0.1, high: float = 1.0) -> float:
+        return float(power_law(x, y, low=low * last * 0.999, high=high * last * 1.001).exponents[0])
+
+    every = vary(lambda **part: exponent(x, y, **part), {"low": 0.5}, *halves(0.1, 1.0))
+    kept = (x > 0.1 * last) & (y > 0)
+    slopes = np.diff(np.log(y[kept])) / np.diff(np.log(x[kept]))
+    first, final = out.keep(
+        f"local exponent, {text}", slopes[[0, -1]] if len(slopes) else (np.nan, np.nan), x=(0.1 * last, last)
+    )
+    words = {"how": how.format(f"{0.1 * last:.3g}", f"{last:.3g}") + ", the last decade; family in units of its end"}
+    words |= {"cause": f"the local exponent goes from {first:.2f} to {final:.2f} there", "shown_by": "boromand-11 f"}
+    found = out.claim(text, e.interval(exponent), paper, Kind.MEASURED, every, **words)
+    line = np.array([0.1 * last, last])
+    middle = float(np.interp(line.prod() ** 0.5, x, y))
+    out.curve(axes, f"last decade: {found.value:.3g}", line, middle * (line / line.prod() ** 0.5) ** found.value, **FIT)
+    out.curve(
+        axes,
+        f"paper: {paper.value:g} at large",
+        line,
+        0.5 * middle * (line / line.prod() ** 0.5) ** paper.value,
+        **PAPER,
+    )
 
 
 def _draw_local_slopes(out: Drawing, axes: Any, states: pd.DataFrame, n: int) -> None:
@@ -331,15 +392,14 @@ def _draw_laws(
 
         how = f"N = {n}, {fit.low:.2g} < {column} < {fit.high:.2g}, the widest straight window, held in all resamples"
         words = {"how": how, "cause": _local_exponents(out, x, means, law), "shown_by": "boromand-11 f"}
-        found = out.claim(law.name, e.interval(exponent), law.paper, **words)
+        every = vary(lambda f=exponent, fit=fit, **part: f(x, means, replace(fit, **part)), *halves(fit.low, fit.high))
+        found = out.claim(law.name, e.interval(exponent), law.paper, Kind.MEASURED, every, **words)
         _draw_fit(out, axes, law, fit, found.value, swap)
 
 
 def _local_exponents(out: Drawing, x: Array, y: Array, law: Law) -> str:
-    """Keep how the exponent between neighbouring points changes through the window of a law.
-
-    That of droplets starts at 1/2: a regular polygon has the least A of its area, so A - A_J has no linear term.
-    """
+    """Keep how the exponent between neighbouring points changes through the window of a law. That of droplets starts at
+    1/2: a regular polygon has the least A of its area, so A - A_J has no linear term."""
     kept = (x >= law.low) & (x <= law.high) & (y > 0)
     x, y = x[kept], y[kept]
     if len(x) < 3:

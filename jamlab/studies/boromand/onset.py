@@ -1,5 +1,6 @@
 """Draw the onset of jamming in Boromand et al., fig 10."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,13 @@ import pandas as pd
 from jamlab.arrays import Array
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.power_laws import power_law
-from jamlab.studies.claims import write_interval, write_list
+from jamlab.studies.claims import Kind, vary, write_interval, write_list
 from jamlab.studies.conventions import SIZES, onset_law
 from jamlab.studies.ensemble_tables import EnsembleTables
-from jamlab.studies.ensembles import bootstrap, groups_by, has, mean_over_packings, sampled_sizes, sizes
+from jamlab.studies.ensembles import bootstrap, enough, groups_by, has, mean_over_packings, sampled_sizes, sizes
 from jamlab.studies.panels import FIT, PAPER, Drawing, drawing, label, model_style, scale, size_style
+
+_MANY = 100  # packings of a size that tell a difference of means of a tenth of the width
 
 
 def figure_10(tables: EnsembleTables) -> Drawing:
@@ -29,9 +32,11 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             continue
         n = sizes(onset, model)
         groups[model] = groups_by(part, "n", column, n)
-        inset = axes.inset_axes((0.09, 0.56, 0.36, 0.36))
+        inset = axes.inset_axes((0.1, 0.55, 0.3, 0.36))
         inset.set_gid(axes.get_gid() + "-inset")
         for size, values in zip(n, groups[model], strict=True):
+            if size not in SIZES and set(n) & set(SIZES):  # the paper's, on its axes
+                continue
             look = size_style(size)
             density, edges = np.histogram(values, bins=max(5, round(len(values) ** 0.5)), density=True)
             seen = np.where(density > 0, density, np.nan)
@@ -40,9 +45,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(inset, f"N = {size}", np.sort(values), share, color=look["color"], label=None)
         symbol = r"\phi_J" if model == "sp" else r"\rho_J"
         label(axes, f"{model.upper()}: onset ${symbol}$", f"$P({symbol})$", loc="upper right")
-        scale(axes, x="linear")  # of 16 and of 1024 particles in one panel
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 1.1)
+        axes.set_xlim(0.74, 0.93)
         inset.tick_params(labelsize=7)
         inset.set_title("$f_J$", fontsize=8, pad=2)
         spread = bootstrap(groups[model], lambda g: [v.std(ddof=1) if len(v) > 1 else np.nan for v in g])
@@ -52,6 +55,7 @@ def figure_10(tables: EnsembleTables) -> Drawing:
             out.curve(panel, name, n, found, band=False, label=model.upper(), **model_style(model))
         sampled = sampled_sizes(onset, model)
         _claim_onset(out, model, sampled, [groups[model][n.index(m)] for m in sampled])
+    _claim_same_onsets(out, onset)
     first = sizes(onset, "sp" if has(onset, "sp") else "dp")[0]
     out.slope(width, -published.THETA.value, (first, 256), 0.012, rf"$N^{{-{published.THETA.value}}}$")
     label(width, "N", r"width of the distribution $\sigma$")
@@ -95,35 +99,62 @@ def _claim_onset(out: Drawing, model: str, n: list[int], groups: list[Array]) ->
     """Claim theta and the limit of large packings, at the paper's sizes; those of all sizes are kept beside them."""
     big = model.upper()
     theta = limit = None
+    every: tuple[dict[str, float], dict[str, float]] = ({}, {})
     how = of_width = "needs two sizes with three packings or more"
     if len(n) > 1 and min(len(g) for g in groups) > 2:
         how = of_width = f"N = {write_list(n)}"
-        limit = bootstrap(groups, lambda g: onset_law(n, g).limit)
-        theta = bootstrap(groups, lambda g: _width_exponent(n, g))
         same = [k for k, size in enumerate(n) if size in SIZES]
+        kept, groups_kept = n, groups
         if 1 < len(same) < len(n):  # "matched N"
             kept, groups_kept = [n[k] for k in same], [groups[k] for k in same]
-            every = out.keep(f"theta of all sizes, {big}", theta)
-            whole = out.keep(f"onset in the large-N limit of all sizes, {big}", limit)
-            theta = bootstrap(groups_kept, lambda g: _width_exponent(kept, g))
-            limit = bootstrap(groups_kept, lambda g: onset_law(kept, g).limit)
+            every_theta = out.keep(f"theta of all sizes, {big}", bootstrap(groups, lambda g: _width_exponent(n, g)))
+            whole = bootstrap(groups, lambda g: onset_law(n, g).limit)
+            out.keep(f"onset in the large-N limit of all sizes, {big}", whole)
             matched, beyond = f"N = {write_list(kept)} of the paper's", f"with all, {n[0]} to {n[-1]},"
-            of_width = f"{matched}; {beyond} {every.value:.2f}"
+            of_width = f"{matched}; {beyond} {every_theta.value:.2f}"
             how = f"{matched}; {beyond} {write_interval(whole, 4)}"
+        theta = bootstrap(groups_kept, lambda g: _width_exponent(kept, g))
+        limit = bootstrap(groups_kept, lambda g: onset_law(kept, g).limit)
+        every = (
+            vary(lambda of: _width_exponent(kept, groups_kept, of), {"of": "quartiles"})
+            | vary(lambda without: _width_exponent(kept[1:], groups_kept[1:]), {"without": float(kept[0])}),
+            vary(partial(_limit, kept, groups_kept), {"correction": 0.6}, {"correction": 0.8}, {"first": 1}),
+        )
         how += f", correction N^-{published.ONSET_CORRECTION} (O'Hern et al. 2003)"
     widths = [v.std(ddof=1) if len(v) > 1 else np.nan for v in groups]
     rise = out.keep(f"theta to the next size, {big}", -np.diff(np.log(widths)) / np.diff(np.log(n)), N=n[:-1])
     cause = f"from size to size it is {write_list(rise, '.2f')} (N = {write_list(n)})"
     words = {"how": of_width, "cause": cause, "shown_by": "boromand-10 c"}
-    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, **words)
+    out.claim(f"theta: sigma ~ N^-theta, {big}", theta, published.THETA, Kind.MEASURED, every[0], **words)
     ends = out.keep(f"mean onset, {big}", [g.mean() for g in groups], N=n)
     cause = f"N = {n[-1]} jams at {ends[-1]:.4f}, N = {n[0]} at {ends[0]:.4f}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-10 d"}
-    out.claim(f"onset in the large-N limit, {big}", limit, published.ONSET_LIMIT, **words)
+    text = f"onset in the large-N limit, {big}"
+    out.claim(text, limit, published.ONSET_LIMIT, Kind.MEASURED, every[1], **words)
 
 
-def _width_exponent(n: list[int], groups: list[Array]) -> float:
+def _limit(n: list[int], groups: list[Array], correction: float | None = None, first: int = 0) -> float:
+    return onset_law(n[first:], groups[first:], correction).limit
+
+
+def _claim_same_onsets(out: Drawing, onset: pd.DataFrame) -> None:
+    """Claim how far the mean onsets of both models lie apart, over the width of their distribution."""
+    sp, dp = (enough(onset[onset["model"] == model], "n", _MANY) for model in ("sp", "dp"))
+    both = [n for n in sp if n in dp and n in SIZES]
+    for n in sorted({both[0], both[-1]}) if both else ():
+        groups = [groups_by(onset[onset["model"] == m], "n", c, [n])[0] for m, c in (("sp", "phi_J"), ("dp", "rho_J"))]
+        found = bootstrap(groups, lambda g: (g[1].mean() - g[0].mean()) / g[0].std(ddof=1))
+        apart = out.keep(f"mean rho_J of DP less phi_J of SP, N = {n}", groups[1].mean() - groups[0].mean())
+        words = {"how": f"N = {n}, over the width of SP", "cause": f"the means differ by {apart:.4f}"}
+        words["shown_by"] = "boromand-10 d"
+        out.claim(f"mean onset, DP less SP over width, N = {n}", found, published.SAME_ONSETS, **words)
+
+
+def _width_exponent(n: list[int], groups: list[Array], of: str = "variance") -> float:
     """Fit the exponent of the width against N, sizes weighted by its error, sigma/(2m - 2)^0.5 of m packings."""
-    widths = np.array([v.std(ddof=1) for v in groups])
+    quartiles = of == "quartiles"
+    widths = np.array(
+        [np.subtract(*np.percentile(v, [75, 25])) / 1.349 if quartiles else v.std(ddof=1) for v in groups]
+    )
     errors = widths / np.sqrt([2 * len(v) - 2 for v in groups])
     return -float(power_law(n, widths, error=errors).exponents[0])

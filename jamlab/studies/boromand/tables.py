@@ -1,21 +1,33 @@
 """Draw the coefficients of tables 1 and 2 of Boromand et al. from our packings, over those of the paper."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
-from jamlab.errors import InputError
+from jamlab.errors import InputError, StorageError
 from jamlab.plotting.palette import BLUE, GREEN, ORANGE, RED
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
 from jamlab.studies import conventions
-from jamlab.studies.claims import Kind, Verdict, write_by, write_list
+from jamlab.studies.claims import Kind, Verdict, vary, write_by, write_list
 from jamlab.studies.conventions import SERIES, SUBTRACTED, at, even_curve, fit_coefficients
-from jamlab.studies.ensemble_tables import EnsembleTables, counts_at_onset
-from jamlab.studies.ensembles import average, has, mean_over_packings, median, nearest_size, sampled_sizes
+from jamlab.studies.ensemble_tables import PACKING, EnsembleTables, counts_at_onset, usual_law
+from jamlab.studies.ensembles import (
+    Ensemble,
+    average,
+    bootstrap,
+    groups_by,
+    has,
+    mean_over_packings,
+    median,
+    nearest_size,
+    sampled_sizes,
+)
 from jamlab.studies.panels import FIT, Drawing, drawing, label
 
 TENTH = 0.1  # distance at which the curve itself is compared, which no degenerate fit can hide
@@ -42,6 +54,7 @@ def tables_1_2(tables: EnsembleTables) -> Drawing:
         _claim_contacts(out, states, series, n)
         _claim_modulus(out, states, series, n)
     _draw_ratios(out, axes)
+    _claim_ratio(out)
     out.caption = (
         f"Coefficients of tables 1-2 over the paper's: z - {SUBTRACTED} = z_0 d^0.5 + z_1 d, G = G_0 d^0.5 + G_1 d, by "
         "least squares of absolute residuals at evenly spaced d, as the paper's own steps make them. Grey: the paper's "
@@ -62,6 +75,7 @@ def _claim_onset(out: Drawing, tables: EnsembleTables, series: str, n: int) -> N
         words = {"contradiction": counting, "shown_by": "boromand-10 f"}
     else:
         words = _extra_contacts(out, at_onset, tables.onset, n)
+        words["cause"] += _with_more_vertices(out, tables)
     paper = [published.table_onset(value) for value in published.TABLE_1[series][:2]]
     same = Kind.DUPLICATE if series == "SP(ρ)" else Kind.MEASURED  # onsets of the disks of SP(φ)
     out.claim(f"z_J, {series}", found[0], paper[0], same, how=f"N = {n}", **words)
@@ -89,6 +103,30 @@ def _extra_contacts(out: Drawing, at_onset: pd.DataFrame, onset: pd.DataFrame, n
         f"the mean of {len(counts)} packings, where those of disks have none and one"
     )
     return {"cause": words, "shown_by": "beyond-droplet-contacts"}
+
+
+def _with_more_vertices(out: Drawing, tables: EnsembleTables) -> str:
+    """Keep contacts at onset beyond 2N' - 1 by number of vertices, of the largest size that has several."""
+    try:
+        rows = tables.droplet_states
+    except (InputError, StorageError, KeyError):
+        return ""
+    onset = tables.onset.query("model == 'dp'").rename(columns={"z_J": "z"})
+    usual = usual_law(rows)
+    every = pd.concat([rows[rows["state"] == 0], onset], ignore_index=True).fillna(usual).drop_duplicates(PACKING)
+    every = every[np.isclose(every["eps"], usual["eps"]) & np.isclose(every["gamma"], usual["gamma"])]
+    several = every.groupby("n")["nv_small"].nunique()
+    n = several.index[several > 1].max()
+    held = every["n"] - every["rattlers"]
+    part = every.assign(extra=0.5 * every["z"] * held - (2 * held - 1))[every["n"] == n].dropna(subset=["extra"])
+    if part.empty:
+        return ""
+    vertices = sorted(part["nv_small"].unique())
+    found = [mean_over_packings([values])[0] for values in groups_by(part, "nv_small", "extra", vertices)]
+    name = f"contacts beyond 2N' - 1, N = {n:g}"
+    out.keep(name, found, vertices=vertices)
+    parts = ", ".join(f"{out.write(f'{name}, vertices = {v:g}', 1)} with {v:g}" for v in vertices)
+    return f"; facets: at N = {n:g} they are {parts} vertices of small droplets"
 
 
 def _by_size(
@@ -122,8 +160,10 @@ def _claim_contacts(out: Drawing, states: pd.DataFrame, series: str, n: int) -> 
         words |= {"contradiction": conventions.contradiction_of_disks(), "shown_by": "boromand-5, dashed"}
     else:
         words["calibrated"] = conventions.TABLE_TARGET
+    own_law = fit_coefficients(e.mean[0], e.mean[1] + SUBTRACTED - own, exponents)
     for k in range(len(exponents)):
-        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
+        every = vary(partial(_vary_fit, e, exponents, k), *_windows(series)) | {"z_J = own": float(own_law[k])}
+        out.claim(f"z_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), Kind.MEASURED, every, **words)
     value = _curve_at_tenth(paper, 0.05)
     out.claim(f"z - {SUBTRACTED} at d = {TENTH}, {series}", e.interval(_at_tenth), value, **words)
 
@@ -139,6 +179,10 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
 
     fit = e.interval(coefficients)
     x, middle = average(e.x), median(e.y)
+    every = {f"medians, {k}": value for k, value in enumerate(coefficients(x, middle))}
+    sheared = _along_x(out, states, series, n)
+    if sheared is not None:
+        every |= {f"G along x, {k}": value for k, value in enumerate(coefficients(x, average(e.y) * sheared))}
     medians = out.keep(f"G, medians of packings, {series}", coefficients(x, middle), k=range(len(exponents)))
     words = {"how": f"N = {n}, {_window(series)}; medians of packings: {write_list(medians, '.3g')}"}
     if series == "DP(ρ)":
@@ -151,12 +195,63 @@ def _claim_modulus(out: Drawing, states: pd.DataFrame, series: str, n: int) -> N
         out.keep(f"{what} of packings with G > 0, {series}", only)
         by_size = _by_size(out, f"{what}, {series}", states, series, lambda s: statistic(s, series, "g"))
         words["cause"] = f"{what} rises with N: {by_size}; packings with G > 0 alone give {only:.3g}"
+        if sheared is not None:
+            ratio = out.write(f"G along x over the mean over directions, {series}")
+            words["cause"] += f", and the paper shears along x, where G is {ratio} times the mean over directions"
         words["shown_by"] = "boromand-6 d and e"
     for k in range(len(exponents)):
-        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), **words)
+        moved = vary(partial(_vary_fit, e, exponents, k), *_windows(series))
+        moved |= {name[:-3]: float(value) for name, value in every.items() if name.endswith(f", {k}")}
+        out.claim(f"G_{k}, {series}", _part(fit, k), published.table_entry(paper[k]), Kind.MEASURED, moved, **words)
     median_there = out.keep(f"G at d = {TENTH}, median of packings, {series}", at(TENTH, x, middle))
     words["how"] = f"N = {n}; median of packings: {median_there:.3g}"
     out.claim(f"G at d = {TENTH}, {series}", e.interval(_at_tenth), _curve_at_tenth(paper, 0.005), **words)
+
+
+def _along_x(out: Drawing, states: pd.DataFrame, series: str, n: int) -> Array | None:
+    """Keep G of shear along x over the mean over directions; of the mean curves of the packings that have both."""
+    if "g_x" not in states:
+        return None
+    both = states[states["g_x"].notna()]
+    curves = [even_curve(both, series, n, column).curves for column in ("g", "g_x")]
+    if curves[0].shape != curves[1].shape or not np.isfinite(curves[0][..., 1]).any():
+        return None
+
+    def ratio(drawn: list[Array]) -> float:
+        mean, along = (average(part[..., 1]) for part in drawn)
+        return float(mean @ along / (mean @ mean))
+
+    stacked = bootstrap([np.concatenate(curves, axis=-1)], lambda g: ratio([g[0][..., :2], g[0][..., 2:]]))
+    out.keep(f"G along x over the mean over directions, {series}", stacked)
+    return average(curves[1][..., 1]) / average(curves[0][..., 1])
+
+
+def _windows(series: str) -> tuple[dict[str, float], ...]:
+    """Write the family of windows: half the range of distances either way, which are spaced evenly."""
+    by = SERIES[series][1]
+    return {"low": 0.5 * conventions.HIGHEST[by]}, {"high": 0.5 * conventions.HIGHEST[by]}
+
+
+def _vary_fit(e: Ensemble, exponents: tuple[float, ...], k: int, low: float = 0.0, high: float = np.inf) -> float:
+    return float(fit_coefficients(*e.between(low, high).mean, exponents)[k])
+
+
+def _claim_ratio(out: Drawing) -> None:
+    """Claim how much larger C_1/C_0 of droplets is than of disks, for z and for G, from the claims of both."""
+    held = {c.quantity: c for c in out.claims if c.measured and c.low > 0}
+    for name in ("z", "G"):
+        names = [f"{name}_{k}, {series}" for series in ("DP(ρ)", "SP(ρ)") for k in (1, 0)]
+        if not set(names) <= set(held):
+            continue
+        parts = np.array([[c.value, c.low / c.value, c.high / c.value] for c in map(held.__getitem__, names)])
+        value = parts[0, 0] / parts[1, 0] / (parts[2, 0] / parts[3, 0])
+        spread = np.exp(np.sqrt(np.sum(np.log(parts[:, 1:]) ** 2, axis=0)))
+        found = Interval(np.array(value), np.array(value / spread[0]), np.array(value * spread[1]))
+        paper: Mapping[str, tuple[float, ...]] = published.TABLE_1 if name == "z" else published.TABLE_2
+        theirs = [paper[series][-1] / paper[series][-2] for series in ("DP(ρ)", "SP(ρ)")]
+        words = {"how": f"paper {theirs[0]:.3g} over {theirs[1]:.3g}", "calibrated": conventions.TABLE_TARGET}
+        text = f"{name}_1/{name}_0, DP over SP"
+        out.claim(text, found, published.LARGER_RATIO, **words, shown_by="boromand-5")
 
 
 def _curve_at_tenth(paper: tuple[float, ...], last_digit: float) -> published.Published:
@@ -188,6 +283,11 @@ def _window(series: str) -> str:
     return f"{conventions.LOWEST[model]:g} < d < {conventions.HIGHEST[by]:g}"
 
 
+def _symbols(quantity: str) -> str:
+    """Set z_J, phi_J and their like as symbols."""
+    return re.sub(r"\b(phi|rho)_(\w)", r"$\\\1_\2$", re.sub(r"\b(z|G)_(\w)", r"$\1_\2$", quantity))
+
+
 def _draw_ratios(out: Drawing, axes: Any) -> None:
     """Draw measured over paper, one row per claim."""
     used = set()
@@ -201,11 +301,11 @@ def _draw_ratios(out: Drawing, axes: Any) -> None:
         out.curve(axes, c.quantity, [ratio[0]], [row], label=name, **look)
         axes.plot(ratio[1:], [row, row], color=color, linewidth=1.6)
     axes.axvline(1, **{k: v for k, v in FIT.items() if k != "zorder"})
-    axes.set_yticks(range(len(out.claims)), [c.quantity for c in reversed(out.claims)])
-    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8.5, "va": "center"}
+    axes.set_yticks(range(len(out.claims)), [_symbols(c.quantity) for c in reversed(out.claims)])
+    beside: dict[str, Any] = {"transform": axes.get_yaxis_transform(), "fontsize": 8, "va": "center"}
     for row, c in enumerate(reversed(out.claims)):
         axes.text(1.02, row, f"{c.value:.4g}", **beside)
-        axes.text(1.19, row, c.paper_text, **beside)
+        axes.text(1.16, row, c.paper_text, **beside)
     axes.text(1.02, len(out.claims), "measured", weight="bold", **beside)
-    axes.text(1.19, len(out.claims), "paper", weight="bold", **beside)
+    axes.text(1.16, len(out.claims), "paper", weight="bold", **beside)
     label(axes, "measured / paper", "", loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5)

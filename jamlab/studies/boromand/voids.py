@@ -6,10 +6,12 @@ import numpy as np
 import pandas as pd
 
 from jamlab.arrays import Array
+from jamlab.errors import InputError, StorageError
 from jamlab.geometry.voids.voids import PLATEAU_BORDER
 from jamlab.plotting.palette import SIDE_COLOURS
 from jamlab.statistics import published_numbers as published
 from jamlab.statistics.bootstrap import Interval
+from jamlab.studies.claims import Kind, vary
 from jamlab.studies.ensemble_tables import EnsembleTables
 from jamlab.studies.ensembles import SHARE, bootstrap, has, nearest_size
 from jamlab.studies.panels import PAPER, Drawing, drawing, label, model_style
@@ -22,7 +24,7 @@ def figure_8(tables: EnsembleTables) -> Drawing:
     """Voids: share with l sides, shape factor of those with three, mean areas."""
     counts = tables.void_counts
     out, (a, b, c) = drawing("boromand-8", 1, 3, 4.8, 4.0)
-    sides = tuple(published.VOID_SHARES)
+    sides, summed = tuple(published.VOID_SHARES), {}
     for model in ("sp", "dp"):
         if not has(counts, model):
             continue
@@ -43,7 +45,9 @@ def figure_8(tables: EnsembleTables) -> Drawing:
         name = f"{model.upper()}, N = {n}"
         for k, axes in enumerate((b, c)):
             out.curve(axes, name, x, mean[:, k], **model_style(model, linestyle="-"))
-        _claim_voids(out, model, n, part, x, cube)
+        _claim_voids(out, model, n, part, x, cube, _shapes_of_laws(out, tables) if model == "dp" else "")
+        summed[model] = (x, cube)
+    _claim_more_triangles(out, summed)
     out.curve(b, f"paper: Plateau border, {published.PLATEAU_SHAPE.value}", [0.83, 1.0], [PLATEAU_BORDER] * 2, **PAPER)
     label(a, r"true packing fraction $\rho$", r"share $P_l$ of voids with $l$ sides", ncols=2)
     a.set_ylim(-0.02, 1.35)
@@ -98,7 +102,25 @@ def _means(cube: Array) -> Array:
     )
 
 
-def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array) -> None:
+def _shapes_of_laws(out: Drawing, tables: EnsembleTables) -> str:
+    """Keep A of voids between three droplets of other vertices and stiffer rims, at onset and where rho > 0.97."""
+    try:
+        table = tables.droplet_voids
+    except (InputError, StorageError, KeyError):
+        return ""
+    said = []
+    for (eps, vertices), rows in table.groupby(["eps", "nv_small"]):
+        ends = (rows[rows["state"] == 0], rows[rows["rho"] > published.TRIANGLES_FROM])
+        shapes = [
+            part["shape_of_three"].sum() / part["three"].sum() if part["three"].sum() else np.nan for part in ends
+        ]
+        name = f"{vertices:g} vertices, rims {eps:g} times as stiff"
+        out.keep(f"A of 3-sided voids at onset and above 0.97, DP, {name}", shapes, k=(0, 1))
+        said.append(f"{shapes[0]:.2f} and {shapes[1]:.2f} ({name})")
+    return f"; facets lower it at onset, overlap beyond: at onset and above 0.97 it is {', '.join(said)}"
+
+
+def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array, cube: Array, by_law: str) -> None:
     """Claim shares near onset and shapes at onset, and those of voids with three sides in dense packings."""
     big, how = model.upper(), f"N = {n}"
     near = int(np.abs(x - NEAR_ONSET).argmin())
@@ -120,10 +142,33 @@ def _claim_voids(out: Drawing, model: str, n: int, part: pd.DataFrame, x: Array,
             shape, text = _pool(first, _triangle_shape), "A of 3-sided voids at onset, SP"
             out.claim(text, shape, published.PLATEAU_SHAPE, how=f"{how}, states at onset")
     if model == "sp":
+        words = {"how": f"{how}, rho > 0.98", "shown_by": "boromand-8 a"}
+        share_of_three = _pool(cube[:, x > 0.98], _triangle_share)
+        out.claim("P_3 below rho = 1, SP", share_of_three, published.DENSE_DISK_TRIANGLES, **words)
         dense = _pool(cube[:, x > 0.98], _triangle_shape)
         out.claim("A of 3-sided voids, rho > 0.98, SP", dense, published.DENSE_DISK_TRIANGLES_SHAPE, how=how)
     else:
-        _claim_dense_droplets(out, how, x, cube, triangles)
+        _claim_dense_droplets(out, how, x, cube, triangles, by_law)
+
+
+def _claim_more_triangles(out: Drawing, summed: dict[str, tuple[Array, Array]]) -> None:
+    """Claim the rho from which P_3 of droplets exceeds that of disks by 0.02."""
+    found, every = None, {}
+    if len(summed) == 2:
+        rho = np.intersect1d(summed["sp"][0], summed["dp"][0])
+        cubes = [summed[model][1][:, np.isin(summed[model][0], rho)] for model in ("sp", "dp")]
+
+        def departs(groups: list[Array], by: float = 0.02) -> float:
+            sp, dp = (_share(cube, (3,))[:, 0] for cube in groups)
+            less = np.flatnonzero((dp - sp)[rho < 0.95] <= by)
+            k = less[-1] if len(less) else -1
+            ends = dp[k : k + 2] - sp[k : k + 2]
+            return float(np.interp(by, ends, rho[k : k + 2])) if 0 <= k < len(rho) - 1 else float("nan")
+
+        found = bootstrap(cubes, departs)
+        every = vary(lambda by: departs(cubes, by), {"by": 0.01}, {"by": 0.03})
+    words = {"how": "bins of 0.01 in rho, excess of 0.02", "shown_by": "boromand-8 a"}
+    out.claim("rho from which P_3 of DP exceeds SP", found, published.MORE_TRIANGLES, Kind.MEASURED, every, **words)
 
 
 def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> str:
@@ -132,7 +177,7 @@ def _neighbours(out: Drawing, name: str, side: int, x: Array, cube: Array) -> st
     return "it is " + ", ".join(f"{share:.3f} at rho = {rho:.3f}" for share, rho in zip(shares, x[:3], strict=True))
 
 
-def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float) -> None:
+def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onset: float, by_law: str) -> None:
     """Claim that all voids of dense droplets have three sides, and the shape of Plateau borders."""
     dense = cube[:, x > published.TRIANGLES_FROM]
     some = np.flatnonzero(x > 0.96)
@@ -149,7 +194,7 @@ def _claim_dense_droplets(out: Drawing, how: str, x: Array, cube: Array, at_onse
     out.keep("A of 3-sided voids at onset, DP", at_onset)
     out.keep("A of 3-sided voids, DP", shapes, rho=later)
     falls = ", ".join(f"{shape:.2f} at {rho:g}" for rho, shape in zip(later, shapes, strict=True))
-    cause = f"{at_onset:.2f} at onset, where polygons just touch; it falls while their rims overlap: {falls}"
+    cause = f"{at_onset:.2f} at onset, where polygons just touch, and then {falls}{by_law}"
     words = {"how": how, "cause": cause, "shown_by": "boromand-8 b, beyond-droplet-voids"}
     out.claim("A of 3-sided voids, rho > 0.97, DP", _pool(dense, _triangle_shape), published.PLATEAU_SHAPE, **words)
 

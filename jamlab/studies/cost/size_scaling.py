@@ -24,6 +24,7 @@ from jamlab.mechanics.elasticity import elastic_tensor
 from jamlab.packing.hdf5 import read
 from jamlab.packing.packing import Packing
 from jamlab.processes.side_by_side import Report, run_side_by_side
+from jamlab.protocols.onset import jam
 from jamlab.protocols.relaxation import relax
 from jamlab.protocols.target_pressure import pack
 from jamlab.rheology.complex_modulus import complex_modulus
@@ -37,7 +38,7 @@ FIRE_STEPS = 200
 OMEGA = np.geomspace(1e-6, 1e2, 41)
 _DISKS, _STABLE = 256, 1e-2  # number and pressure of disks whose repetition is stable too
 _SIZES = {"disks": (1024, 4096, 16384, 65536), "droplets": (128, 512, 1152)}
-_PACKED = (512, 2048, 8192)  # made from random starts, three each
+_MADE = {"packings": (512, 2048, 8192), "onsets": (256, 512, 1024)}  # from random starts, three each
 _WANTED = {"disks": 1_000_000, "droplets": 100_000}
 _KILO = 1024  # bytes in a unit of /proc
 
@@ -114,6 +115,10 @@ def _pack(n: int) -> tuple[Run, int]:
     return lambda: [pack(n, PRESSURE, seed) for seed in (1, 2, 3)], n
 
 
+def _jam(n: int) -> tuple[Run, int]:
+    return lambda: [jam(n=n, seed=seed) for seed in (1, 2, 3)], n
+
+
 def _relax_droplets(n: int) -> tuple[Run, int]:
     packing = _large("dp", n, KICK)
 
@@ -147,6 +152,7 @@ def _of_minimum(model: str, work: Callable[[Packing], object]) -> Callable[[int]
 PARTS: dict[str, Callable[[int], tuple[Run, int]]] = {
     f"disks: {FIRE_STEPS} FIRE steps": _fire,
     f"disks: 3 packings at p = {PRESSURE:g}": _pack,
+    "disks: 3 onsets": _jam,
     "disks: contacts": _of_minimum("sp", contacts),
     "disks: measure": _of_minimum("sp", measure),
     "disks: elastic tensor": _of_minimum("sp", elastic_tensor),
@@ -167,7 +173,10 @@ class SizeScaling(TableStudy):
     columns: ClassVar[Sequence[str]] = ("part", "n", "seconds", "bytes")
 
     def tasks(self) -> Mapping[str, Task]:
-        sizes = {part: _PACKED if "packings" in part else _SIZES[part.partition(":")[0]] for part in PARTS}
+        sizes = {
+            part: next((n for what, n in _MADE.items() if what in part), _SIZES[part.partition(":")[0]])
+            for part in PARTS
+        }
         return {f"{part}, N = {n}": partial(measure_part, part, n) for part in PARTS for n in sizes[part]}
 
     def show(self, table: MeasuredTable) -> Shown:

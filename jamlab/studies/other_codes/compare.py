@@ -295,6 +295,9 @@ def _as(kind: type[T], rows: pd.DataFrame) -> list[T]:
     return found
 
 
+FILES = ("comparison.csv", "analysis.csv", "comparison.json", "index.html")  # of `write_comparison`
+
+
 def write_comparison(folder: Path, rows: Sequence[Row], analysis: Sequence[AnalysisRow], n: int, phi: float) -> None:
     """Write comparison.csv, analysis.csv, comparison.json with both, and index.html."""
     shown = Shown(None, "", comparison_tables(rows, analysis, n, phi), pd.DataFrame([asdict(row) for row in rows]))

@@ -1,0 +1,100 @@
+"""The static response of a packing to a load, K x = f, and what is wrong where it has none.
+
+Rounding of the Hessian moves its eigenvalues by about one part in 1e16 of the largest. A mode within that of zero is
+floppy: a load that does not push it has a response, the one that leaves the mode alone; a load that does push it has
+none. A mode that is negative beyond rounding is an instability.
+"""
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import linalg
+
+from jamlab.arrays import Array
+from jamlab.errors import ConvergenceError
+from jamlab.mechanics.positive_solver import positive_solver
+from jamlab.mechanics.symmetric_factors import SymmetricFactors
+
+# Eigenvalue over the largest element on the diagonal that is rounding: translations, which cost nothing, come out at
+# 1e-16 to 5e-17 of it (droplets at onset, N = 12 and 64).
+FLOPPY = 16 * np.finfo(float).eps
+# Part of the energy of the response that a floppy mode within rounding of zero may hide.
+HIDDEN = 1e-6
+_DENSE = 400  # coordinates up to which all eigenvalues at once are faster than a few by iteration
+_NAMED = 6  # negative eigenvalues next to zero among which the lowest is looked for
+_STEPS = 30  # on stiff modes: each divides what is left by their stiffness over the floppy one, 1e4 at onset
+
+
+class UnstableError(ConvergenceError):
+    """A packing that gives way: one of its modes has no stiffness, or a negative one. `eigenvalue`: of the mode, 0 if
+    rounding hides it; `mode`: (n,) displacements along it."""
+
+    def __init__(self, message: str, eigenvalue: float, mode: Array) -> None:
+        super().__init__(message)
+        self.eigenvalue = eigenvalue
+        self.mode = mode
+
+
+def static_response(matrix: sparse.csc_array, load: Array) -> Array:
+    """Response (n, k) of a stable packing to k loads (n, k). `matrix`: (n, n) Hessian with one site fixed, which
+    removes the two translations; `load`: forces."""
+    solver = positive_solver()
+    floppy = FLOPPY * float(matrix.diagonal().max())
+    try:
+        solver.factorise(matrix)
+    except ConvergenceError:
+        return _beside_floppy_modes(matrix, load, floppy)
+    x = solver.solve(load)
+    x += solver.solve(load - matrix @ x)
+    if (np.einsum("nk,nk->k", x, load) >= floppy * np.einsum("nk,nk->k", x, x)).all():
+        return x
+    return _beside_floppy_modes(matrix, load, floppy)
+
+
+def _beside_floppy_modes(matrix: sparse.csc_array, load: Array, floppy: float) -> Array:
+    """The response beside floppy modes, by proximal steps: all add the same along these, and ever less else."""
+    solver = positive_solver()
+    try:
+        solver.factorise(matrix + floppy * sparse.eye_array(matrix.shape[0], format="csc"))
+    except ConvergenceError as error:
+        raise _instability(matrix) from error
+    x, left, last, count = np.zeros_like(load), load, np.inf, 0
+    while count < _STEPS:
+        step, count = solver.solve(left), count + 1
+        x = x + step
+        left = load - matrix @ x
+        size = float(np.abs(left).max())
+        if not size < 0.5 * last:
+            break
+        last = size
+    hidden = np.einsum("nk,nk->k", left, step)
+    x -= count * step
+    if hidden.sum() > HIDDEN * np.einsum("nk,nk->", x, load):
+        push = np.abs(left).max()
+        raise UnstableError(
+            f"the packing has a floppy mode, of no stiffness beyond rounding, that strain pushes with {push:.2g}: its "
+            "moduli are undefined",
+            0.0,
+            step[:, hidden.argmax()],
+        )
+    return x
+
+
+def _instability(matrix: sparse.csc_array) -> UnstableError:
+    """The error for a matrix with negative eigenvalues, with the lowest of those next to zero."""
+    if matrix.shape[0] <= _DENSE:
+        values, vectors = np.linalg.eigh(matrix.toarray())
+        count = int((values < 0).sum())
+    else:
+        factors = SymmetricFactors(matrix)
+        inverse = linalg.LinearOperator(matrix.shape, matvec=factors.solve, dtype=np.float64)
+        count = factors.negative
+        start = np.random.default_rng(0).standard_normal(matrix.shape[0])
+        wanted = max(1, min(_NAMED, count))
+        values, vectors = linalg.eigsh(matrix, k=wanted, sigma=0.0, which="SA", OPinv=inverse, v0=start)
+    lowest = int(values.argmin())
+    return UnstableError(
+        f"the packing is unstable: its Hessian has {count} negative mode(s), an eigenvalue is {values[lowest]:.3g}; it "
+        "is not at a minimum of its energy",
+        float(values[lowest]),
+        vectors[:, lowest],
+    )
