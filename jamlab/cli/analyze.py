@@ -166,7 +166,7 @@ def print_micrograph(name: str, found: "Micrograph", as_json: bool) -> None:
         f"blur {found.blur:.1f} pixels"
     )
     low, high = found.z_range
-    if np.isfinite(low):
+    if low <= high:  # not nan
         gap = found.film + found.fringe
         print_note(f"z is {low:.2f} to {high:.2f} with wider and narrower gaps than {gap:.2g} {length} as contacts")
     print_note(_balance(found))
